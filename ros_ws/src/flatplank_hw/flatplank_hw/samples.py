@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the cores hand to each other, one tuple per cycle, SI units, ISO W axes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Wrench(NamedTuple):
+    """Forces [N] and moments [N m] on the tire."""
+
+    fx: float
+    fy: float
+    fz: float
+    mx: float
+    my: float
+    mz: float
+
+
+class HubSample(NamedTuple):
+    """Output of the measurement hub."""
+
+    cycle: int
+    stamp_ns: int
+    wheel: Wrench
+    """at the wheel centre, hub axes"""
+    contact: Wrench
+    """at the contact point, ISO W"""
+    loaded_radius: float
+    """[m]"""
+    total_camber: float
+    """hub + road [rad]"""
+    fz_filtered: float
+    """low-passed vertical force, for the safety rules [N]"""
+    filter_on: bool
+    saturated: int
+    """bit i: channel C(i+1) is at its limit"""
+
+
+class EncoderSample(NamedTuple):
+    """Output of the encoders."""
+
+    cycle: int
+    stamp_ns: int
+    plank_position: float
+    """[m], zero at the motion trigger"""
+    plank_velocity: float
+    """[m/s]"""
+    wheel_angle: float
+    """[rad]"""
+    wheel_velocity: float
+    """[rad/s]"""
+    steer_angle: float
+    """[rad]"""
+    road_camber: float
+    """[rad]"""
+    road_position: float
+    """second road encoder [m]; NaN when not fitted"""
+    motor_angle: float
+    """wheel-drive motor [rad]"""
+    motor_velocity: float
+    """[rad/s]"""
+    plank_moving: bool
+    trigger: bool
+    mismatch: float
+    """wheel angle by the motor minus wheel angle by the wheel encoder [rad]"""
+
+
+class Reference(NamedTuple):
+    """A set-point for one axis from the source of one operation mode."""
+
+    cycle: int
+    stamp_ns: int
+    source: str
+    """slip, free_rolling"""
+    value: float
+    """[rad/s] at the wheel or [N m] at the motor, by source"""
+    valid: bool
+
+
+class DriveSample(NamedTuple):
+    """Output of one drive beside the command that it sends."""
+
+    cycle: int
+    stamp_ns: int
+    state: int
+    """CiA 402 state"""
+    mode: int
+    """operation mode of the bench"""
+    position: float
+    """output side of the gear [rad or m]"""
+    velocity: float
+    """[rad/s or m/s]"""
+    torque: float
+    """at the motor [N m]"""
+    reference_position: float
+    reference_velocity: float
+    reference_torque: float
+    stop_reason: int
+    """why the axis is held, 0 when it is not"""
+    error_code: int
