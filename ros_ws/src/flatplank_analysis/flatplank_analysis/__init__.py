@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Analysis of flat plank measurements: bags -> tables -> models -> comparison -> report."""

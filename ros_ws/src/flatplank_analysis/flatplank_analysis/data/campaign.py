@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A campaign folder as one object: run records at once, samples only when they are asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+from flatplank_analysis.data import checks
+from flatplank_analysis.data.info import Condition, RunInfo, info_from_dict
+from flatplank_analysis.data.names import parse_name
+from flatplank_analysis.data.problem import Problem, problem_of
+from flatplank_analysis.data.readers import Request, reader_for, suffixes
+from flatplank_analysis.data.store import Store, open_store
+from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.errors import FlatplankError
+
+FORMAT = "flatplank-measurement-table/1"
+CAMPAIGN_FILE = "campaign.yaml"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a campaign; `table` reads its samples."""
+
+    info: RunInfo
+    store: Store
+    mapping: Mapping[str, Any] | None = None
+
+    def table(self, columns: Sequence[str] | None = None, check: bool = True) -> MeasurementTable:
+        """The samples, `columns` only or all; raises `FlatplankError` when they are unusable."""
+        return self.read(columns, check)[0]
+
+    def read(
+        self, columns: Sequence[str] | None = None, check: bool = True
+    ) -> tuple[MeasurementTable, list[Problem]]:
+        """The samples and the remarks on them; raises on a fatal one."""
+        wanted = None if columns is None else _with_required(columns, self.info, check)
+        request = Request(self.store, self.info.file, wanted, self.mapping)
+        loaded = reader_for(self.store, self.info.file)(request)
+        table = MeasurementTable(loaded.columns, _merged(self.info, loaded.facts))
+        remarks = [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
+        if check:
+            remarks += checks.run_checks(table)
+        for problem in remarks:
+            if problem.fatal:
+                raise problem.error()
+        if columns is not None:
+            table = table.select([name for name in columns if name in table])
+        return table, remarks
+
+
+def _with_required(columns: Sequence[str], info: RunInfo, check: bool) -> list[str]:
+    extra = checks.REQUIRED.get(info.measurement, ()) if check else ()
+    return list(dict.fromkeys([*columns, *extra]))
+
+
+def _merged(info: RunInfo, facts: Mapping[str, Any]) -> RunInfo:
+    """The record of the campaign file, with what only the run's own file knows."""
+    own, _ = info_from_dict(facts, info.file)
+    changes = {}
+    for item in dataclasses.fields(RunInfo):
+        ours, theirs = getattr(info, item.name), getattr(own, item.name)
+        if item.name in ("file", "extra") or theirs == item.default:
+            continue
+        if ours == item.default or ours != ours:
+            changes[item.name] = theirs
+    return dataclasses.replace(info, **changes) if changes else info
+
+
+@dataclass
+class Campaign:
+    """Runs of one folder. `problems` grows while tables are read; nothing else changes."""
+
+    path: str
+    runs: list[Run]
+    tire: str = ""
+    problems: list[Problem] = field(default_factory=list)
+
+    @classmethod
+    def load(
+        cls, path: str | os.PathLike[str], mapping: Mapping[str, Any] | None = None
+    ) -> Campaign:
+        """Read the run records of a folder of tables and/or bags."""
+        store = open_store(path)
+        problems: list[Problem] = []
+        raw = _records(store, problems)
+        campaign = cls(os.fspath(path), [], str(raw.get("tire") or ""), problems)
+        mapping = mapping or _mapping(store, raw)
+        for number, entry in enumerate(raw["runs"], start=1):
+            campaign._add(store, entry, number, mapping)
+        campaign._drop_doubles()
+        if not campaign.runs:
+            first = f" (first problem: {problems[0]})" if problems else ""
+            raise FlatplankError(
+                f"no usable run{first}", os.fspath(path), "check the folder and its campaign.yaml"
+            )
+        return campaign
+
+    def _add(self, store: Store, entry: Any, number: int, mapping: Mapping | None) -> None:
+        where = f"{CAMPAIGN_FILE}, run {number}"
+        try:
+            if not isinstance(entry, Mapping) or not entry.get("file"):
+                raise FlatplankError("entry without 'file'", where, "name the file of the run")
+            info, remarks = info_from_dict(entry, f"{entry['file']}, {where}")
+            if not info.tire:
+                info = dataclasses.replace(info, tire=self.tire)
+            if not store.exists(info.file):
+                raise FlatplankError(
+                    "no such file", info.file, f"correct {where}, or copy it here"
+                )
+            reader_for(store, info.file)
+        except FlatplankError as error:
+            file = entry.get("file", where) if isinstance(entry, Mapping) else where
+            self.problems.append(problem_of(error, str(file)))
+            return
+        self.problems += [
+            Problem(info.file, text, where, "correct the spelling", fatal=False)
+            for text in remarks
+        ]
+        self.runs.append(Run(info, store, mapping))
+
+    def _drop_doubles(self) -> None:
+        """Two runs with one UUID are one run copied, or a record gone wrong: keep the first."""
+        seen: dict[str, str] = {}
+        kept = []
+        for run in self.runs:
+            file = run.info.file
+            keys = [k for k in (run.info.uuid, file) if k]
+            other = next((seen[k] for k in keys if k in seen), None)
+            if other is not None:
+                what = f"same UUID {run.info.uuid}" if run.info.uuid else "listed twice,"
+                remedy = "leave one of them out, or give it its own UUID"
+                self.problems.append(Problem(file, f"{what} as {other}", remedy=remedy))
+                continue
+            seen.update(dict.fromkeys(keys, file))
+            kept.append(run)
+        self.runs = kept
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    @property
+    def infos(self) -> list[RunInfo]:
+        """Run records in the order in which the runs were made."""
+        return [run.info for run in self.runs]
+
+    def where(self, keep: Callable[[RunInfo], bool]) -> Campaign:
+        """The runs for which `keep(info)` is true; shares the list of problems."""
+        runs = [run for run in self.runs if keep(run.info)]
+        return Campaign(self.path, runs, self.tire, self.problems)
+
+    def merged(self, other: Campaign) -> Campaign:
+        """Both campaigns as one."""
+        out = Campaign(
+            f"{self.path}+{other.path}",
+            self.runs + other.runs,
+            self.tire or other.tire,
+            self.problems + other.problems,
+        )
+        if os.path.abspath(self.path) == os.path.abspath(other.path):
+            out._drop_doubles()
+        return out
+
+    def conditions(self) -> dict[Condition, list[Run]]:
+        """Runs by condition (tire, load, pressure, angles, slip), in a sorted order."""
+        groups: dict[Condition, list[Run]] = {}
+        for run in self.runs:
+            groups.setdefault(run.info.condition, []).append(run)
+        return dict(sorted(groups.items(), key=lambda item: item[0].sort_key))
+
+    def tables(self, columns: Sequence[str] | None = None) -> Iterator[MeasurementTable]:
+        """One table after the other; a run that cannot be used goes to `problems`."""
+        for run in self.runs:
+            table = self.try_table(run, columns)
+            if table is not None:
+                yield table
+
+    def try_table(self, run: Run, columns: Sequence[str] | None = None) -> MeasurementTable | None:
+        """The samples of a run, or None with the reason in `problems`."""
+        try:
+            table, remarks = run.read(columns)
+        except FlatplankError as error:
+            self.note(problem_of(error, run.info.file))
+            return None
+        for problem in remarks:
+            self.note(problem)
+        return table
+
+    def note(self, problem: Problem) -> None:
+        """Remember a problem once."""
+        if problem not in self.problems:
+            self.problems.append(problem)
+
+
+def _records(store: Store, problems: list[Problem]) -> dict[str, Any]:
+    """Content of campaign.yaml, or the runs found in the folder by their names."""
+    if not store.exists(CAMPAIGN_FILE):
+        return {"runs": _found(store)}
+    with store.open(CAMPAIGN_FILE) as stream:
+        try:
+            raw = yaml.load(stream.read(), Loader=_LOADER)
+        except yaml.YAMLError as error:
+            raise FlatplankError(
+                f"not YAML ({error})", CAMPAIGN_FILE, "mend the file at that line"
+            ) from error
+    if not isinstance(raw, Mapping) or not isinstance(raw.get("runs"), list):
+        raise FlatplankError("no list 'runs'", CAMPAIGN_FILE, f"write 'format: {FORMAT}' and runs")
+    if raw.get("format") != FORMAT:
+        what = f"format '{raw.get('format')}' is not {FORMAT}"
+        problems.append(
+            Problem(CAMPAIGN_FILE, what, "key 'format'", "check the file", fatal=False)
+        )
+    return dict(raw)
+
+
+def _found(store: Store) -> list[dict[str, Any]]:
+    out = []
+    for name in store.names():
+        known = name.lower().endswith(tuple(suffixes()))
+        bag = store.is_dir(name) and store.exists(f"{name}/metadata.yaml")
+        if known or bag:
+            stem = name.rsplit(".", 1)[0] if known else name
+            out.append({"file": name, "run_index": len(out)} | parse_name(stem))
+    return out
+
+
+def _mapping(store: Store, raw: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The mapping of foreign names: in campaign.yaml, or in a file that it names."""
+    mapping = raw.get("mapping")
+    if isinstance(mapping, str):
+        with store.open(mapping) as stream:
+            mapping = yaml.load(stream.read(), Loader=_LOADER)
+    return mapping
+
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What describes one run: the fields of `campaign.yaml`, the same whatever the file format."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from flatplank_analysis.errors import FlatplankError
+
+#: kinds of measurement that the bench makes
+MEASUREMENTS = ("slip", "free_rolling", "stiffness", "footprint", "unloaded_turn", "cleat")
+
+
+class Condition(NamedTuple):
+    """What a tire test holds constant; runs with the same condition are repeats."""
+
+    tire: str
+    measurement: str
+    fz: float
+    """nominal load [N]"""
+    pressure: float
+    """[bar]"""
+    alpha_deg: float
+    gamma_deg: float
+    kappa: float
+    """desired slip [-]; NaN in an operating point"""
+
+    @property
+    def operating_point(self) -> Condition:
+        """The same without the slip level: what one carcass stiffness is fitted to."""
+        return self._replace(kappa=math.nan)
+
+    @property
+    def sort_key(self) -> tuple:
+        """For sorting; NaN comes first."""
+        return tuple(-math.inf if value != value else value for value in self)
+
+    def label(self) -> str:
+        """Short text for tables and figures."""
+        text = f"Fz {self.fz:g} N, {self.pressure:g} bar"
+        if self.alpha_deg:
+            text += f", α {self.alpha_deg:g}°"
+        if self.gamma_deg:
+            text += f", γ {self.gamma_deg:g}°"
+        if not math.isnan(self.kappa):
+            text = f"κ {100.0 * self.kappa:+g} %, " + text
+        return text
+
+
+@dataclass(frozen=True)
+class RunInfo:
+    """Run record of one measurement (DESIGN 4); SI except where the name says otherwise."""
+
+    file: str = ""
+    tire: str = ""
+    measurement: str = "slip"
+    kappa: float = 0.0
+    """desired slip [-], ISO sign: driving > 0"""
+    fz: float = math.nan
+    """nominal load [N]"""
+    pressure: float = math.nan
+    """[bar]"""
+    alpha_deg: float = 0.0
+    gamma_deg: float = 0.0
+    start: int = 1
+    """1, 2, 3 = wheel started at 0, 120, 240 deg"""
+    run_index: int = 0
+    """order in which the runs were made"""
+    effective_rolling_radius: float = math.nan
+    """as used by the slip control [m]"""
+    step_position: float = math.nan
+    """plank travel at which the step was commanded [m]"""
+    repeat: int = 1
+    speed: float = math.nan
+    """commanded plank speed [m/s]"""
+    direction: float = 1.0
+    """+1 forward, -1 reversed"""
+    waveform: Mapping[str, Any] | None = None
+    et_value: float = math.nan
+    """[m]"""
+    adapter_thickness: float = math.nan
+    """[m]"""
+    wheel_camber_deg: float = math.nan
+    r_e_source: str = ""
+    """controller, slip_control, flexplates_off"""
+    uuid: str = ""
+    operator: str = ""
+    date: str = ""
+    software_version: str = ""
+    status: str = ""
+    notes: str = ""
+    extra: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    """keys that this version does not know"""
+
+    @property
+    def condition(self) -> Condition:
+        """Key of the repeats of this run."""
+        numbers = (self.fz, self.pressure, self.alpha_deg, self.gamma_deg, self.kappa)
+        # one NaN object, so that conditions without a value still meet as dictionary keys
+        return Condition(
+            self.tire, self.measurement, *(math.nan if v != v else v for v in numbers)
+        )
+
+    @property
+    def name(self) -> str:
+        """File name without folder and suffix."""
+        stem = self.file.rstrip("/").rsplit("/", 1)[-1]
+        for suffix in KNOWN_SUFFIXES:
+            if stem.lower().endswith(suffix):
+                return stem[: -len(suffix)]
+        return stem
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values that differ from the defaults, for YAML."""
+        out = {}
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if item.name == "extra" or value is None or _is_nan(value):
+                continue
+            if value != item.default or item.name in _ALWAYS:
+                out[item.name] = value
+        return out | dict(self.extra)
+
+
+KNOWN_SUFFIXES = (".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap")
+_ALWAYS = {"file", "tire", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start"}
+_FIELDS = {item.name: item for item in dataclasses.fields(RunInfo) if item.name != "extra"}
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def info_from_dict(raw: Mapping[str, Any], where: str) -> tuple[RunInfo, list[str]]:
+    """Build a run record; returns it with remarks on keys that look misspelt.
+
+    Unknown keys are kept in `extra`: a newer bench may write more than this version knows.
+    """
+    known: dict[str, Any] = {}
+    extra: dict[str, Any] = {}
+    remarks = []
+    for key, value in raw.items():
+        if key in _FIELDS:
+            known[key] = _convert(key, value, where)
+            continue
+        extra[str(key)] = value
+        near = difflib.get_close_matches(str(key), _FIELDS, n=1, cutoff=0.75)
+        if near:
+            remarks.append(f"unknown key '{key}' (nearest: '{near[0]}')")
+    return RunInfo(**known, extra=extra), remarks
+
+
+def _convert(key: str, value: Any, where: str) -> Any:
+    kind = str(_FIELDS[key].type)
+    if value is None:
+        return _FIELDS[key].default
+    try:
+        if kind == "float":
+            return float(value)
+        if kind == "int":
+            return int(value)
+    except (TypeError, ValueError) as error:
+        remedy = "write one number" if kind == "float" else "write one whole number"
+        raise FlatplankError(f"'{key}: {value}' is not a number", where, remedy) from error
+    return str(value) if kind == "str" else value

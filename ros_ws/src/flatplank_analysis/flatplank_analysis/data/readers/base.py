@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One reader per file format, found by suffix."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.data.store import Store
+from flatplank_analysis.data.table import COLUMN_UNITS
+from flatplank_analysis.errors import FlatplankError
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What a reader found in a file: columns in SI, facts of the run record, remarks."""
+
+    columns: Mapping[str, np.ndarray]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    remarks: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a reader."""
+
+    store: Store
+    name: str
+    columns: Sequence[str] | None = None
+    """wanted columns; None for all"""
+    mapping: Mapping[str, Any] | None = None
+    """foreign names, as in a mapping file"""
+
+    def wants(self, column: str) -> bool:
+        """True when `column` was asked for."""
+        return self.columns is None or column in self.columns
+
+
+Reader = Callable[[Request], Loaded]
+_READERS: dict[str, Reader] = {}
+
+
+def reader(*suffixes: str) -> Callable[[Reader], Reader]:
+    """Register a reader for file suffixes (lower case, with dot)."""
+
+    def register(function: Reader) -> Reader:
+        for suffix in suffixes:
+            _READERS[suffix] = function
+        return function
+
+    return register
+
+
+def suffixes() -> list[str]:
+    """Suffixes that can be read."""
+    return sorted(_READERS)
+
+
+def reader_for(store: Store, name: str) -> Reader:
+    """The reader of a file; a folder is read as a bag."""
+    suffix = "." + name.rsplit(".", 1)[-1].lower() if "." in name else ""
+    if suffix not in _READERS and store.is_dir(name):
+        suffix = ".mcap"
+    try:
+        return _READERS[suffix]
+    except KeyError:
+        raise FlatplankError(
+            f"no reader for '{suffix or name}'", name, f"use one of {', '.join(suffixes())}"
+        ) from None
+
+
+def canonical_names(
+    names: Iterable[str], mapping: Mapping[str, Any] | None
+) -> tuple[dict[str, str], list[str]]:
+    """File column -> our column, and remarks on columns that are not known.
+
+    The mapping file may have `columns: {theirs: ours}`.
+    """
+    foreign = dict((mapping or {}).get("columns") or {})
+    out, remarks = {}, []
+    for name in names:
+        ours = foreign.get(name, name)
+        if ours in COLUMN_UNITS:
+            out[name] = ours
+            continue
+        near = difflib.get_close_matches(ours.lower(), COLUMN_UNITS, n=1, cutoff=0.6)
+        hint = f" (nearest: '{near[0]}')" if near else ""
+        remarks.append(f"column '{name}' is not known and was left out{hint}")
+    return out, remarks

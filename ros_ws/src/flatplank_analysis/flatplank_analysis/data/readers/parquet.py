@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parquet tables: one file per run, units in the field metadata or SI."""
+
+from __future__ import annotations
+
+import json
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from flatplank_analysis.data.readers.base import Loaded, Request, canonical_names, reader
+from flatplank_analysis.data.table import COLUMN_UNITS
+from flatplank_analysis.data.units import to_si
+from flatplank_analysis.errors import FlatplankError
+
+INFO_KEY = b"flatplank.run"
+
+
+@reader(".parquet")
+def read_parquet(request: Request) -> Loaded:
+    """Read the wanted columns only."""
+    with request.store.open(request.name) as stream:
+        try:
+            file = pq.ParquetFile(stream)
+            schema = file.schema_arrow
+            names, remarks = canonical_names(schema.names, request.mapping)
+            wanted = {t: o for t, o in names.items() if request.wants(o)}
+            table = file.read(columns=list(wanted), use_threads=False)
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FlatplankError(
+                f"not a whole Parquet file ({error})", request.name, "export or copy it again"
+            ) from error
+    columns = {}
+    for theirs, ours in wanted.items():
+        values = table.column(theirs).to_numpy()
+        columns[ours] = to_si(
+            values,
+            _unit(schema.field(theirs), ours),
+            COLUMN_UNITS[ours],
+            f"{request.name}, column '{theirs}'",
+        )
+    return Loaded(columns, _facts(schema.metadata), remarks)
+
+
+def _unit(field: pa.Field, ours: str) -> str:
+    unit = (field.metadata or {}).get(b"unit")
+    return unit.decode() if unit is not None else COLUMN_UNITS[ours]
+
+
+def _facts(metadata: dict[bytes, bytes] | None) -> dict:
+    raw = (metadata or {}).get(INFO_KEY)
+    return json.loads(raw) if raw else {}
