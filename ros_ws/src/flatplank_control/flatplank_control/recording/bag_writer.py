@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes one measurement as a rosbag2 bag in MCAP."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+
+from flatplank_control.recording import metadata
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.mcap_file import McapFile
+from flatplank_control.recording.merge import TopicBlock, merge_blocks
+from flatplank_control.recording.naming import check_name
+from flatplank_control.recording.qos import STREAM, Qos, qos_text
+from flatplank_control.recording.typestore import message_definition, type_hash
+
+CHUNK_SIZE = 512 * 1024
+"""[bytes]"""
+FLUSH_PERIOD = 0.5
+"""a kill loses what came in this time [s]"""
+RESERVE_NAME = ".reserve"
+RESERVE_SIZE = 1024 * 1024
+"""room to finish the bag when the disk is full [bytes]"""
+
+
+class TopicSpec(NamedTuple):
+    """A topic to record."""
+
+    name: str
+    type: str
+    """package/msg/Type"""
+    qos: Qos = STREAM
+
+
+class BagWriter:
+    """A folder `name` with `name_0.mcap`; `metadata.yaml` appears when it is closed.
+
+    What was written before a kill is on the disk but for the last half second; when nothing
+    is written for a while, `poll` does what `write` would have done.
+    """
+
+    def __init__(
+        self,
+        folder: Path | str,
+        name: str,
+        topics: Sequence[TopicSpec],
+        *,
+        flush_period: float = FLUSH_PERIOD,
+        chunk_size: int = CHUNK_SIZE,
+        clock: Callable[[], float] = time.monotonic,
+        open_file: Callable[[Path], McapFile] = McapFile.create,
+    ) -> None:
+        """`folder` exists and gets the bag's folder; periods in s, sizes in bytes."""
+        self.path = Path(folder) / check_name(name)
+        self.file_name = f"{name}_0.mcap"
+        self.error: str | None = None
+        self._closed = False
+        self._flush_period = flush_period
+        self._chunk_size = chunk_size
+        self._clock = clock
+        self._next_flush = clock() + flush_period
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        definitions = {spec.type: message_definition(spec.type) for spec in topics}
+        try:
+            self.path.mkdir()
+            self._reserve()
+            self._file = open_file(self.path / self.file_name)
+            for spec in topics:
+                self._add_topic(spec, definitions[spec.type])
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot be written ({error.strerror})") from error
+
+    @property
+    def message_count(self) -> int:
+        """Messages on the disk."""
+        return self._file.index.messages
+
+    def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
+        """One serialised message; the stamp is the time of the bench [ns]."""
+        if self.error or self._closed:
+            raise RecordingError(self.error or f"{self.path}: the bag is closed")
+        try:
+            channel = self._channels[topic]
+        except KeyError:
+            raise self._unknown(topic) from None
+        file = self._file
+        file.add(channel, stamp_ns, cdr)
+        if file.pending >= self._chunk_size or self._clock() >= self._next_flush:
+            self.flush()
+
+    def write_blocks(self, blocks: Sequence[TopicBlock]) -> None:
+        """Many messages of many topics, merged in time order; see `TopicBlock`."""
+        if self.error or self._closed:
+            raise RecordingError(self.error or f"{self.path}: the bag is closed")
+        for block in blocks:
+            if block.topic not in self._channels:
+                raise self._unknown(block.topic)
+        self.flush()
+        chunk = merge_blocks(blocks, self._channels)
+        if chunk is not None:
+            self._guarded(lambda: self._file.add_chunk(*chunk))
+
+    def poll(self) -> None:
+        """Flush when it is time; call it now and then while no message comes."""
+        if not self.error and not self._closed and self._clock() >= self._next_flush:
+            self.flush()
+
+    def flush(self) -> None:
+        """Everything to the disk."""
+        self._next_flush = self._clock() + self._flush_period
+        self._guarded(self._file.flush)
+
+    def close(self, status: str, custom: Mapping[str, str] | None = None) -> None:
+        """Finish the bag; also after an error, as far as the disk allows.
+
+        `status` and `custom` (text) go into `custom_data` of the metadata.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        (self.path / RESERVE_NAME).unlink(missing_ok=True)
+        information = {"status": status, **(custom or {})}
+        try:
+            if self.error:
+                self._file.drop_pending()
+            self._file.flush()
+            content = metadata.bag_information(self._file.index, self.file_name, information)
+            self._file.add_metadata("rosbag2", {"serialized_metadata": metadata.text(content)})
+            self._file.finish()
+            metadata.write(self.path, content)
+        except OSError as error:
+            self._file.abandon()
+            self.error = (
+                f"{self.path}: not finished ({error.strerror}); what is written is kept, "
+                "free the disk and start the recorder again to mend it"
+            )
+            raise RecordingError(self.error) from error
+
+    def discard(self) -> None:
+        """Close and delete the bag."""
+        self._closed = True
+        self._file.abandon()
+        shutil.rmtree(self.path)
+
+    def _guarded(self, write: Callable[[], None]) -> None:
+        try:
+            write()
+        except OSError as error:
+            self.error = (
+                f"{self.path}: recording stopped, the disk does not take more "
+                f"({error.strerror}); what is written stays readable"
+            )
+            raise RecordingError(self.error) from error
+
+    def _unknown(self, topic: str) -> RecordingError:
+        return RecordingError(f"{topic}: not a topic of {self.path.name}; name it at the start")
+
+    def _add_topic(self, spec: TopicSpec, definition: str) -> None:
+        schema = self._schemas.get(spec.type)
+        if schema is None:
+            schema = self._schemas[spec.type] = self._file.add_schema(spec.type, definition)
+        information = {
+            "offered_qos_profiles": qos_text([spec.qos]),
+            "topic_type_hash": type_hash(spec.type),
+        }
+        self._channels[spec.name] = self._file.add_channel(spec.name, schema, information)
+
+    def _reserve(self) -> None:
+        with open(self.path / RESERVE_NAME, "wb") as reserve:
+            os.posix_fallocate(reserve.fileno(), 0, RESERVE_SIZE)
