@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-
 from flatplank_control.recording import metadata
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.mcap_file import McapFile
