@@ -223,11 +223,17 @@ def _found(store: Store) -> list[dict[str, Any]]:
     out = []
     for name in store.names():
         known = name.lower().endswith(tuple(suffixes()))
-        bag = store.is_dir(name) and store.exists(f"{name}/metadata.yaml")
-        if known or bag:
+        if known or _is_bag(store, name):
             stem = name.rsplit(".", 1)[0] if known else name
             out.append({"file": name, "run_index": len(out)} | parse_name(stem))
     return out
+
+
+def _is_bag(store: Store, name: str) -> bool:
+    """A folder with metadata.yaml, or with the file that a killed recorder left."""
+    return store.is_dir(name) and (
+        store.exists(f"{name}/metadata.yaml") or store.exists(f"{name}/{name}_0.mcap")
+    )
 
 
 def _mapping(store: Store, raw: Mapping[str, Any]) -> Mapping[str, Any] | None:

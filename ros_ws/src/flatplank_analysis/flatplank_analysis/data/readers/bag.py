@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bags to measurement tables: needed topics only, joined on the stamp of the bus cycle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from flatplank_analysis.data import cache
+from flatplank_analysis.data.bags.cdr import decode_many, decode_one
+from flatplank_analysis.data.bags.definitions import parse_definition
+from flatplank_analysis.data.bags.mcap import McapFile
+from flatplank_analysis.data.bags.sqlite import SqliteFile
+from flatplank_analysis.data.bags.topics import RUN_TOPIC, TopicMap, topic_map
+from flatplank_analysis.data.readers.base import Loaded, Request, reader
+from flatplank_analysis.data.table import STANDARD_COLUMNS
+from flatplank_analysis.errors import FlatplankError
+
+_STAMP = ("header.stamp.sec", "header.stamp.nanosec")
+_STORAGE = {".mcap": McapFile, ".db3": SqliteFile}
+
+
+@reader(".mcap", ".db3")
+def read_bag(request: Request) -> Loaded:
+    """A bag folder or a single file; the table is kept in a Parquet cache beside it."""
+    key = cache.key_of(request)
+    kept = cache.load(request, key)
+    if kept is not None:
+        return kept
+    loaded = import_bag(request.store.local(request.name), topic_map(request.mapping))
+    cache.save(request, key, loaded)
+    if request.columns is None:
+        return loaded
+    columns = {k: v for k, v in loaded.columns.items() if request.wants(k)}
+    return Loaded(columns, loaded.facts, loaded.remarks)
+
+
+def import_bag(path: Path, topics: TopicMap) -> Loaded:
+    """Read a bag from disk: columns in SI, the run record, remarks."""
+    files = _files(path)
+    series: dict[str, list] = {topic: [] for topic in topics.sources}
+    facts: dict[str, Any] = {}
+    remarks = []
+    for file in files:
+        wanted = {*topics.sources, RUN_TOPIC}
+        for block in file.blocks(wanted):
+            kind = parse_definition(block.channel.type, block.channel.definition)
+            if block.channel.topic == RUN_TOPIC:
+                facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
+                continue
+            sources = topics.sources[block.channel.topic]
+            use_log = topics.time == "log_time"
+            paths = [s.path for s in sources] + ([] if use_log else list(_STAMP))
+            rows, values = decode_many(kind, block.payloads, paths)
+            stamp = block.log_time[rows] if use_log else _stamps(values, block.log_time[rows])
+            series[block.channel.topic].append((stamp, values))
+        if file.cut_short:
+            remarks.append("the bag has no end (recorder killed?): read as far as it goes")
+    return Loaded(_join(path, topics, series), facts, remarks)
+
+
+def _files(path: Path) -> list:
+    paths = [path]
+    if path.is_dir():
+        paths = sorted(p for p in path.iterdir() if p.suffix in _STORAGE)
+    if not paths:
+        raise FlatplankError("no .mcap or .db3 file", path.name, "copy the whole bag folder")
+    return [_STORAGE[p.suffix](p) for p in paths]
+
+
+def _record(message: dict[str, Any]) -> dict[str, Any]:
+    """Facts of a `/run` message: the YAML record, its UUID and status."""
+    record = yaml.safe_load(str(message.get("record") or "")) or {}
+    facts = dict(record) if isinstance(record, dict) else {}
+    facts.pop("file", None)
+    for key in ("uuid", "status"):
+        if message.get(key):
+            facts[key] = message[key]
+    return facts
+
+
+def _stamps(values: dict[str, np.ndarray], log_time: np.ndarray) -> np.ndarray:
+    """[ns]; the time of recording where a message has no header."""
+    sec, nsec = (values[path] for path in _STAMP)
+    if sec.dtype.kind == "f":
+        return log_time
+    return sec.astype(np.int64) * 1_000_000_000 + nsec.astype(np.int64)
+
+
+def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np.ndarray]:
+    if not series[topics.base]:
+        raise FlatplankError(
+            f"no message on {topics.base}",
+            path.name,
+            "check that the topic was recorded, or give a mapping file",
+        )
+    base, _ = _sorted(series[topics.base], [])
+    columns = {"time": (base - base[0]) * 1e-9}
+    for topic, parts in series.items():
+        if not parts:
+            continue
+        sources = topics.sources[topic]
+        stamp, values = _sorted(parts, [s.path for s in sources])
+        for source in sources:
+            column = values[source.path]
+            if np.isnan(column).all():
+                continue
+            if source.factor != 1.0 or source.offset != 0.0:
+                column = column * source.factor + source.offset
+            columns[source.column] = _on_base(base, stamp, column)
+    return _since_trigger(columns)
+
+
+def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Stamps in order without doubles, and the float64 columns that belong to them."""
+    stamp = np.concatenate([s for s, _ in parts])
+    order = None
+    if np.any(np.diff(stamp) <= 0):
+        stamp, order = np.unique(stamp, return_index=True)
+    values = {}
+    for path in paths:
+        column = np.concatenate([np.asarray(v[path], dtype=np.float64) for _, v in parts])
+        values[path] = column if order is None else column[order]
+    return stamp, values
+
+
+def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """`column` at the base stamps: as it is on the same cycles, else interpolated in time."""
+    if base.size == stamp.size and np.array_equal(base, stamp):
+        return column
+    zero = base[0]
+    return np.interp(
+        (base - zero) * 1e-9, (stamp - zero) * 1e-9, column, left=np.nan, right=np.nan
+    )
+
+
+def _since_trigger(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """From the motion trigger on: before it the plank position has another zero.
+
+    Cycles at the ends that one of the topics has not reached are left out.
+    """
+    first = 0
+    trigger = columns.get("motion_trigger")
+    if trigger is not None and trigger.any():
+        first = int(np.argmax(trigger > 0.5))
+    measured = [v for n, v in columns.items() if n in STANDARD_COLUMNS]
+    whole = np.flatnonzero(np.all(np.isfinite(measured), axis=0))
+    last = int(whole[-1]) + 1 if whole.size else len(columns["time"])
+    first = max(first, int(whole[0])) if whole.size else first
+    out = {name: values[first:last] for name, values in columns.items()}
+    out["time"] = out["time"] - out["time"][0]
+    return out

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes bags as rosbag2 does, from the message files of the source tree."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+MSG = Path(__file__).resolve().parents[2] / "ros_ws/src/flatplank_msgs/msg"
+
+
+def store():
+    types = {}
+    for path in sorted(MSG.glob("*.msg")):
+        types |= get_types_from_msg(path.read_text(), f"flatplank_msgs/msg/{path.stem}")
+    found = get_typestore(Stores.ROS2_JAZZY)
+    found.register(types)
+    return found
+
+
+class Bag:
+    """One MCAP file; `write(topic, type, stamp_ns, fields)`."""
+
+    def __init__(self, folder: Path, compression: CompressionType = CompressionType.NONE, **options):
+        folder.mkdir(parents=True)
+        self.types = store()
+        self.stream = open(folder / f"{folder.name}_0.mcap", "wb")
+        self.writer = Writer(self.stream, compression=compression, **options)
+        self.writer.start(profile="ros2")
+        self.channels: dict[str, int] = {}
+
+    def close(self) -> None:
+        self.writer.finish()
+        self.stream.close()
+
+    def channel(self, topic: str, kind: str) -> int:
+        if topic not in self.channels:
+            text = self.types.generate_msgdef(kind, ros_version=2)[0]
+            schema = self.writer.register_schema(kind, "ros2msg", text.encode())
+            self.channels[topic] = self.writer.register_channel(topic, "cdr", schema)
+        return self.channels[topic]
+
+    def header(self, stamp: int, frame: str = ""):
+        t = self.types.types
+        time = t["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+        return t["std_msgs/msg/Header"](stamp=time, frame_id=frame)
+
+    def write(self, topic: str, kind: str, stamp: int, message) -> None:
+        data = bytes(self.types.serialize_cdr(message, kind))
+        self.writer.add_message(self.channel(topic, kind), stamp, data, stamp)
+
+
+def wrench(bag: Bag, stamp: int, values, frame: str = "contact"):
+    t = bag.types.types
+    vector = t["geometry_msgs/msg/Vector3"]
+    force, torque = vector(*values[:3]), vector(*values[3:])
+    return t["geometry_msgs/msg/WrenchStamped"](
+        header=bag.header(stamp, frame), wrench=t["geometry_msgs/msg/Wrench"](force, torque)
+    )
+
+
+def write_run(folder: Path, columns: dict[str, np.ndarray], record: str, name: str = "", **options):
+    """A bench bag with the topics that the analysis reads; time in s."""
+    bag = Bag(folder, **options)
+    types = bag.types.types
+    run = types["flatplank_msgs/msg/Run"](bag.header(0), "u-" + folder.name, name, "complete", record)
+    bag.write("/run", "flatplank_msgs/msg/Run", 0, run)
+    encoder = types["flatplank_msgs/msg/EncoderState"]
+    hub = types["flatplank_msgs/msg/HubState"]
+    drive = types["flatplank_msgs/msg/DriveStatus"]
+    for i, time in enumerate(columns["time"]):
+        stamp = round(float(time) * 1e9) + 5 * 10**9
+        c = {k: float(v[i]) for k, v in columns.items()}
+        head = bag.header(stamp)
+        message = encoder(
+            head, i, c["plank_position"], c["plank_velocity"], c["wheel_angle"],
+            c["wheel_velocity"], 0.0, 0.0, float("nan"), 0.0, c["motor_velocity"], True, True, 0.0,
+        )
+        bag.write("/encoders/state", "flatplank_msgs/msg/EncoderState", stamp, message)
+        forces = [c[k] for k in ("fx", "fy", "fz", "mx", "my", "mz")]
+        kind = "geometry_msgs/msg/WrenchStamped"
+        bag.write("/measurement_hub/wrench_contact", kind, stamp, wrench(bag, stamp, forces))
+        message = hub(head, i, c["loaded_radius"], 0.0, c["fz"], True, 0)
+        bag.write("/measurement_hub/state", "flatplank_msgs/msg/HubState", stamp, message)
+        message = drive(
+            bag.header(stamp, "wheel"), i, 4, 0, 0.0, 0.0, c["motor_torque"], 0.0, 0.0, 0.0, 0, 0
+        )
+        bag.write("/wheel_drive/status", "flatplank_msgs/msg/DriveStatus", stamp, message)
+    bag.close()
