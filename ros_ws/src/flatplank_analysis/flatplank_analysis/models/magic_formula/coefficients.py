@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The coefficients of the Magic Formula 6.1/6.2: names, sections, defaults.
+
+Names and sections are those of a `.tir` file (tire property file). A coefficient that a file
+does not give has its null value: 1 for a scaling factor, 0 otherwise, with the few exceptions
+that are stated here. Sources: Pacejka, Tire and Vehicle Dynamics (3rd ed., 2012) section 4.3.2;
+Besselink, Schmeitz, Pacejka (2010), An improved Magic Formula/Swift tyre model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+SECTIONS: dict[str, str] = {
+    "MODEL": "LONGVL VXLOW",
+    "DIMENSION": "UNLOADED_RADIUS WIDTH RIM_RADIUS RIM_WIDTH ASPECT_RATIO",
+    "OPERATING_CONDITIONS": "INFLPRES NOMPRES",
+    "VERTICAL": (
+        "FNOMIN VERTICAL_STIFFNESS VERTICAL_DAMPING PFZ1 Q_FZ2 Q_FCX Q_FCY Q_V1 Q_V2 Q_RE0 "
+        "BREFF DREFF FREFF MC_CONTOUR_A MC_CONTOUR_B"
+    ),
+    "STRUCTURAL": (
+        "LONGITUDINAL_STIFFNESS LATERAL_STIFFNESS YAW_STIFFNESS "
+        "PCFX1 PCFX2 PCFX3 PCFY1 PCFY2 PCFY3"
+    ),
+    "CONTACT_PATCH": "Q_RA1 Q_RA2 Q_RB1 Q_RB2",
+    "SCALING_COEFFICIENTS": (
+        "LFZO LCX LMUX LEX LKX LHX LVX LCY LMUY LEY LKY LHY LVY LKYC LKZC LTR LRES LXAL LYKA "
+        "LVYKA LS LVMX LMX"
+    ),
+    "LONGITUDINAL_COEFFICIENTS": (
+        "PCX1 PDX1 PDX2 PDX3 PEX1 PEX2 PEX3 PEX4 PKX1 PKX2 PKX3 PHX1 PHX2 PVX1 PVX2 "
+        "PPX1 PPX2 PPX3 PPX4 RBX1 RBX2 RBX3 RCX1 REX1 REX2 RHX1"
+    ),
+    "OVERTURNING_COEFFICIENTS": (
+        "QSX1 QSX2 QSX3 QSX4 QSX5 QSX6 QSX7 QSX8 QSX9 QSX10 QSX11 QSX12 QSX13 QSX14 PPMX1"
+    ),
+    "LATERAL_COEFFICIENTS": (
+        "PCY1 PDY1 PDY2 PDY3 PEY1 PEY2 PEY3 PEY4 PEY5 PKY1 PKY2 PKY3 PKY4 PKY5 PKY6 PKY7 "
+        "PHY1 PHY2 PVY1 PVY2 PVY3 PVY4 PPY1 PPY2 PPY3 PPY4 PPY5 "
+        "RBY1 RBY2 RBY3 RBY4 RCY1 REY1 REY2 RHY1 RHY2 RVY1 RVY2 RVY3 RVY4 RVY5 RVY6"
+    ),
+    "ALIGNING_COEFFICIENTS": (
+        "QBZ1 QBZ2 QBZ3 QBZ4 QBZ5 QBZ9 QBZ10 QCZ1 QDZ1 QDZ2 QDZ3 QDZ4 QDZ6 QDZ7 QDZ8 QDZ9 "
+        "QDZ10 QDZ11 QEZ1 QEZ2 QEZ3 QEZ4 QEZ5 QHZ1 QHZ2 QHZ3 QHZ4 PPZ1 PPZ2 SSZ1 SSZ2 SSZ3 SSZ4"
+    ),
+}
+
+SECTION_OF: dict[str, str] = {
+    name: section for section, names in SECTIONS.items() for name in names.split()
+}
+
+REQUIRED: tuple[str, ...] = (
+    "UNLOADED_RADIUS",
+    "FNOMIN",
+    "NOMPRES",
+    "VERTICAL_STIFFNESS",
+    "PCX1",
+    "PDX1",
+    "PKX1",
+    "PCY1",
+    "PDY1",
+    "PKY1",
+)
+"""Without these no force can be computed."""
+
+_NOT_ZERO = {"Q_RE0": 1.0, "PKY4": 2.0, "LONGVL": 16.7}
+_UNKNOWN = {"LATERAL_STIFFNESS": float("nan"), "LONGITUDINAL_STIFFNESS": float("nan")}
+
+DEFAULTS: dict[str, float] = {
+    name: 1.0 if section == "SCALING_COEFFICIENTS" else 0.0
+    for name, section in SECTION_OF.items()
+} | (_NOT_ZERO | _UNKNOWN)
+
+
+class Coefficients:
+    """All coefficients as attributes; a value is a float or an array that broadcasts (lanes).
+
+    SI units (N, m, Pa, rad). Names that the Magic Formula does not know are ignored.
+    """
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        self.__dict__.update(DEFAULTS)
+        self.__dict__.update({k: v for k, v in values.items() if k in SECTION_OF})
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"the Magic Formula has no coefficient {name}")
+
+    def replaced(self, values: Mapping[str, Any]) -> Coefficients:
+        """The same coefficients with some of them changed."""
+        return Coefficients(self.__dict__ | dict(values))

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Aligning moment Mz (4.E31 to 4.E49, 4.E71 to 4.E78) and overturning moment Mx.
+
+Where the book and the article of 2010 differ, the article is followed, as MF-Tyre does: the trail
+grows with QDZ3 gamma (signed), its slope with QBZ4 gamma + QBZ5 |gamma|, the arm of Fx uses
+FNOMIN, and the equivalent slip angles go through tangents (A54, A55).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .coefficients import Coefficients
+from .pure import PureY, lateral
+from .state import OperatingPoint, Value, away_from_zero, cos_atan, cos_course, curve_angle, sign
+
+
+def aligning(
+    c: Coefficients,
+    o: OperatingPoint,
+    pure_y: PureY,
+    kxk: Value,
+    g_yk: Value,
+    fx: Value,
+    fy: Value,
+) -> Value:
+    """Mz [Nm] at combined slip: trail times side force, residual moment, arm of Fx."""
+    kya = away_from_zero(pure_y.kya)
+    # (K_x/K_y kappa)^2: slip of the other direction, told as a slip angle.
+    other = kxk / kya * o.kappa
+    other = other * other
+    alpha_r = _equivalent(o.alpha + pure_y.sh_y + pure_y.sv_y / kya, other)
+    alpha_t = o.alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * o.gamma
+    fy_prime = _force_without_camber(c, o, pure_y) * g_yk
+    moment = _residual(c, o, pure_y) * cos_atan(
+        (c.QBZ9 * c.LKY / c.LMUY + c.QBZ10 * pure_y.b_y * pure_y.c_y) * alpha_r
+    )
+    moment = moment - _trail(c, o, alpha_t, _equivalent(alpha_t, other)) * fy_prime
+    if np.any(c.SSZ1) or np.any(c.SSZ2) or np.any(c.SSZ3) or np.any(c.SSZ4):
+        arm = c.SSZ1 + c.SSZ2 * fy / c.FNOMIN + (c.SSZ3 + c.SSZ4 * o.dfz) * o.gamma
+        moment = moment + c.UNLOADED_RADIUS * arm * c.LS * fx
+    return moment
+
+
+def _equivalent(angle: Value, other: Value) -> Value:
+    """Slip angle that has the same effect as this angle with the slip of the other direction."""
+    tangent = np.tan(angle)
+    return np.arctan(np.sqrt(tangent * tangent + other)) * sign(angle)
+
+
+def _force_without_camber(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
+    """Fy0 at gamma = 0 (4.E74): camber thrust has no trail."""
+    return lateral(c, o._replace(gamma=0.0)).fy0 if np.any(o.gamma) else pure_y.fy0
+
+
+def _trail(c: Coefficients, o: OperatingPoint, alpha_t: Value, alpha_eq: Value) -> Value:
+    """Pneumatic trail t [m] (4.E73; A58, A60)."""
+    load = c.QBZ1 + (c.QBZ2 + c.QBZ3 * o.dfz) * o.dfz
+    b_t = load * (1.0 + c.QBZ4 * o.gamma + c.QBZ5 * np.abs(o.gamma)) * c.LKY / c.LMUY
+    skew = (c.QEZ4 + c.QEZ5 * o.gamma) * (2.0 / np.pi) * np.arctan(b_t * c.QCZ1 * alpha_t)
+    e_t = (c.QEZ1 + (c.QEZ2 + c.QEZ3 * o.dfz) * o.dfz) * (1.0 + skew)
+    e_t = np.minimum(e_t, 1.0)
+    d_t = (c.QDZ1 + c.QDZ2 * o.dfz) * (1.0 - c.PPZ1 * o.dpi)
+    d_t = d_t * (1.0 + c.QDZ3 * o.gamma + c.QDZ4 * o.gamma * o.gamma)
+    # FNOMIN, not LFZO FNOMIN: MF-Tyre multiplies the trail by LFZO once more.
+    d_t = d_t * o.fz * (c.UNLOADED_RADIUS / c.FNOMIN) * c.LTR
+    return d_t * np.cos(curve_angle(c.QCZ1, b_t, e_t, alpha_eq)) * cos_course(o)
+
+
+def _residual(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
+    """Peak D_r [Nm] of the residual moment (4.E47)."""
+    camber = (c.QDZ8 + c.QDZ9 * o.dfz) * (1.0 + c.PPZ2 * o.dpi)
+    camber = camber + (c.QDZ10 + c.QDZ11 * o.dfz) * np.abs(o.gamma)
+    peak = (c.QDZ6 + c.QDZ7 * o.dfz) * c.LRES + camber * o.gamma * c.LKZC
+    return o.fz * c.UNLOADED_RADIUS * peak * c.LMUY * sign(o.vx) * np.cos(o.alpha)
+
+
+def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
+    """Mx [Nm] (equation 49 of the draft of the article, with QSX12 to QSX14)."""
+    load, side = o.fz / c.FNOMIN, fy / c.FNOMIN
+    mixed = np.cos(c.QSX5 * np.arctan((c.QSX6 * load) ** 2))
+    mixed = c.QSX4 * mixed * np.sin(c.QSX7 * o.gamma + c.QSX8 * np.arctan(c.QSX9 * side))
+    tilt = c.QSX2 * (1.0 + c.PPMX1 * o.dpi) + c.QSX12 * np.abs(o.gamma)
+    per_load = c.QSX1 * c.LVMX - tilt * o.gamma + c.QSX3 * side + mixed
+    per_load = per_load + c.QSX10 * np.arctan(c.QSX11 * load) * o.gamma
+    per_side = c.QSX13 + c.QSX14 * np.abs(o.gamma)
+    return c.UNLOADED_RADIUS * c.LMX * (o.fz * per_load + fy * per_side)

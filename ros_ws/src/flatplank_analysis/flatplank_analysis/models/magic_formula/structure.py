@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Radii, deflection, contact patch, stiffnesses and relaxation lengths.
+
+Source: Besselink, Schmeitz, Pacejka (2010), equations 1 to 10 and 17 to 19; thesis (7.20), (7.21).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .coefficients import Coefficients
+from .pure import cornering_stiffness, longitudinal_stiffness
+from .state import OperatingPoint, Value
+
+
+def vertical_stiffness(c: Coefficients, dpi: Value) -> Value:
+    """C_z [N/m] at the nominal load, over pressure (7.21)."""
+    return c.VERTICAL_STIFFNESS * (1.0 + c.PFZ1 * dpi)
+
+
+def effective_radius(c: Coefficients, o: OperatingPoint, omega: Value) -> Value:
+    """Effective rolling radius R_e [m] at wheel speed omega [rad/s]."""
+    load = o.fz / c.FNOMIN
+    shape = c.DREFF * np.arctan(c.BREFF * load) + c.FREFF * load
+    return free_radius(c, omega) - c.FNOMIN / vertical_stiffness(c, o.dpi) * shape
+
+
+def free_radius(c: Coefficients, omega: Value) -> Value:
+    """Radius of the unloaded tire at speed [m]."""
+    growth = omega * c.UNLOADED_RADIUS / c.LONGVL
+    return c.UNLOADED_RADIUS * (c.Q_RE0 + c.Q_V1 * growth * growth)
+
+
+def rolling(c: Coefficients, o: OperatingPoint, vx: Value) -> tuple[Value, Value]:
+    """R_e [m] and omega [rad/s] that agree with each other: omega = (1 + kappa) vx / R_e."""
+    omega = 0.0
+    radius = effective_radius(c, o, omega)
+    # Growth with speed is some 0.1 mm: the fixed point is reached in a few turns.
+    for _ in range(40):
+        omega = (1.0 + o.kappa) * vx / radius
+        before, radius = radius, effective_radius(c, o, omega)
+        if np.all(np.abs(radius - before) < 1e-14):
+            break
+    return radius, omega
+
+
+def deflection(c: Coefficients, o: OperatingPoint, omega: Value, fx: Value, fy: Value) -> Value:
+    """rho [m] at which the tire carries fz; the form that stays finite with Q_FZ2 = 0."""
+    gain = 1.0 + c.Q_V2 * (c.UNLOADED_RADIUS / c.LONGVL) * np.abs(omega)
+    gain = gain - (c.Q_FCX * fx / c.FNOMIN) ** 2 - (c.Q_FCY * fy / c.FNOMIN) ** 2
+    load = o.fz / (gain * (1.0 + c.PFZ1 * o.dpi) * c.FNOMIN)
+    slope = c.VERTICAL_STIFFNESS * c.UNLOADED_RADIUS / c.FNOMIN
+    q_fz1 = np.sqrt(slope * slope - 4.0 * c.Q_FZ2)
+    return c.UNLOADED_RADIUS * 2.0 * load / (q_fz1 + np.sqrt(q_fz1**2 + 4.0 * c.Q_FZ2 * load))
+
+
+def contact_length(c: Coefficients, o: OperatingPoint) -> Value:
+    """Half contact length a [m] (7.20)."""
+    rho = o.fz / (vertical_stiffness(c, o.dpi) * c.UNLOADED_RADIUS)
+    return c.UNLOADED_RADIUS * (c.Q_RA2 * rho + c.Q_RA1 * np.sqrt(rho))
+
+
+def contact_width(c: Coefficients, o: OperatingPoint) -> Value:
+    """Half contact width b [m]."""
+    rho = o.fz / (vertical_stiffness(c, o.dpi) * c.UNLOADED_RADIUS)
+    return c.WIDTH * (c.Q_RB2 * rho + c.Q_RB1 * np.cbrt(rho))
+
+
+def stiffness_x(c: Coefficients, o: OperatingPoint) -> Value:
+    """Overall longitudinal stiffness C_x [N/m]."""
+    load = 1.0 + c.PCFX1 * o.dfz + c.PCFX2 * o.dfz * o.dfz
+    return c.LONGITUDINAL_STIFFNESS * load * (1.0 + c.PCFX3 * o.dpi)
+
+
+def stiffness_y(c: Coefficients, o: OperatingPoint) -> Value:
+    """Overall lateral stiffness C_y [N/m]."""
+    load = 1.0 + c.PCFY1 * o.dfz + c.PCFY2 * o.dfz * o.dfz
+    return c.LATERAL_STIFFNESS * load * (1.0 + c.PCFY3 * o.dpi)
+
+
+def relaxation_x(c: Coefficients, o: OperatingPoint) -> Value:
+    """sigma_x = K_xk / C_x [m] (7.7)."""
+    return np.abs(longitudinal_stiffness(c, o) / stiffness_x(c, o))
+
+
+def relaxation_y(c: Coefficients, o: OperatingPoint) -> Value:
+    """sigma_y = K_ya / C_y [m]."""
+    return np.abs(cornering_stiffness(c, o) / stiffness_y(c, o))

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything the Magic Formula says about one operating point of a tire."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from .magic_formula import Coefficients, operating_point, steady
+from .magic_formula import structure as shape
+from .tir import TirFile, read_tir
+
+
+@dataclass(frozen=True)
+class TireState:
+    """Steady state of a rolling tire. SI, ISO W; NaN where the file does not say enough."""
+
+    fx: float
+    """Longitudinal force [N]."""
+    fy: float
+    """Lateral force [N]."""
+    mz: float
+    """Aligning moment [Nm]."""
+    re: float
+    """Effective rolling radius [m]."""
+    a: float
+    """Half contact length [m]."""
+    sigma_x: float
+    """Longitudinal relaxation length [m]."""
+    sigma_y: float
+    """Lateral relaxation length [m]."""
+    kx: float
+    """Longitudinal slip stiffness [N]."""
+    ky: float
+    """Cornering stiffness [N/rad]; negative in ISO W."""
+
+    def to_json(self) -> dict[str, float | None]:
+        """Values as a program reads them; None where a value is not known."""
+        return {k: v if math.isfinite(v) else None for k, v in asdict(self).items()}
+
+
+def tire_state(
+    tir: TirFile | Coefficients | str | Path,
+    fz: float,
+    kappa: float = 0.0,
+    alpha: float = 0.0,
+    gamma: float = 0.0,
+    pressure: float | None = None,
+    vx: float = 0.03,
+) -> TireState:
+    """State at load fz [N], kappa [-], alpha, gamma [rad], pressure [Pa], speed vx [m/s]."""
+    if isinstance(tir, (str, Path)):
+        tir = read_tir(tir)
+    c = tir.coefficients if isinstance(tir, TirFile) else tir
+    o = operating_point(c, fz, kappa, alpha, gamma, c.NOMPRES if pressure is None else pressure, vx)
+    forces = steady(c, o)
+    return TireState(
+        fx=float(forces.fx),
+        fy=float(forces.fy),
+        mz=float(forces.mz),
+        re=float(shape.rolling(c, o, vx)[0]),
+        a=float(shape.contact_length(c, o)),
+        sigma_x=float(shape.relaxation_x(c, o)),
+        sigma_y=float(shape.relaxation_y(c, o)),
+        kx=float(forces.kxk),
+        ky=float(forces.kya),
+    )
