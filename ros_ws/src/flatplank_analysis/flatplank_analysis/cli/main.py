@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command `flatplank VERB ...`: finds the verb among the installed packages and runs it.
+
+A verb is an entry point of the group `flatplank.verbs`: a module with `main(argv) -> exit code`. With this package
+alone there are the verbs of the analysis; the bench's packages add theirs.
+Exit codes: 0 done, 1 the input or the bench is at fault (one line on stderr says how), 2 nothing could be used or
+the command line is wrong, 130 stopped by Ctrl-C. A verb may give others their own meaning.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import sys
+from difflib import get_close_matches
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
+
+from flatplank_analysis.errors import FlatplankError
+
+GROUP = "flatplank.verbs"
+
+
+def verbs() -> dict[str, EntryPoint]:
+    """Every installed verb by name."""
+    return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name)}
+
+
+def summary(entry: EntryPoint) -> str:
+    """First line of the verb's docstring, read without importing it: listing must not load the world."""
+    spec = find_spec(entry.module)
+    if spec is None or spec.origin is None:
+        return "(not installed)"
+    docstring = ast.get_docstring(ast.parse(Path(spec.origin).read_text(encoding="utf-8")))
+    return (docstring or "").split("\n", 1)[0]
+
+
+def listing(known: dict[str, EntryPoint]) -> str:
+    """The help text: one line per verb."""
+    lines = [f"  {name:12} {summary(entry)}" for name, entry in known.items()]
+    return "\n".join(["usage: flatplank VERB [--help] ...", *lines])
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one verb; bad input becomes one line on stderr."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    known = verbs()
+    if not arguments or arguments[0] in ("help", "-h", "--help"):
+        print(listing(known))
+        return 0
+    name, rest = arguments[0], arguments[1:]
+    if name not in known:
+        near = get_close_matches(name, known, 1)
+        hint = f"did you mean {near[0]}?" if near else "`flatplank help` lists them"
+        print(f"flatplank: no verb {name!r}: {hint}", file=sys.stderr)
+        return 2
+    try:
+        return int(known[name].load()(rest) or 0)
+    except KeyboardInterrupt:
+        print(f"flatplank {name}: stopped", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # the reader (`| head`) has gone; keep the interpreter from complaining about it at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (FlatplankError, ValueError, FileNotFoundError) as error:
+        print(f"flatplank {name}: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+from setuptools import find_namespace_packages, setup
+
+NAME = "flatplank_analysis"
+# One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; its docstring's first line
+# is the help.
+VERBS = [
+]
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="From flat plank bags to tables, tire models, and the physical effect that a model lacks.",
+    maintainer="Flat Plank maintainers",
+    maintainer_email="maintainers@flatplank.example",
+    license="Apache-2.0",
+    packages=find_namespace_packages(include=[f"{NAME}*"]),
+    package_data={"": ["*.yaml", "*.json", "*.tir", "*.csv", "*.html", "*.j2", "*.css"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+    ],
+    install_requires=[
+        "jinja2", "matplotlib", "mcap", "numba", "numpy", "pyarrow", "pyyaml", "rosbags", "scipy", "zstandard",
+    ],
+    entry_points={
+        "console_scripts": ["flatplank = flatplank_analysis.cli.main:main"],
+        "flatplank.verbs": VERBS,
+    },
+    python_requires=">=3.10",
+    zip_safe=True,
+)

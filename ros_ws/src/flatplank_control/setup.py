@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+
+from setuptools import find_namespace_packages, setup
+
+NAME = "flatplank_control"
+# One line per node: `ros2 run flatplank_control NAME`.
+NODES = [
+]
+# One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; its docstring's first line
+# is the help.
+VERBS = [
+    "doctor = flatplank_control.cli.doctor:main",
+    "test = flatplank_control.cli.test:main",
+]
+
+
+def shared(*folders):
+    """Files of these folders, to be installed under share/<package> at the same relative path."""
+    files = (path for folder in folders for path in Path(folder).rglob("*") if path.is_file())
+    return [(f"share/{NAME}/{path.parent}", [str(path)]) for path in sorted(files)]
+
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Controllers, recorder, measurement runner and panel of the flat plank bench.",
+    maintainer="Flat Plank maintainers",
+    maintainer_email="maintainers@flatplank.example",
+    license="Apache-2.0",
+    packages=find_namespace_packages(include=[f"{NAME}*"]),
+    package_data={"": ["*.yaml", "*.json"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        *shared("config", "launch"),
+    ],
+    install_requires=["numpy", "scipy", "pyyaml", "mcap", "zstandard", "control"],
+    entry_points={"console_scripts": NODES, "flatplank.verbs": VERBS},
+    python_requires=">=3.10",
+    zip_safe=True,
+)
