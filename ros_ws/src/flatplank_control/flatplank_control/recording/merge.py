@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -62,6 +62,18 @@ def merge_blocks(blocks: Sequence[TopicBlock], channels: Mapping[str, int]) -> M
         channel: np.concatenate(parts).astype("<u8").tobytes() for channel, parts in index.items()
     }
     return MergedChunk(data.tobytes(), int(stamps.min()), int(stamps.max()), packed)
+
+
+def unroll(blocks: Sequence[TopicBlock]) -> Iterator[tuple[str, bytes, int]]:
+    """The messages one by one, as `merge_blocks` orders them: topic, CDR, stamp [ns]."""
+    messages: list[tuple[str, bytes, int]] = []
+    for block in blocks:
+        data = np.ascontiguousarray(block.payload).tobytes()
+        size = len(data) // max(len(block.stamps_ns), 1)
+        for number, stamp_ns in enumerate(np.asarray(block.stamps_ns).tolist()):
+            messages.append((block.topic, data[number * size : (number + 1) * size], stamp_ns))
+    messages.sort(key=lambda message: message[2])
+    yield from messages
 
 
 def _records(block: TopicBlock, channel: int) -> np.ndarray:

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A whole run of one topic as one array whose rows are serialised messages.
+
+A message whose texts and sequence lengths do not change has one fixed layout in CDR
+(XCDR1, little endian, as all ROS 2 middlewares send it). `CdrLayout` works it out once, as a
+numpy structured type over the serialised bytes: filling columns is serialising.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from struct import pack
+from typing import Any, NamedTuple
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.typesys.store import Typestore
+
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.typestore import typestore
+
+ENCAPSULATION = b"\x00\x01\x00\x00"
+_FORMATS = {
+    "bool": "?",
+    "byte": "u1",
+    "char": "u1",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "<i2",
+    "uint16": "<u2",
+    "int32": "<i4",
+    "uint32": "<u4",
+    "int64": "<i8",
+    "uint64": "<u8",
+    "float32": "<f4",
+    "float64": "<f8",
+}
+
+Fixed = Mapping[str, Any]
+
+
+class _Column(NamedTuple):
+    name: str
+    format: Any
+    offset: int
+
+
+class CdrLayout:
+    """Serialised form of one message type with given texts and lengths.
+
+    `fixed` maps field paths to what does not change: a text for a string, a list of texts for
+    a sequence of strings, a length for any other sequence. What is left out is empty. Columns
+    of `dtype` are the paths of the numbers: `header.stamp.sec`, `wrench.force.x`,
+    `position` (n entries), `status[0].level`.
+    """
+
+    def __init__(
+        self, msgtype: str, fixed: Fixed | None = None, *, store: Typestore | None = None
+    ):
+        self.msgtype = msgtype
+        self._store = store or typestore()
+        self._fixed = dict(fixed or {})
+        self._used: set[str] = set()
+        self._columns: list[_Column] = []
+        self._constants: list[tuple[int, bytes]] = [(0, ENCAPSULATION)]
+        self._end = 4
+        if msgtype not in self._store.fielddefs:
+            raise RecordingError(f"{msgtype}: unknown message type; check the topic's type")
+        self._message(msgtype, "")
+        self._check_fixed()
+        self.itemsize = self._end
+        self.dtype = np.dtype(
+            {
+                "names": [column.name for column in self._columns],
+                "formats": [column.format for column in self._columns],
+                "offsets": [column.offset for column in self._columns],
+                "itemsize": self.itemsize,
+            }
+        )
+        template = bytearray(self.itemsize)
+        for offset, data in self._constants:
+            template[offset : offset + len(data)] = data
+        self._template = np.frombuffer(bytes(template), np.uint8)
+
+    def new(self, count: int) -> np.ndarray:
+        """`count` messages, all numbers zero; an array of `dtype`."""
+        rows = np.empty((count, self.itemsize), np.uint8)
+        rows[:] = self._template
+        return rows.view(self.dtype).reshape(count)
+
+    def used_bytes(self) -> np.ndarray:
+        """bool [itemsize]: False where the format only pads."""
+        used = np.zeros(self.itemsize, bool)
+        for offset, data in self._constants:
+            used[offset : offset + len(data)] = True
+        for _, form, offset in self._columns:
+            used[offset : offset + np.dtype(form).itemsize] = True
+        return used
+
+    def _align(self, size: int) -> None:
+        self._end += -(self._end - 4) % size
+
+    def _constant(self, data: bytes, alignment: int) -> None:
+        self._align(alignment)
+        self._constants.append((self._end, data))
+        self._end += len(data)
+
+    def _number(self, path: str, kind: str, shape: tuple[int, ...] = ()) -> None:
+        form = _FORMATS.get(kind)
+        if form is None:
+            raise RecordingError(f"{self.msgtype}: {path} is a {kind}, which has no fixed layout")
+        size = np.dtype(form).itemsize
+        self._align(size)
+        self._columns.append(_Column(path, (form, shape) if shape else form, self._end))
+        self._end += size * int(np.prod(shape, dtype=int))
+
+    def _text(self, text: str) -> None:
+        data = text.encode() + b"\0"
+        self._constant(pack("<I", len(data)) + data, 4)
+
+    def _take(self, path: str, kind: type, default: Any) -> Any:
+        self._used.add(path)
+        value = self._fixed.get(path, default)
+        if not isinstance(value, kind) or isinstance(value, bool):
+            raise RecordingError(f"{self.msgtype}: {path} needs {kind.__name__}, not {value!r}")
+        return value
+
+    def _message(self, msgtype: str, prefix: str) -> None:
+        fields = self._store.fielddefs[msgtype][1]
+        for name, (node, detail) in fields:
+            self._field(prefix + name, node, detail)
+        if not fields:
+            self._constant(b"\0", 1)
+
+    def _field(self, path: str, node: int, detail: Any) -> None:
+        if node == Nodetype.BASE and detail[0] == "string":
+            self._text(self._take(path, str, ""))
+        elif node == Nodetype.BASE:
+            self._number(path, detail[0])
+        elif node == Nodetype.NAME:
+            self._message(detail, path + ".")
+        else:
+            self._elements(path, node, detail)
+
+    def _elements(self, path: str, node: int, detail: Any) -> None:
+        (kind, of), limit = detail
+        is_text = kind == Nodetype.BASE and of[0] == "string"
+        fixed_size = node == Nodetype.ARRAY
+        if is_text:
+            texts = self._take(path, list, [""] * limit if fixed_size else [])
+            count = len(texts)
+        else:
+            count = limit if fixed_size else self._take(path, int, 0)
+        if fixed_size and count != limit:
+            raise RecordingError(f"{self.msgtype}: {path} has {limit} entries, not {count}")
+        if not fixed_size:
+            self._constant(pack("<I", count), 4)
+        if is_text:
+            for text in texts:
+                self._text(text)
+        elif kind == Nodetype.NAME:
+            for number in range(count):
+                self._message(of, f"{path}[{number}].")
+        elif count:
+            self._number(path, of[0], (count,))
+
+    def _check_fixed(self) -> None:
+        for path in self._fixed:
+            if path not in self._used:
+                near = difflib.get_close_matches(path, self._used, n=1, cutoff=0.0)
+                hint = f"; the nearest is {near[0]!r}" if near else ""
+                raise RecordingError(f"{self.msgtype}: nothing is fixed at {path!r}{hint}")
+
+
+def set_stamps(messages: np.ndarray, stamps_ns: np.ndarray, path: str = "header.stamp") -> None:
+    """Fill a stamp, `stamps_ns` int64 [N] [ns]."""
+    seconds, rest = np.divmod(stamps_ns, 1_000_000_000)
+    messages[path + ".sec"] = seconds
+    messages[path + ".nanosec"] = rest
+
+
+def to_bytes(messages: np.ndarray) -> list[bytes]:
+    """Each row as the bytes of one message."""
+    data, size = np.ascontiguousarray(messages).tobytes(), messages.dtype.itemsize
+    return [data[at : at + size] for at in range(0, len(data), size)]

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recorder's core: idle, armed (waits for the motion trigger), recording."""
+
+from __future__ import annotations
+
+import shutil
+from collections import deque
+from collections.abc import Callable, Sequence
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+
+from flatplank_control.recording import run_message
+from flatplank_control.recording.bag_writer import BagWriter, TopicSpec
+from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
+from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.merge import TopicBlock, unroll
+from flatplank_control.recording.naming import free_name
+from flatplank_control.recording.run_record import RunRecord
+
+FREE_DISK = 200_000_000
+"""less is a full disk [bytes]"""
+
+
+class State(Enum):
+    """Of the session."""
+
+    IDLE = "idle"
+    ARMED = "armed"
+    RECORDING = "recording"
+
+
+class RecordingSession:
+    """One measurement after another into a data folder; the node feeds every message to it.
+
+    Writes `/run` itself, at the begin and at the close of each bag. A refused call raises
+    RecordingError with the reason and changes nothing.
+    """
+
+    def __init__(
+        self,
+        folder: Path | str,
+        topics: Sequence[TopicSpec],
+        *,
+        pre_trigger: float = 2.0,
+        open_bag: Callable[..., BagWriter] = BagWriter,
+        free_disk: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+    ) -> None:
+        """`pre_trigger`: what came in this time before the motion trigger is kept [s]."""
+        self.folder = Path(folder)
+        self.state = State.IDLE
+        self.record: RunRecord | None = None
+        """of the running or the last measurement"""
+        self.path: Path | None = None
+        self.cycles = CycleCount()
+        self._topics = [*(t for t in topics if t.name != run_message.TOPIC.name)]
+        self._names = {topic.name for topic in self._topics}
+        self._pre_trigger_ns = round(pre_trigger * 1e9)
+        self._open_bag = open_bag
+        self._free_disk = free_disk
+        self._bag: BagWriter | None = None
+        self._ring: deque[tuple[str, bytes, int]] = deque()
+        self._trigger_before = True
+        self._stamp_ns = 0
+
+    def start(
+        self,
+        record: RunRecord,
+        stamp_ns: int,
+        *,
+        folder: Path | str | None = None,
+        at_once: bool = False,
+    ) -> Path:
+        """Describe a run and arm; `at_once` does not wait for the trigger. Returns the bag."""
+        if self.state is not State.IDLE:
+            name = self.record.name if self.record else ""
+            raise RecordingError(f"{name} is {self.state.value}; stop or discard it first")
+        target = Path(folder) if folder else self.folder
+        self._check_folder(target)
+        record = record.with_changes(name=free_name(target, record.name), status="armed")
+        bag = self._open_bag(target, record.name, [run_message.TOPIC, *self._topics])
+        self._bag, self.path, self.record = bag, bag.path, record
+        self.cycles = CycleCount()
+        self._ring.clear()
+        self._trigger_before, self._stamp_ns = True, stamp_ns
+        self.state = State.ARMED
+        try:
+            record.save(bag.path)
+            bag.write(run_message.TOPIC.name, run_message.run_message(record, stamp_ns), stamp_ns)
+            bag.flush()
+        except (OSError, RecordingError) as error:
+            self._finish("failed", str(error), "")
+            raise RecordingError(f"{bag.path}: cannot be written ({error})") from error
+        if at_once:
+            self._begin()
+        return bag.path
+
+    def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
+        """A message came; ignored when idle or not a topic of the session.
+
+        When the disk takes no more the run is closed as failed and the reason is raised, once.
+        """
+        if self.state is State.IDLE or topic not in self._names:
+            return
+        self._stamp_ns = stamp_ns
+        image = read_bus_image(cdr) if topic == BUS_TOPIC else None
+        if self.state is State.ARMED:
+            self._ring.append((topic, cdr, stamp_ns))
+            while self._ring[0][2] < stamp_ns - self._pre_trigger_ns:
+                self._ring.popleft()
+            if image and self._rising(image):
+                self._begin()
+        else:
+            self._put(topic, cdr, stamp_ns, image)
+
+    def write_blocks(self, blocks: Sequence[TopicBlock]) -> None:
+        """The same for many messages of the twin; payloads are arrays of `CdrLayout`."""
+        blocks = [block for block in blocks if block.topic in self._names]
+        bag = self._bag
+        if self.state is not State.RECORDING or bag is None:
+            for topic, cdr, stamp_ns in unroll(blocks):
+                self.write(topic, cdr, stamp_ns)
+            return
+        self._guarded(lambda: bag.write_blocks(blocks))
+        for block in blocks:
+            self._stamp_ns = max(self._stamp_ns, int(np.max(block.stamps_ns, initial=0)))
+            if block.topic == BUS_TOPIC:
+                last = block.payload["cycle"].astype(np.int64)
+                self.cycles.add_many(last - np.maximum(block.payload["count"], 1) + 1, last)
+
+    def poll(self) -> None:
+        """Bring to the disk what waits; call it a few times a second."""
+        if self._bag is not None:
+            self._guarded(self._bag.poll)
+
+    def stop(self, status: str = "stopped", *, reason: str = "", ended: str = "") -> RunRecord:
+        """Close the bag; `ended` is the time of day, ISO 8601. Returns the closed record."""
+        if self.state is State.IDLE or self.record is None:
+            raise RecordingError("nothing is being recorded; start first")
+        self.record.with_changes(status=status)
+        return self._finish(status, reason, ended)
+
+    def discard(self) -> Path:
+        """Stop and delete the bag; returns where it was."""
+        if self._bag is None or self.record is None:
+            raise RecordingError("nothing is being recorded; start first")
+        bag, self._bag = self._bag, None
+        self.record = self.record.with_changes(status="discarded")
+        self.state = State.IDLE
+        self._ring.clear()
+        bag.discard()
+        return bag.path
+
+    def close(self) -> None:
+        """At the end of the program: nothing stays open."""
+        if self.state is not State.IDLE:
+            self._finish("interrupted", "the recorder was shut down", "")
+
+    def __enter__(self) -> RecordingSession:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _check_folder(self, folder: Path) -> None:
+        if not folder.is_dir():
+            raise RecordingError(f"{folder}: no such folder; make it or name another")
+        free = self._free_disk(folder)
+        if free < FREE_DISK:
+            raise RecordingError(
+                f"{folder}: the disk is full ({free / 1e6:.0f} MB free, "
+                f"{FREE_DISK / 1e6:.0f} MB needed); make room"
+            )
+
+    def _rising(self, image: BusImage) -> bool:
+        before, self._trigger_before = self._trigger_before, image.trigger
+        return image.trigger and not before
+
+    def _begin(self) -> None:
+        assert self._bag is not None and self.record is not None
+        self.state = State.RECORDING
+        self.record = self.record.with_changes(status="recording")
+        self._guarded(lambda: self.record.save(self._bag.path))
+        while self._ring and self.state is State.RECORDING:
+            topic, cdr, stamp_ns = self._ring.popleft()
+            image = read_bus_image(cdr) if topic == BUS_TOPIC else None
+            self._put(topic, cdr, stamp_ns, image)
+
+    def _put(self, topic: str, cdr: bytes, stamp_ns: int, image: BusImage | None) -> None:
+        bag = self._bag
+        assert bag is not None
+        try:
+            bag.write(topic, cdr, stamp_ns)
+        except RecordingError as error:
+            self._finish("failed", str(error), "")
+            raise
+        if image is not None:
+            self.cycles.add(image)
+
+    def _guarded(self, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except (OSError, RecordingError) as error:
+            self._finish("failed", str(error), "")
+            raise RecordingError(str(error)) from error
+
+    def _finish(self, status: str, reason: str, ended: str) -> RunRecord:
+        """Close whatever happens; what fails on the way is told in the record."""
+        bag, self._bag = self._bag, None
+        assert bag is not None and self.record is not None
+        self.state = State.IDLE
+        self._ring.clear()
+        self.record = record = self._closed(status, reason, ended)
+        if bag.error is None:
+            message = run_message.run_message(record, self._stamp_ns)
+            try:
+                bag.write(run_message.TOPIC.name, message, self._stamp_ns)
+            except RecordingError as error:
+                self.record = record = self._closed("failed", str(error), ended)
+        try:
+            bag.close(record.status, {"uuid": record.uuid, "tire": record.tire})
+            record.save(bag.path)
+        except (OSError, RecordingError) as error:
+            self.record = record = self._closed("failed", f"{reason} {error}".strip(), ended)
+        return record
+
+    def _closed(self, status: str, reason: str, ended: str) -> RunRecord:
+        assert self.record is not None
+        count = self.cycles
+        notes = self.record.notes
+        restarts = f"the bus restarted {count.restarts} times" if count.restarts else ""
+        if restarts not in notes:
+            notes = f"{notes}; {restarts}" if notes else restarts
+        return self.record.with_changes(
+            status=status,
+            stop_reason=reason,
+            ended=ended,
+            cycle_first=count.first,
+            cycle_last=count.last,
+            cycles_received=count.received,
+            cycles_lost=count.lost,
+            notes=notes,
+        )
