@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The encoders of the bench: counts in, positions, velocities and the state of motion out."""
+
+from __future__ import annotations
+
+import math
+
+from flatplank_hw.answers import Agenda, Answer
+from flatplank_hw.bus.image import BusInputs, Digital
+from flatplank_hw.encoders.counter import SlopeCounter, turns_between
+from flatplank_hw.encoders.params import EncoderParameters
+from flatplank_hw.samples import EncoderSample
+
+_TURN = 2.0 * math.pi
+_TRIGGER = int(Digital.TRIGGER)
+_NAN = float("nan")
+_MAX_GAP = 50
+_RATE_TOLERANCE = 0.02
+
+
+class Encoders:
+    """Plank, wheel, steering, road camber, second road encoder and the wheel drive's motor (axis 0)."""
+
+    def __init__(self, p: EncoderParameters) -> None:
+        self.parameters = p
+        self._agenda = Agenda()
+
+        def samples(window: float) -> int:
+            return max(round(window * p.rate_hz), 2)
+
+        self._window = samples(p.moving_window)
+        self._plank = SlopeCounter(max(samples(p.plank_velocity_window), self._window + 1))
+        self._wheel = SlopeCounter(samples(p.wheel_velocity_window))
+        self._motor = SlopeCounter(samples(p.motor_velocity_window))
+        self._road = SlopeCounter(samples(p.plank_velocity_window))
+        self._per_plank = _TURN * p.pinion_pitch_radius / p.plank_counts_per_turn
+        self._per_wheel = _TURN / p.wheel_counts_per_turn
+        self._per_motor = _TURN / p.motor_counts_per_turn
+        self._per_steer = _TURN / p.steer_counts_per_turn
+        self._per_camber = _TURN / p.camber_counts_per_turn
+        self._per_road = _TURN * p.road_encoder_radius / p.road_counts_per_turn
+        self._steer_offset = math.radians(p.slip_angle_offset_deg)
+        # more than a turn of the motor in a cycle is not motion: the drive has set its counter anew
+        self._motor_jump = abs(p.motor_counts_per_turn)
+        self._rate = p.rate_hz
+        self._plank_zero = self._road_zero = 0
+        self._mismatch_zero: float | None = None
+        self._armed, self._level, self._moving = True, True, False
+        self._last: BusInputs | None = None
+
+    @property
+    def armed(self) -> bool:
+        """The next motion trigger sets the plank position to zero."""
+        return self._armed
+
+    def arm(self, at_cycle: int | None = None) -> Answer:
+        """Let the next motion trigger set the plank position to zero."""
+        return self._agenda.accept(self._arm, at_cycle)
+
+    def _arm(self) -> None:
+        self._armed = True
+
+    def step(self, inputs: BusInputs) -> EncoderSample:
+        """One cycle; about 5 us."""
+        cycle = inputs.cycle
+        agenda = self._agenda
+        if agenda.due:
+            agenda.run(cycle)
+        agenda.last_cycle = cycle
+        plank, wheel, motor = self._plank, self._wheel, self._motor
+        last = self._last
+        if last is not None and (cycle - last.cycle != 1 or inputs.stamp_ns <= last.stamp_ns):
+            self._bridge(last, inputs)
+        elif last is not None:
+            self._check_rate(inputs.stamp_ns - last.stamp_ns)
+        self._last = inputs
+        plank.update(inputs.plank_counts)
+        wheel.update(inputs.wheel_counts)
+        motor_raw = inputs.axes[0].position
+        if last is not None and abs(
+            turns_between(last.axes[0].position, motor_raw)
+        ) > self._motor_jump:  # fmt: skip
+            motor.rezero(motor_raw)
+        motor.update(motor_raw)
+        moving = self._watch_plank(plank)
+        trigger = bool(inputs.digital & _TRIGGER)
+        road_position = self._update_road(inputs.road_counts)
+        if trigger != self._level:
+            self._on_trigger(trigger)
+            road_position = self._road_position()
+
+        rate = self._rate
+        wheel_angle = wheel.counts * self._per_wheel
+        motor_angle = motor.counts * self._per_motor
+        mismatch = motor_angle / self.parameters.gear_ratio - wheel_angle
+        if self._mismatch_zero is None:
+            self._mismatch_zero = mismatch
+        return EncoderSample(
+            cycle,
+            inputs.stamp_ns,
+            (plank.counts - self._plank_zero) * self._per_plank,
+            plank.slope * rate * self._per_plank,
+            wheel_angle,
+            wheel.slope * rate * self._per_wheel,
+            inputs.steer_counts * self._per_steer + self._steer_offset,
+            inputs.camber_counts * self._per_camber,
+            road_position,
+            motor_angle,
+            motor.slope * rate * self._per_motor,
+            moving,
+            trigger,
+            mismatch - self._mismatch_zero,
+        )
+
+    def _watch_plank(self, plank: SlopeCounter) -> bool:
+        moved = abs(plank.counts - plank.back(self._window))
+        p = self.parameters
+        limit = p.moving_stop_counts if self._moving else p.moving_start_counts
+        self._moving = moved >= limit
+        return self._moving
+
+    def _on_trigger(self, level: bool) -> None:
+        """The rising edge counts when armed, unless the plank is on its way back."""
+        backwards = self._plank.counts < self._plank.back(self._window) - 1
+        if self._per_plank < 0.0:
+            backwards = self._plank.counts > self._plank.back(self._window) + 1
+        if level and self._armed and not backwards:
+            self._plank_zero, self._road_zero = self._plank.counts, self._road.counts
+            self._armed = False
+        self._level = level
+
+    def _update_road(self, raw: int) -> float:
+        if not self.parameters.road_encoder_fitted:
+            return _NAN
+        self._road.update(raw)
+        return self._road_position()
+
+    def _road_position(self) -> float:
+        if not self.parameters.road_encoder_fitted:
+            return _NAN
+        return (self._road.counts - self._road_zero) * self._per_road
+
+    def _check_rate(self, period_ns: int) -> None:
+        # the period of the bus counts, not its jitter
+        if abs(period_ns * self._rate * 1e-9 - 1.0) > _RATE_TOLERANCE and period_ns > 0:
+            self._rate = 1e9 / period_ns
+
+    def _bridge(self, last: BusInputs, now: BusInputs) -> None:
+        """Cycles were lost: put a straight line of readings in their place, so that velocities stay true."""
+        gap = now.cycle - last.cycle
+        if not 1 < gap <= _MAX_GAP:
+            for counter in (self._plank, self._wheel, self._motor):
+                counter.refill(counter.counts)
+            return
+        pairs = (
+            (self._plank, last.plank_counts, now.plank_counts),
+            (self._wheel, last.wheel_counts, now.wheel_counts),
+            (self._motor, last.axes[0].position, now.axes[0].position),
+            (self._road, last.road_counts, now.road_counts),
+        )
+        for counter, before, after in pairs:
+            moved = turns_between(before, after)
+            for k in range(1, gap):
+                counter.update(before + moved * k // gap)

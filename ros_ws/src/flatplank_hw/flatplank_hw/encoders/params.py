@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the encoders: counts, gears and offsets as they are on the machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flatplank_hw.params import Params, param
+
+_COUNTS = (-(2**31), 2**31)
+_WINDOW = (0.001, 5.0)
+
+
+@dataclass(frozen=True)
+class EncoderParameters(Params):
+    """Negative counts per turn turn the sign."""
+
+    rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
+    plank_counts_per_turn: int = param(
+        20000, "pinion encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
+    )
+    pinion_pitch_radius: float = param(
+        0.05, "of the plank drive's pinion", unit="m", bounds=(0.001, 1.0), placeholder=True
+    )
+    wheel_counts_per_turn: int = param(
+        20000, "wheel encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
+    )
+    motor_counts_per_turn: int = param(
+        2**23, "wheel drive motor, 23 bit", unit="counts/turn", bounds=_COUNTS
+    )
+    gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
+    steer_counts_per_turn: int = param(
+        20000,
+        "steering encoder, counts per turn of the turntable",
+        unit="counts/turn",
+        bounds=_COUNTS,
+        placeholder=True,
+    )
+    slip_angle_offset_deg: float = param(
+        0.0, "added to the measured steering angle", unit="deg", bounds=(-90.0, 90.0)
+    )
+    camber_counts_per_turn: int = param(
+        20000, "road camber encoder", unit="counts/turn", bounds=_COUNTS, placeholder=True
+    )
+    road_encoder_fitted: bool = param(False, "a second encoder rolls on the road itself")
+    road_counts_per_turn: int = param(
+        20000, "second road encoder", unit="counts/turn", bounds=_COUNTS, placeholder=True
+    )
+    road_encoder_radius: float = param(
+        0.05, "of its measuring wheel", unit="m", bounds=(0.001, 1.0), placeholder=True
+    )
+
+    plank_velocity_window: float = param(0.1, "line fitted through so long", unit="s", bounds=_WINDOW)
+    wheel_velocity_window: float = param(0.1, "line fitted through so long", unit="s", bounds=_WINDOW)
+    motor_velocity_window: float = param(0.02, "line fitted through so long", unit="s", bounds=_WINDOW)
+
+    moving_window: float = param(
+        0.04, "the plank moves or rests by its counts over so long", unit="s", bounds=(0.005, 0.09)
+    )
+    moving_start_counts: int = param(
+        3, "moves from so many counts over the window on", unit="counts", bounds=(1, 10000)
+    )
+    moving_stop_counts: int = param(
+        2, "rests again below so many counts over the window", unit="counts", bounds=(1, 10000)
+    )
+
+    def check(self) -> str | None:
+        for name in ("plank", "wheel", "motor", "steer", "camber", "road"):
+            if getattr(self, f"{name}_counts_per_turn") == 0:
+                return f"{name}_counts_per_turn is 0: give the counts of one turn"
+        if self.moving_stop_counts > self.moving_start_counts:
+            return "moving_stop_counts is above moving_start_counts: the plank could never rest"
+        return None

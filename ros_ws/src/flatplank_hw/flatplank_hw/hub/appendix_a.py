@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Appendix A of the thesis: bridge volts to forces at the wheel centre (A.1), at the contact point (A.2), and back.
+
+(A.1) gives five of six components; the moment about the spin axis is not measured and is zero.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from flatplank_hw.samples import Wrench
+
+OUTER_ARM = 0.3475
+"""Arm of the bridges Fx1 and Fz1 of (A.1d, A.1e) before ET value and adapter [m]."""
+INNER_ARM = 0.0475
+"""Arm of the bridges Fx2 and Fz2 [m]."""
+
+Volts = tuple[float, float, float, float, float, float]
+
+
+class BridgeFacts(Protocol):
+    """Table A.1 with the rim and its adapter."""
+
+    k_fx1: float
+    k_fx2: float
+    k_fy: float
+    k_fz1: float
+    k_fz2: float
+    a_fx: float
+    a_fy: float
+    a_fz: float
+    gravity: float
+    et_value: float
+    adapter_thickness: float
+
+
+class Gains(NamedTuple):
+    """Newtons per volt of each channel and the two arms [m]."""
+
+    c1: float
+    c2: float
+    c3: float
+    c5: float
+    c6: float
+    outer: float
+    inner: float
+
+
+def gains(p: BridgeFacts) -> Gains:
+    """Factors of (A.1): g 4e5 / (A k)."""
+    base = p.gravity * 4e5
+    shift = p.adapter_thickness - p.et_value
+    return Gains(
+        c1=base / (p.a_fy * p.k_fy),
+        c2=base / (p.a_fx * p.k_fx1),
+        c3=base / (p.a_fx * p.k_fx2),
+        c5=base / (p.a_fz * p.k_fz2),
+        c6=base / (p.a_fz * p.k_fz1),
+        outer=OUTER_ARM + shift,
+        inner=INNER_ARM + shift,
+    )
+
+
+def wheel_from_volts(volts: Volts, g: Gains, my: float = 0.0) -> Wrench:
+    """(A.1): wrench at the wheel centre [N, N m] from C1..C6 [V]; C4 is not used."""
+    c1, c2, c3, _, c5, c6 = volts
+    x1, x2, z1, z2 = g.c2 * c2, g.c3 * c3, g.c6 * c6, g.c5 * c5
+    return Wrench(
+        -(x1 + x2),
+        g.c1 * c1,
+        z1 + z2,
+        z2 * g.inner + z1 * g.outer,
+        my,
+        x1 * g.outer + x2 * g.inner,
+    )
+
+
+def volts_from_wheel(wheel: Wrench, g: Gains) -> Volts:
+    """Inverse of (A.1): C2, C3 from Fx, Mz; C5, C6 from Fz, Mx; C1 from Fy; C4 is zero."""
+    span = g.outer - g.inner
+    x1 = (wheel.mz + g.inner * wheel.fx) / span
+    x2 = -wheel.fx - x1
+    z1 = (wheel.mx - g.inner * wheel.fz) / span
+    z2 = wheel.fz - z1
+    return (wheel.fy / g.c1, x1 / g.c2, x2 / g.c3, 0.0, z2 / g.c5, z1 / g.c6)
+
+
+def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: float) -> Wrench:
+    """(A.2) for total camber gamma, with M_yc of the wrench in M_yw and M_zw (zero in the thesis)."""
+    fx, fy, fz, mx, my, mz = wheel
+    spin = loaded_radius * fx + my
+    return Wrench(
+        fx,
+        cos * fy - sin * fz,
+        sin * fy + cos * fz,
+        mx - loaded_radius * fy,
+        cos * spin - sin * mz,
+        sin * spin + cos * mz,
+    )
+
+
+def wheel_from_contact(contact: Wrench, loaded_radius: float, cos: float, sin: float) -> Wrench:
+    """Inverse of (A.2), all six components."""
+    fx, fy_w, fz_w, mx_w, my_w, mz_w = contact
+    fy = cos * fy_w + sin * fz_w
+    return Wrench(
+        fx,
+        fy,
+        cos * fz_w - sin * fy_w,
+        mx_w + loaded_radius * fy,
+        cos * my_w + sin * mz_w - loaded_radius * fx,
+        cos * mz_w - sin * my_w,
+    )

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Estimates of M_yc, the moment of the tire about the spin axis, which the bridges do not measure.
+
+Steady wheel: the drive moment and M_yc cancel, so a driven wheel has M_yc < 0. Second recommendation of
+thesis chapter 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from flatplank_hw.bus.image import BusInputs
+
+TORQUE_UNIT = 1e-4
+"""[N m] per unit of the torque on the bus."""
+
+
+class DriveFacts(Protocol):
+    gear_ratio: float
+    efficiency: float
+    friction_torque: float
+
+
+def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: DriveFacts) -> float:
+    """M_yc = -r_l Fx: all of the drive moment goes into Fx, rolling resistance is left out."""
+    return -loaded_radius * fx
+
+
+def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: DriveFacts) -> float:
+    """M_yc = -eta i (M_M - M_F); only for a driven wheel, the self-locking gear hides braking (5.3)."""
+    torque = inputs.axes[0].torque * TORQUE_UNIT
+    return -p.efficiency * p.gear_ratio * max(torque - p.friction_torque, 0.0)
+
+
+SOURCES: dict[str, Callable[[BusInputs, float, float, DriveFacts], float]] = {
+    "force_balance": force_balance,
+    "motor_torque": motor_torque,
+}

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The measurement hub: raw bus image in, wrenches and loaded radius out."""
+
+from __future__ import annotations
+
+import math
+
+from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_hw.bus.image import BusInputs
+from flatplank_hw.encoders.counter import turns_between
+from flatplank_hw.hub import parasitic
+from flatplank_hw.hub.appendix_a import contact_from_wheel, gains, wheel_from_volts
+from flatplank_hw.hub.drive_moment import SOURCES
+from flatplank_hw.hub.params import HubParameters
+from flatplank_hw.hub.parasitic import ParasiticFit
+from flatplank_hw.hub.tare import Tare, TareStatus
+from flatplank_hw.samples import HubSample
+
+NO_ZERO = (0.0, 0.0, 0.0, 0.0, 0.0)
+_TURN = 2.0 * math.pi
+
+
+class MeasurementHub:
+    """Bridge volts -> parasitic filter and zero -> (A.1) -> (A.2); LVDT -> loaded radius."""
+
+    def __init__(self, p: HubParameters) -> None:
+        self.parameters = p
+        self._gains = gains(p)
+        self._agenda = Agenda()
+        self._moment = SOURCES[p.drive_moment_source] if p.include_drive_moment else None
+        self._wheel_scale = _TURN / p.wheel_counts_per_turn
+        self._camber_scale = _TURN / p.camber_counts_per_turn
+        self._camber_zero = math.radians(p.wheel_camber_deg + p.road_camber_offset_deg)
+        self._camber_counts: int | None = None
+        self._wheel_raw: int | None = None
+        self._wheel_counts = 0
+        self._plank_raw = 0
+        self._moved_at = -(10**18)
+        self._stamp: int | None = None
+        self._period = -1
+        self._weight = 0.0
+        self._fz = 0.0
+        self._tare: Tare | None = None
+        self._tare_zero = self._zero = NO_ZERO
+        self._tare_cycle, self._tare_reason, self._tare_is_newer = -1, "", False
+        self._fit: ParasiticFit | None = None
+        self._signal = None
+        self._filter_on = False
+        if p.parasitic_fit:
+            self._use_fit(parasitic.load(p.parasitic_fit))
+        if p.filter_on:
+            if self._fit is None:
+                raise ValueError("measurement hub: filter_on needs parasitic_fit, the file of a fit")
+            self._switch(True)
+
+    # requests
+    def tare(self, at_cycle: int | None = None) -> Answer:
+        """Average `tare_samples` from the stated cycle on and make them zero."""
+        if self._tare is not None:
+            return refused("a tare is running")
+        if self._stamp is None:
+            return refused("no inputs yet: start the bus")
+        if self._moves(self._stamp):
+            return refused("the plank moves: stop it, then tare")
+        if abs(self._fz) > self.parameters.tare_limit_fz:
+            return refused(f"Fz is {self._fz:.0f} N: unload the tire, then tare")
+        return self._agenda.accept(self._start_tare, at_cycle)
+
+    def set_filter(self, on: bool, at_cycle: int | None = None) -> Answer:
+        """Switch the parasitic filter."""
+        if on and self._fit is None:
+            return refused("no parasitic fit is loaded: load the file of this mounting first")
+        return self._agenda.accept(lambda: self._switch(on), at_cycle)
+
+    def load_fit(self, path: str, at_cycle: int | None = None) -> Answer:
+        """Load the fit of a mounting from its file."""
+        try:
+            fit = parasitic.load(path)
+        except ValueError as error:
+            return refused(str(error))
+        return self.use_fit(fit, at_cycle)
+
+    def use_fit(self, fit: ParasiticFit, at_cycle: int | None = None) -> Answer:
+        """Take a fit that was just identified."""
+        return self._agenda.accept(lambda: self._use_fit(fit), at_cycle)
+
+    # status
+    @property
+    def fit(self) -> ParasiticFit | None:
+        """The fit that is loaded, whether the filter is on or not."""
+        return self._fit
+
+    @property
+    def tare_status(self) -> TareStatus:
+        """State of the zero."""
+        return TareStatus(self._tare is not None, self._tare_cycle, self._zero, self._tare_reason)
+
+    # the cycle
+    def step(self, inputs: BusInputs) -> HubSample:
+        """One cycle; about 5 us."""
+        cycle, stamp = inputs.cycle, inputs.stamp_ns
+        agenda = self._agenda
+        if agenda.due:
+            agenda.run(cycle)
+        agenda.last_cycle = cycle
+        self._watch_plank(inputs.plank_counts, stamp)
+
+        c1, c2, c3, c4, c5, c6 = inputs.bridge_volts
+        high = self.parameters.saturation_volts
+        saturated = 0
+        if not (-high < c1 < high and -high < c2 < high and -high < c3 < high
+                and -high < c4 < high and -high < c5 < high and -high < c6 < high):  # fmt: skip
+            saturated = sum(1 << i for i, c in enumerate(inputs.bridge_volts) if not -high < c < high)
+        if self._filter_on:
+            s1, s2, s3, s5, s6 = self._signal(self._wheel_angle(inputs.wheel_counts))
+            c1, c2, c3, c5, c6 = c1 - s1, c2 - s2, c3 - s3, c5 - s5, c6 - s6
+        elif self._fit is not None:
+            self._wheel_angle(inputs.wheel_counts)
+        if self._tare is not None:
+            self._run_tare((c1, c2, c3, c5, c6), stamp)
+        z1, z2, z3, z5, z6 = self._zero
+        volts = (c1 - z1, c2 - z2, c3 - z3, c4, c5 - z5, c6 - z6)
+
+        p = self.parameters
+        radius = p.lvdt_offset + p.lvdt_gain * inputs.lvdt_volts
+        if inputs.camber_counts != self._camber_counts:
+            self._set_camber(inputs.camber_counts)
+        wheel = wheel_from_volts(volts, self._gains)
+        if self._moment is not None:
+            wheel = wheel._replace(my=self._moment(inputs, wheel.fx, radius, p))
+        contact = contact_from_wheel(wheel, radius, self._cos, self._sin)
+        return HubSample(
+            cycle, stamp, wheel, contact, radius, self._camber, self._low_pass(contact.fz, stamp),
+            self._filter_on, saturated,
+        )  # fmt: skip
+
+    def _low_pass(self, fz: float, stamp: int) -> float:
+        if self._stamp is None:
+            self._fz = fz
+        elif stamp - self._stamp != self._period:
+            self._period = stamp - self._stamp
+            # exact response of a first-order low-pass to samples that hold for a period
+            self._weight = 1.0 - math.exp(
+                -_TURN * self.parameters.fz_filter_hz * max(self._period, 0) * 1e-9
+            )
+        self._stamp = stamp
+        self._fz += self._weight * (fz - self._fz)
+        return self._fz
+
+    def _set_camber(self, counts: int) -> None:
+        self._camber_counts = counts
+        self._camber = self._camber_zero + counts * self._camber_scale
+        self._cos, self._sin = math.cos(self._camber), math.sin(self._camber)
+
+    def _wheel_angle(self, raw: int) -> float:
+        if self._wheel_raw is None:
+            self._wheel_counts = raw
+        else:
+            self._wheel_counts += turns_between(self._wheel_raw, raw)
+        self._wheel_raw = raw
+        return self._wheel_counts * self._wheel_scale
+
+    def _watch_plank(self, raw: int, stamp: int) -> None:
+        if not -2 < turns_between(self._plank_raw, raw) < 2:
+            if self._stamp is not None:
+                self._moved_at = stamp
+            self._plank_raw = raw
+
+    def _moves(self, stamp: int) -> bool:
+        return stamp - self._moved_at < self.parameters.still_time * 1e9
+
+    # effects of requests
+    def _start_tare(self) -> None:
+        self._tare, self._tare_reason = Tare(self.parameters.tare_samples), ""
+
+    def _run_tare(self, volts: tuple[float, float, float, float, float], stamp: int) -> None:
+        if self._moves(stamp):
+            self._tare, self._tare_reason = None, "the plank moved during the tare: zero unchanged"
+            return
+        mean = self._tare.add(volts)
+        if mean is not None:
+            self._tare, self._tare_zero, self._tare_is_newer = None, mean, True
+            self._tare_cycle = self._agenda.last_cycle
+            self._choose_zero()
+
+    def _use_fit(self, fit: ParasiticFit) -> None:
+        self._fit, self._signal, self._tare_is_newer = fit, fit.signal(), False
+        self._choose_zero()
+
+    def _switch(self, on: bool) -> None:
+        self._filter_on = on
+        self._choose_zero()
+
+    def _choose_zero(self) -> None:
+        """With the filter on, D of a fit newer than the tare is the zero; else the tare is."""
+        from_fit = self._filter_on and self._fit is not None and not self._tare_is_newer
+        self._zero = self._fit.offsets if from_fit else self._tare_zero

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Identify the parasitic signal from a three-turn run of the unloaded wheel (Appendix C)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import least_squares
+
+from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, Sine
+
+WINDOW = (2.0 * math.pi, 4.0 * math.pi)
+"""Part of the run that is fitted, 360..720 deg from its start: steady speed [rad]."""
+MIN_SAMPLES = 100
+
+
+def identify(wheel_angle: ArrayLike, volts: ArrayLike, mounting: str, date: str) -> ParasiticFit:
+    """Fit (C.1) per channel by least squares.
+
+    wheel_angle: shape (n,) [rad] of the encoder's own counter; volts: shape (n, 6), C1..C6 [V].
+    """
+    angle = np.asarray(wheel_angle, dtype=float)
+    table = np.asarray(volts, dtype=float)
+    if table.shape != (angle.size, 6):
+        raise ValueError(f"parasitic run: volts have shape {table.shape}, wanted ({angle.size}, 6)")
+    if not (np.isfinite(angle).all() and np.isfinite(table).all()):
+        raise ValueError("parasitic run: NaN in angle or volts; record the run again")
+    turned = np.abs(angle - angle[0]) if angle.size else angle
+    inside = (turned >= WINDOW[0]) & (turned <= WINDOW[1])
+    reached = float(turned.max(initial=0.0))
+    if reached < WINDOW[1] or np.count_nonzero(inside) < MIN_SAMPLES:
+        raise ValueError(
+            f"parasitic run: the wheel turned {math.degrees(reached):.0f} deg, 720 deg are needed; "
+            "turn it by 1080 deg without load"
+        )
+    x = angle[inside]
+    sines = tuple(_fit(x, table[inside, column]) for column in INDEX)
+    return ParasiticFit(mounting, date, sines)
+
+
+def _fit(x: NDArray[np.float64], y: NDArray[np.float64]) -> Sine:
+    """Start from the linear fit at B = 1, then free all four."""
+    basis = np.column_stack([np.sin(x), np.cos(x), np.ones_like(x)])
+    s, c, d = np.linalg.lstsq(basis, y, rcond=None)[0]
+    amplitude = math.hypot(s, c)
+    scale = max(amplitude, float(np.std(y)), 1e-9)
+    start = [s / scale, c / scale, 1.0, d / scale]
+
+    # sine and cosine parts instead of A and C: no singularity at A = 0
+    def residual(p: NDArray[np.float64]) -> NDArray[np.float64]:
+        return p[0] * np.sin(p[2] * x) + p[1] * np.cos(p[2] * x) + p[3] - y / scale
+
+    result = least_squares(residual, start, bounds=([-1e3, -1e3, 0.8, -1e6], [1e3, 1e3, 1.2, 1e6]))
+    s, c, b, d = result.x
+    rms = float(np.sqrt(np.mean(result.fun**2))) * scale
+    return Sine(scale * math.hypot(s, c), float(b), math.atan2(c, s), scale * float(d), rms)

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parasitic signal of the preloaded shaft, Appendix C: y = A sin(B x + C) + D per channel over the wheel angle.
+
+The angle is that of the wheel encoder's own counter: a fit holds until the encoder loses its zero or the wheel
+is mounted anew, so each mounting has its own file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from flatplank_hw.params import nearest
+
+FORMAT = "flatplank-parasitic-fit/1"
+CHANNELS = ("C1", "C2", "C3", "C5", "C6")
+INDEX = (0, 1, 2, 4, 5)
+"""Places of the channels in the bridge volts."""
+
+
+class Sine(NamedTuple):
+    """Parameters of (C.1) of one channel."""
+
+    amplitude: float
+    """A [V]"""
+    frequency: float
+    """B [1/rad of the wheel]"""
+    phase: float
+    """C [rad]"""
+    offset: float
+    """D [V]"""
+    residual_rms: float
+    """of the fit [V]"""
+
+
+FIELDS = {
+    "amplitude_v": "amplitude",
+    "frequency": "frequency",
+    "phase_rad": "phase",
+    "offset_v": "offset",
+    "residual_rms_v": "residual_rms",
+}
+LIMITS: dict[str, tuple[float, float]] = {
+    "amplitude_v": (0.0, 10.0),
+    "frequency": (0.1, 10.0),
+    "phase_rad": (-1e3, 1e3),
+    "offset_v": (-10.0, 10.0),
+    "residual_rms_v": (0.0, 10.0),
+}
+
+
+@dataclass(frozen=True)
+class ParasiticFit:
+    """The fit of one mounting."""
+
+    mounting: str
+    date: str
+    sines: tuple[Sine, Sine, Sine, Sine, Sine]
+    """in the order of `CHANNELS`"""
+
+    def signal(self) -> Callable[[float], tuple[float, float, float, float, float]]:
+        """A sin(B x + C) of the channels [V] as a function of the wheel angle x [rad], without D."""
+        sin = math.sin
+        (a1, b1, c1), (a2, b2, c2), (a3, b3, c3), (a5, b5, c5), (a6, b6, c6) = (
+            s[:3] for s in self.sines
+        )
+        return lambda x: (
+            a1 * sin(b1 * x + c1),
+            a2 * sin(b2 * x + c2),
+            a3 * sin(b3 * x + c3),
+            a5 * sin(b5 * x + c5),
+            a6 * sin(b6 * x + c6),
+        )
+
+    @property
+    def offsets(self) -> tuple[float, float, float, float, float]:
+        """D of the channels [V]."""
+        a, b, c, d, e = self.sines
+        return (a.offset, b.offset, c.offset, d.offset, e.offset)
+
+
+def to_text(fit: ParasiticFit) -> str:
+    """The YAML of one mounting."""
+    channels = {
+        name: {key: float(getattr(sine, attr)) for key, attr in FIELDS.items()}
+        for name, sine in zip(CHANNELS, fit.sines, strict=True)
+    }
+    content = {
+        "format": FORMAT,
+        "mounting": fit.mounting,
+        "date": fit.date,
+        "channels": channels,
+    }
+    return yaml.safe_dump(content, sort_keys=False)
+
+
+def from_text(text: str, where: str) -> ParasiticFit:
+    """Read the YAML of one mounting; ValueError names the place and what is wrong."""
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"{where}: not YAML ({' '.join(str(error).split())})") from None
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise ValueError(f"{where}: not a parasitic fit; expected 'format: {FORMAT}'")
+    _keys(content, {"format", "mounting", "date", "channels"}, where)
+    channels = content["channels"]
+    if not isinstance(channels, dict):
+        raise ValueError(f"{where}: 'channels' must hold {', '.join(CHANNELS)}")
+    _keys(channels, set(CHANNELS), f"{where}: channels")
+    sines = tuple(_sine(channels[name], f"{where}: {name}") for name in CHANNELS)
+    return ParasiticFit(str(content["mounting"]), str(content["date"]), sines)
+
+
+def load(path: str | Path) -> ParasiticFit:
+    """The fit of a file; ValueError when it cannot be used."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: cannot be read ({error})") from None
+    return from_text(text, str(path))
+
+
+def _keys(mapping: dict[str, Any], wanted: set[str], where: str) -> None:
+    for key in mapping:
+        if key not in wanted:
+            raise ValueError(f"{where}: unknown key '{key}'{nearest(str(key), wanted)}")
+    missing = sorted(wanted - set(mapping))
+    if missing:
+        raise ValueError(f"{where}: missing {', '.join(missing)}; identify the fit again")
+
+
+def _sine(values: Any, where: str) -> Sine:
+    if not isinstance(values, dict):
+        raise ValueError(f"{where}: expected {', '.join(FIELDS)}")
+    _keys(values, set(FIELDS), where)
+    for key, (low, high) in LIMITS.items():
+        value = values[key]
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not low <= value <= high:
+            raise ValueError(f"{where}: {key} is {value!r}, must be within {low:g} .. {high:g}")
+    return Sine(**{attr: float(values[key]) for key, attr in FIELDS.items()})

@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters as frozen dataclasses: unit, range and note at the field, checked wherever they come from.
+
+A parameter set is any frozen dataclass whose fields are made by `param`; `Params` as its base adds the check on
+construction. An optional method `check(self) -> str | None` says why values do not fit together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import yaml
+
+SHELL_KEYS = frozenset({"use_sim_time", "autostart"})
+"""Keys of a parameter file that belong to the node around a core, not to the core."""
+
+P = TypeVar("P")
+Bounds = tuple[float, float]
+
+
+class ParameterError(ValueError):
+    """A parameter that cannot be used: where, what, what to do, in one line."""
+
+
+class ParamInfo(NamedTuple):
+    """What a node needs to declare one parameter."""
+
+    name: str
+    default: Any
+    note: str
+    unit: str
+    bounds: Bounds | None
+    placeholder: bool
+    read_only: bool
+    choices: tuple[str, ...]
+
+    @property
+    def description(self) -> str:
+        """One line with unit, for the parameter descriptor."""
+        text = f"{self.note} [{self.unit}]"
+        if self.choices:
+            text += f" one of {', '.join(self.choices)}"
+        if self.placeholder:
+            text += " (placeholder: not in the thesis, set it for the machine)"
+        return text
+
+
+def param(
+    default: Any,
+    note: str,
+    *,
+    unit: str = "-",
+    bounds: Bounds | None = None,
+    placeholder: bool = False,
+    read_only: bool = False,
+    choices: Iterable[str] = (),
+) -> Any:
+    """One field of a parameter set; `bounds` hold for every element of an array (a tuple)."""
+    metadata = {
+        "note": note,
+        "unit": unit,
+        "bounds": bounds,
+        "placeholder": placeholder,
+        "read_only": read_only,
+        "choices": tuple(choices),
+    }
+    return field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Params:
+    """Base of the parameter sets of the cores."""
+
+    def __post_init__(self) -> None:
+        validate(self, type(self).__name__)
+
+    def check(self) -> str | None:
+        """Why these values do not fit together, or None."""
+        return None
+
+
+def describe(cls: type) -> tuple[ParamInfo, ...]:
+    """Every parameter of a set in order, for declaration and documentation."""
+    return tuple(ParamInfo(name=f.name, default=f.default, **f.metadata) for f in fields(cls))
+
+
+def from_mapping(cls: type[P], mapping: Mapping[str, Any], where: str) -> P:
+    """Checked parameters from a plain mapping; `where` names its file or node in errors."""
+    known = {f.name for f in fields(cls)}
+    for key in mapping:
+        if key not in known and key not in SHELL_KEYS:
+            raise ParameterError(f"{where}: unknown parameter '{key}'{nearest(key, known)}")
+    try:
+        values = cls(**{key: value for key, value in mapping.items() if key in known})
+        validate(values, where)
+    except ParameterError as error:
+        text = str(error)
+        prefix = f"{cls.__name__}: "
+        raise ParameterError(text.replace(prefix, f"{where}: ", 1)) from None
+    return values
+
+
+def to_mapping(values: Any) -> dict[str, Any]:
+    """Plain values by name; arrays as lists, as YAML and ROS have them."""
+    raw = ((f.name, getattr(values, f.name)) for f in fields(values))
+    return {name: list(v) if isinstance(v, tuple) else v for name, v in raw}
+
+
+def updated(values: P, changes: Mapping[str, Any], where: str) -> P:
+    """A parameter set with some values changed, checked as a whole."""
+    return from_mapping(type(values), {**to_mapping(values), **changes}, where)
+
+
+def load(cls: type[P], path: str | Path, node: str = "") -> P:
+    """A parameter set from a ROS parameter file."""
+    return from_mapping(cls, load_parameters(path, node), str(path))
+
+
+def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
+    """The `ros__parameters` of a file, those for every node (`/**`) first, then those of `node`."""
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding="utf-8")) or {}
+    except OSError as error:
+        raise ParameterError(f"{path}: cannot be read ({error.strerror})") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
+    if not isinstance(content, dict):
+        raise ParameterError(f"{path}: expected '/**:' with 'ros__parameters:' below it")
+    merged: dict[str, Any] = {}
+    for section in ("/**", node, f"/{node}"):
+        block = content.get(section)
+        if block is None:
+            continue
+        if not isinstance(block, dict) or not isinstance(block.get("ros__parameters"), dict):
+            raise ParameterError(f"{path}: '{section}' has no 'ros__parameters:' below it")
+        merged.update(block["ros__parameters"])
+    return merged
+
+
+def nearest(key: str, known: Iterable[str]) -> str:
+    """The hint that ends a message about an unknown name."""
+    names = sorted(known)
+    match = get_close_matches(str(key), names, n=1, cutoff=0.4)
+    return f"; the nearest is '{match[0]}'" if match else f"; known are {', '.join(names)}"
+
+
+def validate(values: Any, where: str) -> None:
+    """Types, finiteness, ranges, choices and `check` of a parameter set; whole numbers become floats."""
+    for f in fields(values):
+        value = _coerced(getattr(values, f.name), f.default, f"{where}: {f.name}")
+        reason = _out_of_range(value, f.metadata)
+        if reason:
+            raise ParameterError(f"{where}: {f.name} {reason}")
+        object.__setattr__(values, f.name, value)
+    check = getattr(values, "check", None)
+    reason = check() if check else None
+    if reason:
+        raise ParameterError(f"{where}: {reason}")
+
+
+def _coerced(value: Any, default: Any, where: str) -> Any:
+    if isinstance(default, tuple):
+        if isinstance(value, (str, bytes)) or not hasattr(value, "__iter__"):
+            raise ParameterError(f"{where} must be a list, not {value!r}")
+        kind = default[0] if default else 0.0
+        return tuple(_coerced(v, kind, where) for v in value)
+    if isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise ParameterError(f"{where} must be true or false, not {value!r}")
+    elif isinstance(default, int):
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise ParameterError(f"{where} must be a whole number, not {value!r}")
+    elif isinstance(default, float):
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ParameterError(f"{where} must be a number (as in 5.0e-4), not {value!r}")
+        return float(value)
+    elif not isinstance(value, str):
+        raise ParameterError(f"{where} must be text, not {value!r}")
+    return value
+
+
+def _out_of_range(value: Any, metadata: Mapping[str, Any]) -> str | None:
+    if isinstance(value, tuple):
+        return next((r for v in value if (r := _out_of_range(v, metadata))), None)
+    if isinstance(value, str):
+        choices = metadata.get("choices")
+        known = not choices or value in choices
+        return None if known else f"is '{value}'{nearest(value, choices)}"
+    if isinstance(value, bool):
+        return None
+    if not math.isfinite(value):
+        return f"is {value}, must be finite"
+    bounds = metadata.get("bounds")
+    if bounds is not None and not bounds[0] <= value <= bounds[1]:
+        return f"is {value:g} {metadata['unit']}, must be within {bounds[0]:g} .. {bounds[1]:g}"
+    return None
