@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bounded least squares on lanes: every Jacobian column is a lane of one model call.
+
+Levenberg-Marquardt steps in scaled variables; several damping values are tried as lanes of one
+call. A variable that rests on its bound and wants to go through it is left out of the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+Residuals = Callable[[np.ndarray], np.ndarray]
+"""Parameters (lanes, p) -> weighted residuals (lanes, n)."""
+
+STEP = 1e-6
+"""Relative step of the one-sided differences."""
+DAMPING = np.array([1e-2, 1.0, 1e2, 1e5])
+"""Tried together, times the current damping."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where the search ended: x (p,), residual (n,), Jacobian (n, p) at x."""
+
+    x: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    at_lower: np.ndarray
+    at_upper: np.ndarray
+    converged: bool
+    iterations: int
+
+    @property
+    def cost(self) -> float:
+        """Sum of squared residuals."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def at_bound(self) -> np.ndarray:
+        """Which parameters ended on a bound."""
+        return self.at_lower | self.at_upper
+
+
+def solve(
+    residuals: Residuals,
+    start: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    scale: np.ndarray | None = None,
+    tolerance: float = 1e-10,
+    iterations: int = 60,
+) -> Solution:
+    """Minimise the sum of squares from `start` inside the bounds.
+
+    `scale` is the size of a change that matters (default: the start values), in the parameters'
+    units; `tolerance` is the relative gain in cost below which the search ends.
+    """
+    lower, upper = np.asarray(lower, float), np.asarray(upper, float)
+    x = np.clip(np.asarray(start, float), lower, upper)
+    scale = np.where(x == 0.0, 1.0, np.abs(x)) if scale is None else np.asarray(scale, float)
+    damping, converged, count = 1e-3, False, 0
+    r, jac = linearise(residuals, x, lower, upper, scale)
+    for count in range(1, iterations + 1):
+        trials = _trials(x, r, jac, damping * DAMPING, lower, upper, scale)
+        costs = _costs(residuals, trials)
+        best = int(np.argmin(costs))
+        cost = float(r @ r)
+        gain = cost - costs[best]
+        if not gain > 0.0:
+            converged = damping > 1e6 or bool(np.all(np.abs(trials - x) <= 1e-9 * scale))
+            if converged or _is_stationary(x, r, jac, lower, upper, scale):
+                converged = True
+                break
+            damping *= 1e5
+            continue
+        damping = max(damping * DAMPING[best], 1e-12)
+        x = trials[best]
+        r, jac = linearise(residuals, x, lower, upper, scale)
+        if gain <= tolerance * cost:
+            converged = True
+            break
+    edge = 1e-9 * np.maximum(scale, 1e-12)
+    return Solution(x, r, jac, x <= lower + edge, x >= upper - edge, converged, count)
+
+
+def linearise(
+    residuals: Residuals,
+    x: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    scale: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Residual (n,) and Jacobian (n, p) by one-sided differences that stay inside the bounds."""
+    step = STEP * np.maximum(np.abs(x), scale)
+    step = np.where(x + step > upper, -step, step)
+    step = np.clip(x + step, lower, upper) - x
+    lanes = np.vstack([x, x + np.diag(step)])
+    out = residuals(lanes)
+    safe = np.where(step == 0.0, 1.0, step)
+    jac = (out[1:] - out[0]) / safe[:, None]
+    jac[step == 0.0] = 0.0
+    return out[0], jac.T
+
+
+def _trials(
+    x: np.ndarray,
+    r: np.ndarray,
+    jac: np.ndarray,
+    dampings: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    scale: np.ndarray,
+) -> np.ndarray:
+    """One proposal per damping value, shape (lanes, p)."""
+    free = _free(x, r, jac, lower, upper)
+    js = jac[:, free] * scale[free]
+    gradient, hessian = js.T @ r, js.T @ js
+    diagonal = np.maximum(np.diag(hessian), 1e-12 * max(np.max(np.diag(hessian), initial=0.0), 1e-300))
+    trials = np.repeat(x[None, :], len(dampings), axis=0)
+    for lane, value in zip(trials, dampings, strict=True):
+        step = np.linalg.lstsq(hessian + np.diag(value * diagonal), -gradient, rcond=None)[0]
+        lane[free] = x[free] + step * scale[free]
+    return np.clip(trials, lower, upper)
+
+
+def _free(
+    x: np.ndarray, r: np.ndarray, jac: np.ndarray, lower: np.ndarray, upper: np.ndarray
+) -> np.ndarray:
+    gradient = jac.T @ r
+    held = ((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0))
+    return np.flatnonzero(~held & np.any(jac != 0.0, axis=0))
+
+
+def _is_stationary(
+    x: np.ndarray,
+    r: np.ndarray,
+    jac: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    scale: np.ndarray,
+) -> bool:
+    free = _free(x, r, jac, lower, upper)
+    js = jac[:, free] * scale[free]
+    size = np.linalg.norm(js, axis=0) * max(float(np.linalg.norm(r)), 1e-300)
+    return bool(np.all(np.abs(js.T @ r) <= 1e-5 * np.maximum(size, 1e-300)))
+
+
+def _costs(residuals: Residuals, trials: np.ndarray) -> np.ndarray:
+    out = residuals(trials)
+    costs = np.einsum("ln,ln->l", out, out)
+    return np.where(np.isfinite(costs), costs, np.inf)

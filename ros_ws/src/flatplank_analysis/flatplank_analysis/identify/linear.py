@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Linear transient model (7.9-7.11) of one run: relaxation length and slip stiffness of a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .grid import SPACING, bin_means
+from .least_squares import Solution, solve
+from .noise import ARNoise, fit_noise
+from .quality import is_transient, rmse, transient_end
+from .results import Confusion, Estimate, to_plain
+
+BEFORE = 0.1
+"""Travel before the step that tells the force from which the response starts [m]."""
+SIGMA_BOUNDS = (0.005, 5.0)
+"""Relaxation length [m]: from a tenth of a contact length to more than the plank."""
+STIFFNESS_BOUNDS = (0.0, 1e7)
+"""Local slip stiffness [N]."""
+SMALLEST_SLIP = 2e-3
+"""Below this slip a run tells nothing about sigma and C [-]."""
+
+
+@dataclass(frozen=True)
+class LinearFit:
+    """First-order response F = F0 + (C kappa - F0)(1 - exp(-s/sigma)) fitted to one run."""
+
+    kappa: float
+    sigma: Estimate
+    """Relaxation length sigma_x [m]."""
+    slip_stiffness: Estimate
+    """Local slip stiffness C'_Fkappa [N]."""
+    steady_force: Estimate
+    """Asymptote C kappa [N], fitted together with sigma; the mean where kappa = 0."""
+    start_force: Estimate
+    """Force at the step [N]."""
+    reached_force: float
+    """Modelled force at the end of the record: the thesis's steady-state force [N]."""
+    correlation: float
+    """Between sigma and the asymptote."""
+    settled: bool
+    """Whether the record is long enough for 95 % of the change."""
+    transient_end: float
+    """[m] after the step."""
+    rmse_transient: float
+    """[N] in the transient part; the whole part after the step where kappa = 0."""
+    rmse_total: float
+    confusions: tuple[Confusion, ...] = ()
+    noise: ARNoise = field(default=ARNoise((), 0.0, 1), repr=False)
+    distance: np.ndarray = field(default_factory=lambda: np.zeros(0), repr=False)
+    residual: np.ndarray = field(default_factory=lambda: np.zeros(0), repr=False)
+    """Measured minus modelled on `distance` [N]."""
+
+    def response(self, distance: np.ndarray) -> np.ndarray:
+        """Modelled force [N] at distances since the step [m]."""
+        x = np.asarray(distance, float)
+        change = self.steady_force.value - self.start_force.value
+        if not self.sigma.determined:
+            return np.full_like(x, self.steady_force.value)
+        grown = -np.expm1(-np.maximum(x, 0.0) / self.sigma.value)
+        return self.start_force.value + change * grown
+
+    def to_json(self) -> dict[str, Any]:
+        """Numbers only; the arrays stay out."""
+        names = ("kappa", "sigma", "slip_stiffness", "steady_force", "start_force")
+        names += ("reached_force", "correlation", "settled", "transient_end")
+        names += ("rmse_transient", "rmse_total", "confusions")
+        return {n: to_plain(getattr(self, n)) for n in names} | {
+            n: getattr(self, n).to_json()
+            for n in ("sigma", "slip_stiffness", "steady_force", "start_force")
+        }
+
+
+def linear_run(
+    distance: np.ndarray,
+    fx: np.ndarray,
+    kappa: float,
+    *,
+    start_force: float | None = None,
+    noise: ARNoise | None = None,
+    spacing: float = SPACING,
+) -> LinearFit:
+    """Fit the linear transient model to one run.
+
+    `distance` since the step [m] (what lies 0.1 m before it tells the start force), `fx` the
+    force [N] (Fx or Fy), `kappa` the actual slip (for Fy: alpha [rad], and C is K_ya).
+    `start_force`: taken as given [N] instead of fitted; without samples before the step it is 0,
+    as in the thesis. `noise`: from repeats (on the same spacing); otherwise from the residual.
+    """
+    keep = np.asarray(distance) >= -BEFORE
+    x, force = bin_means(np.asarray(distance)[keep], np.asarray(fx)[keep], spacing)
+    if start_force is None and not np.any(x < 0.0):
+        start_force = 0.0
+    if abs(kappa) < SMALLEST_SLIP:
+        return _mean_only(x, force, kappa, noise)
+    return _fit(x, force, kappa, start_force, noise)
+
+
+def _fit(
+    x: np.ndarray, force: np.ndarray, kappa: float, fixed: float | None, noise: ARNoise | None
+) -> LinearFit:
+    """Search over (sigma, asymptote, start force); the slip stiffness is asymptote / kappa."""
+    top = STIFFNESS_BOUNDS[1] * abs(kappa)
+    lower = np.array([SIGMA_BOUNDS[0], 0.0 if kappa > 0 else -top, -np.inf])
+    upper = np.array([SIGMA_BOUNDS[1], top if kappa > 0 else 0.0, np.inf])
+    count = 3 if fixed is None else 2
+
+    def residuals(lanes: np.ndarray) -> np.ndarray:
+        grown = -np.expm1(-np.maximum(x, 0.0) / lanes[:, :1])
+        first = lanes[:, 2:3] if fixed is None else fixed
+        return first + (lanes[:, 1:2] - first) * grown - force
+
+    start = _start(x, force, fixed)
+    scale = np.array([0.1, max(np.ptp(force), 1.0), max(np.ptp(force), 1.0)])[:count]
+    solution = solve(residuals, start[:count], lower[:count], upper[:count], scale)
+    noise = fit_noise([solution.residual]) if noise is None else noise
+    return _linear_fit(x, force, kappa, fixed, solution, noise)
+
+
+def _start(x: np.ndarray, force: np.ndarray, fixed: float | None) -> np.ndarray:
+    """Best of a ladder of relaxation lengths, the two forces solved for linearly."""
+    best, found = np.inf, np.zeros(3)
+    for sigma in np.geomspace(0.02, 2.5, 15):
+        grown = -np.expm1(-np.maximum(x, 0.0) / sigma)
+        columns, target = np.column_stack([grown, 1.0 - grown]), force
+        if fixed is not None:
+            columns, target = columns[:, :1], force - fixed * (1.0 - grown)
+        forces = np.linalg.lstsq(columns, target, rcond=None)[0]
+        cost = float(np.sum((columns @ forces - target) ** 2))
+        if cost < best:
+            best, found = cost, np.array([sigma, *forces, 0.0])[:3]
+    return found
+
+
+def _linear_fit(
+    x: np.ndarray,
+    force: np.ndarray,
+    kappa: float,
+    fixed: float | None,
+    solution: Solution,
+    noise: ARNoise,
+) -> LinearFit:
+    sigma, steady = solution.x[:2]
+    first = float(solution.x[2]) if fixed is None else float(fixed)
+    errors, correlation = _errors(solution, noise)
+    dof = max(noise.effective_samples - len(solution.x), 2.0)
+    edge = _edges(solution)
+    travel = float(x[-1])
+    response = first + (steady - first) * -np.expm1(-np.maximum(x, 0.0) / sigma)
+    end = transient_end(x, response, steady)
+    settled = travel > 3.0 * sigma
+    confusions = () if settled and abs(correlation) < 0.95 else (_unsettled(correlation, sigma),)
+    return LinearFit(
+        kappa=float(kappa),
+        sigma=Estimate("sigma", float(sigma), "m", errors[0], dof, edge[0]),
+        slip_stiffness=Estimate(
+            "slip_stiffness", float(steady / kappa), "N", errors[1] / abs(kappa), dof, edge[1]
+        ),
+        steady_force=Estimate("steady_force", float(steady), "N", errors[1], dof, edge[1]),
+        start_force=Estimate(
+            "start_force", first, "N", errors[2] if fixed is None else 0.0, dof, fixed=fixed is not None
+        ),
+        reached_force=float(response[-1]),
+        correlation=correlation,
+        settled=settled,
+        transient_end=end,
+        rmse_transient=rmse(force, response, is_transient(x, end)),
+        rmse_total=rmse(force, response, x >= 0.0),
+        confusions=confusions,
+        noise=noise,
+        distance=x,
+        residual=force - response,
+    )
+
+
+def _errors(solution: Solution, noise: ARNoise) -> tuple[list[float], float]:
+    """Standard errors of a plain least-squares fit in coloured noise, and corr(sigma, asymptote)."""
+    jac = solution.jacobian
+    inverse = np.linalg.pinv(jac.T @ jac)
+    covariance = inverse @ noise.score_covariance(jac) @ inverse
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    product = size[0] * size[1]
+    correlation = float(covariance[0, 1] / product) if product > 0 else 0.0
+    return [float(s) for s in size], correlation
+
+
+def _edges(solution: Solution) -> list[str]:
+    pairs = zip(solution.at_lower, solution.at_upper, strict=True)
+    return ["lower" if low else "upper" if high else "" for low, high in pairs]
+
+
+def _unsettled(correlation: float, sigma: float) -> Confusion:
+    return Confusion(
+        ("sigma", "slip_stiffness"),
+        correlation,
+        "the run ends before the force has settled: a longer relaxation length with a larger slip "
+        "stiffness fits as well",
+        f"step earlier, so that {3.0 * sigma:.2f} m of travel follow the step",
+    )
+
+
+def _mean_only(
+    x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None
+) -> LinearFit:
+    """Without slip there is no response: the steady force is the mean after the step."""
+    after = x >= 0.0
+    mean = float(np.mean(force[after]))
+    residual = force - mean
+    noise = fit_noise([residual[after]]) if noise is None else noise
+    ones = np.ones((np.count_nonzero(after), 1)) / np.count_nonzero(after)
+    error = float(np.sqrt(noise.score_covariance(ones)[0, 0]))
+    dof = max(noise.effective_samples - 1.0, 2.0)
+    note = "not determined: this run has no slip"
+    return LinearFit(
+        kappa=float(kappa),
+        sigma=Estimate("sigma", float("nan"), "m", determined=False, note=note),
+        slip_stiffness=Estimate("slip_stiffness", float("nan"), "N", determined=False, note=note),
+        steady_force=Estimate("steady_force", mean, "N", error, dof),
+        start_force=Estimate("start_force", mean, "N", error, dof),
+        reached_force=mean,
+        correlation=0.0,
+        settled=True,
+        transient_end=float(x[-1]),
+        rmse_transient=rmse(force, np.full_like(force, mean), after),
+        rmse_total=rmse(force, np.full_like(force, mean), after),
+        noise=noise,
+        distance=x,
+        residual=residual,
+    )

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a fit hands back: every number with its uncertainty, its bound and what it cannot say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import stdtrit
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One fitted parameter."""
+
+    name: str
+    value: float
+    unit: str = "-"
+    std_error: float = math.nan
+    """Standard error from autocorrelated noise and run-to-run scatter; NaN when not determined."""
+    dof: float = math.inf
+    """Degrees of freedom of the standard error, for the t distribution."""
+    at_bound: str = ""
+    """"lower", "upper", or empty."""
+    determined: bool = True
+    """False when the data do not say what this parameter is."""
+    fixed: bool = False
+    note: str = ""
+
+    def interval(self, level: float = 0.90) -> tuple[float, float]:
+        """Interval that holds the true value with this probability."""
+        if not (self.determined and math.isfinite(self.std_error)):
+            return (-math.inf, math.inf)
+        reach = t_quantile(0.5 + level / 2.0, self.dof) * self.std_error
+        return (self.value - reach, self.value + reach)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values, with the 90 % interval."""
+        low, high = self.interval()
+        return to_plain(self) | {"interval90": to_plain([low, high])}
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """Parameters that these data cannot tell apart, and the run that would."""
+
+    names: tuple[str, ...]
+    correlation: float
+    """Largest correlation inside the group, or 1 when a direction is not determined at all."""
+    statement: str
+    remedy: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return to_plain(self)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Result of one identification."""
+
+    model: str
+    estimates: tuple[Estimate, ...]
+    correlation: np.ndarray = field(repr=False)
+    confusions: tuple[Confusion, ...] = ()
+    rmse: float = math.nan
+    """Root mean square of the unweighted residual, in the output's unit."""
+    runs: int = 0
+    converged: bool = True
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> Estimate:
+        for estimate in self.estimates:
+            if estimate.name == name:
+                return estimate
+        raise KeyError(f"{name} is not a parameter of this {self.model} fit")
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Name to value."""
+        return {e.name: e.value for e in self.estimates}
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values, ready for json.dumps."""
+        plain = {f.name: to_plain(getattr(self, f.name)) for f in fields(self)}
+        return plain | {"estimates": [e.to_json() for e in self.estimates]}
+
+
+def t_quantile(probability: float, dof: float) -> float:
+    """Quantile of Student's t distribution."""
+    return float(stdtrit(min(max(dof, 1.0), 1e6), probability))
+
+
+def to_plain(value: Any) -> Any:
+    """Dataclasses, arrays and NaN as JSON has them (NaN and infinity become None)."""
+    if hasattr(value, "to_json") and not isinstance(value, (Fit, Estimate, Confusion)):
+        return value.to_json()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: to_plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, dict):
+        return {str(k): to_plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return to_plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [to_plain(v) for v in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.generic):
+        return value.item()
+    return value
