@@ -27,6 +27,11 @@ RESERVE_SIZE = 1024 * 1024
 """room to finish the bag when the disk is full [bytes]"""
 
 
+def bag_file_name(name: str) -> str:
+    """rosbag2 numbers the files of a bag; ours are never split."""
+    return f"{name}_0.mcap"
+
+
 class TopicSpec(NamedTuple):
     """A topic to record."""
 
@@ -56,7 +61,7 @@ class BagWriter:
     ) -> None:
         """`folder` exists and gets the bag's folder; periods in s, sizes in bytes."""
         self.path = Path(folder) / check_name(name)
-        self.file_name = f"{name}_0.mcap"
+        self.file_name = bag_file_name(name)
         self.error: str | None = None
         self._closed = False
         self._flush_period = flush_period

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.run_record import RunRecord
 
 TOPIC = "/bus/inputs"
 TRIGGER_BIT = 1
@@ -86,3 +87,17 @@ class CycleCount:
             self.lost += image.first - self.last - 1
         self.last = image.last
         self.received += image.last - image.first + 1
+
+    def told_in(self, record: RunRecord) -> RunRecord:
+        """The record with these numbers."""
+        text = f"the bus restarted {self.restarts} times" if self.restarts else ""
+        notes = record.notes
+        if text not in notes:
+            notes = f"{notes}; {text}" if notes else text
+        return record.with_changes(
+            cycle_first=self.first,
+            cycle_last=self.last,
+            cycles_received=self.received,
+            cycles_lost=self.lost,
+            notes=notes,
+        )

@@ -8,6 +8,7 @@ off can be taken up again and finished (`recovery`). Format: https://mcap.dev/sp
 
 from __future__ import annotations
 
+import fcntl
 import zlib
 from dataclasses import dataclass, field
 from io import FileIO
@@ -34,7 +35,7 @@ MAGIC = b"\x89MCAP0\r\n"
 LIBRARY = "flatplank"
 MESSAGE = Struct("<BQHIQQ")
 """opcode, length, channel, sequence, log time, publish time"""
-_CHUNK = Struct("<BQQQQIIQ")
+CHUNK = Struct("<BQQQQIIQ")
 
 
 def encode(*records: McapRecord) -> bytes:
@@ -83,7 +84,10 @@ class McapFile:
 
     @classmethod
     def create(cls, path: Path) -> McapFile:
-        return cls(FileIO(path, "xb"))
+        """A new file, locked while it is open, so that nobody mends what is being written."""
+        stream = FileIO(path, "xb")
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return cls(stream)
 
     @property
     def pending(self) -> int:
@@ -140,7 +144,7 @@ class McapFile:
         """
         self.flush()
         size = len(data)
-        head = _CHUNK.pack(6, 40 + size, start_ns, end_ns, size, zlib.crc32(data), 0, size)
+        head = CHUNK.pack(6, 40 + size, start_ns, end_ns, size, zlib.crc32(data), 0, size)
         parts = [head, data]
         length = len(head) + size
         offset = self.position + length

@@ -228,18 +228,5 @@ class RecordingSession:
 
     def _closed(self, status: str, reason: str, ended: str) -> RunRecord:
         assert self.record is not None
-        count = self.cycles
-        notes = self.record.notes
-        restarts = f"the bus restarted {count.restarts} times" if count.restarts else ""
-        if restarts not in notes:
-            notes = f"{notes}; {restarts}" if notes else restarts
-        return self.record.with_changes(
-            status=status,
-            stop_reason=reason,
-            ended=ended,
-            cycle_first=count.first,
-            cycle_last=count.last,
-            cycles_received=count.received,
-            cycles_lost=count.lost,
-            notes=notes,
-        )
+        record = self.cycles.told_in(self.record)
+        return record.with_changes(status=status, stop_reason=reason, ended=ended)

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads an MCAP file of ours that nobody closed: what is whole in it, and where it is cut."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from struct import Struct
+from typing import NamedTuple
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, ChunkIndex, Header, Schema
+
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.mcap_file import CHUNK, LIBRARY, MAGIC, MESSAGE, Index
+
+_RECORD = Struct("<BQ")
+_INDEX = Struct("<BQHI")
+
+
+class ScannedMessage(NamedTuple):
+    """A message in a chunk."""
+
+    channel: int
+    stamp_ns: int
+    data: bytes
+
+
+@dataclass
+class Scan:
+    """What is whole."""
+
+    index: Index = field(default_factory=Index)
+    end: int = 0
+    """where the next record goes [bytes]; what is beyond is cut or belongs to the old end"""
+    rest: list[ScannedMessage] = field(default_factory=list)
+    """whole messages of the chunk that was being written"""
+    finished: bool = False
+    """has its summary and closing magic"""
+
+
+class _DamageError(Exception):
+    """The bytes here are not what they say."""
+
+
+def messages_of(data: bytes) -> Iterator[ScannedMessage]:
+    """Messages in the records of a chunk, as far as they are whole."""
+    at, size = 0, len(data)
+    while at + MESSAGE.size <= size:
+        opcode, length, channel, _, stamp_ns, _ = MESSAGE.unpack_from(data, at)
+        end = at + 9 + length
+        if opcode != Opcode.MESSAGE or length < 22 or end > size:
+            return
+        yield ScannedMessage(channel, stamp_ns, data[at + MESSAGE.size : end])
+        at = end
+
+
+def stored_messages(path: Path, index: Index) -> Iterator[ScannedMessage]:
+    """All messages of a scanned file, chunk by chunk."""
+    with path.open("rb") as file:
+        for chunk in index.chunks:
+            file.seek(chunk.chunk_start_offset + CHUNK.size)
+            yield from messages_of(file.read(chunk.uncompressed_size))
+
+
+def scan(path: Path) -> Scan:
+    """Read `path` from its beginning; a file that is not ours is refused."""
+    with path.open("rb") as file:
+        data = file.read()
+    result = Scan(finished=data.endswith(MAGIC) and len(data) > 2 * len(MAGIC))
+    if not MAGIC.startswith(data[: len(MAGIC)]):
+        raise RecordingError(f"{path}: not an MCAP file; remove it or name another folder")
+    if len(data) < len(MAGIC):
+        return result
+    at = len(MAGIC)
+    try:
+        while at + _RECORD.size <= len(data):
+            opcode, length = _RECORD.unpack_from(data, at)
+            reader = _READERS.get(opcode)
+            if reader is None:
+                break
+            end = at + _RECORD.size + length
+            whole = end <= len(data)
+            if not whole and opcode != Opcode.CHUNK:
+                break
+            reader(result, data, at, min(end, len(data)))
+            if not whole:
+                break
+            at = end
+    except _DamageError:
+        if result.finished or _goes_on(data, at):
+            raise RecordingError(f"{path}: damaged at byte {at}; restore it from a copy") from None
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from None
+    return result
+
+
+def _goes_on(data: bytes, at: int) -> bool:
+    """Whether a further whole chunk follows the record at `at`."""
+    while at + _RECORD.size <= len(data):
+        at += _RECORD.size + _RECORD.unpack_from(data, at)[1]
+        if data[at : at + 1] == bytes([Opcode.CHUNK]):
+            scanned = Scan()
+            with suppress(_DamageError):
+                _chunk(scanned, data, at, at + 9 + _RECORD.unpack_from(data, at)[1])
+            return bool(scanned.index.chunks)
+    return False
+
+
+def _header(result: Scan, data: bytes, at: int, end: int) -> None:
+    header = Header.read(ReadDataStream(BytesIO(data[at + 9 : end])))
+    if header.library != LIBRARY:
+        raise RecordingError(f"written by {header.library!r}, not by this recorder; left alone")
+    result.end = end
+
+
+def _schema(result: Scan, data: bytes, at: int, end: int) -> None:
+    schema = Schema.read(ReadDataStream(BytesIO(data[at + 9 : end])))
+    result.index.schemas[schema.id] = schema
+    result.end = end
+
+
+def _channel(result: Scan, data: bytes, at: int, end: int) -> None:
+    channel = Channel.read(ReadDataStream(BytesIO(data[at + 9 : end])))
+    result.index.channels[channel.id] = channel
+    result.end = end
+
+
+def _chunk(result: Scan, data: bytes, at: int, end: int) -> None:
+    """A chunk counts when all its message indexes follow; else its messages are the rest."""
+    content = data[at + CHUNK.size : end]
+    messages = list(messages_of(content))
+    result.rest = messages
+    if len(data) < at + CHUNK.size:
+        return
+    _, length, start_ns, end_ns, size, crc, _, _ = CHUNK.unpack_from(data, at)
+    if len(content) != length - 40:
+        return
+    if size != len(content) or zlib.crc32(content) != crc:
+        result.rest = []
+        raise _DamageError
+    offsets, where = {}, end
+    for _ in range(len({message.channel for message in messages})):
+        if where + _INDEX.size > len(data):
+            return
+        opcode, length, channel, _ = _INDEX.unpack_from(data, where)
+        if opcode != Opcode.MESSAGE_INDEX or where + 9 + length > len(data):
+            return
+        offsets[channel] = where
+        where += 9 + length
+    result.rest = []
+    result.index.chunks.append(
+        ChunkIndex(
+            message_start_time=start_ns,
+            message_end_time=end_ns,
+            chunk_start_offset=at,
+            chunk_length=end - at,
+            message_index_offsets=offsets,
+            message_index_length=where - end,
+            compression="",
+            compressed_size=size,
+            uncompressed_size=size,
+        )
+    )
+    for message in messages:
+        counts = result.index.counts
+        counts[message.channel] = counts.get(message.channel, 0) + 1
+    result.end = where
+
+
+def _skip(result: Scan, data: bytes, at: int, end: int) -> None:
+    """Message indexes are taken with their chunk."""
+
+
+_READERS: dict[int, Callable[[Scan, bytes, int, int], None]] = {
+    Opcode.HEADER: _header,
+    Opcode.SCHEMA: _schema,
+    Opcode.CHANNEL: _channel,
+    Opcode.CHUNK: _chunk,
+    Opcode.MESSAGE_INDEX: _skip,
+}

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mends, at the next start, the bags that a killed recorder left open."""
+
+from __future__ import annotations
+
+import fcntl
+import re
+from io import FileIO
+from pathlib import Path
+from typing import NamedTuple
+
+from rosbags.serde import SerdeError
+
+from flatplank_control.recording import metadata, run_message, run_record
+from flatplank_control.recording.bag_writer import RESERVE_NAME, bag_file_name
+from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
+from flatplank_control.recording.bus_cycles import CycleCount, read_bus_image
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.mcap_file import McapFile
+from flatplank_control.recording.mcap_scan import Scan, scan, stored_messages
+from flatplank_control.recording.run_record import RunRecord
+from flatplank_control.recording.typestore import typestore
+
+_OPEN_STATUSES = ("described", "armed", "recording")
+_STATUS = re.compile(r"^status: (\w+)", re.MULTILINE)
+_REASON = "the recorder ended without closing the bag; mended at the next start"
+
+
+class Mended(NamedTuple):
+    """A bag that was looked at and needed something."""
+
+    path: Path
+    messages: int
+    note: str
+    """what was done, or why not"""
+
+
+def mend(folder: Path | str) -> list[Mended]:
+    """Every bag of this recorder in the data folder; those that are being written are left."""
+    mended = []
+    for path in sorted(path for path in Path(folder).iterdir() if path.is_dir()):
+        if not (path / bag_file_name(path.name)).is_file():
+            continue
+        try:
+            result = mend_bag(path)
+        except (RecordingError, OSError) as error:
+            result = Mended(path, 0, f"not mended: {error}")
+        if result is not None:
+            mended.append(result)
+    return mended
+
+
+def mend_bag(path: Path) -> Mended | None:
+    """One bag; None when there is nothing to do."""
+    if _is_whole(path):
+        return None
+    file = path / bag_file_name(path.name)
+    with FileIO(file, "r+b") as stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return None
+        found = scan(file)
+        for leftover in (
+            RESERVE_NAME,
+            f"{metadata.FILE_NAME}.part",
+            f"{run_record.FILE_NAME}.part",
+        ):
+            (path / leftover).unlink(missing_ok=True)
+        record, is_final, trouble = _readable_record(path, found)
+        _finish(stream, path, found, record, is_final)
+    if record is not None:
+        record.save(path)
+    status = record.status if record else "interrupted"
+    messages = found.index.messages
+    return Mended(path, messages, f"closed as {status} with {messages} messages{trouble}")
+
+
+def _finish(
+    stream: FileIO, path: Path, found: Scan, record: RunRecord | None, is_final: bool
+) -> None:
+    """Append to what is whole: the last messages, the record, metadata and summary."""
+    stream.truncate(found.end)
+    stream.seek(found.end)
+    file = McapFile(stream, found.index, found.end)
+    for message in found.rest:
+        file.add(*message)
+    file.flush()
+    channel = _channel_of(found, run_message.TOPIC.name)
+    if record is not None and channel is not None and not is_final:
+        stamp_ns = file.index.end_ns
+        file.add(channel, stamp_ns, run_message.run_message(record, stamp_ns))
+        file.flush()
+    custom = {"status": "interrupted"}
+    if record is not None:
+        custom = {"status": record.status, "uuid": record.uuid, "tire": record.tire}
+    content = metadata.bag_information(file.index, bag_file_name(path.name), custom)
+    file.add_metadata("rosbag2", {"serialized_metadata": metadata.text(content)})
+    file.finish()
+    metadata.write(path, content)
+
+
+def _is_whole(path: Path) -> bool:
+    """Closed: the metadata are written last but for the run record."""
+    if not (path / metadata.FILE_NAME).is_file():
+        return False
+    run = path / run_record.FILE_NAME
+    status = _STATUS.search(run.read_text(encoding="utf-8")) if run.is_file() else None
+    return status is None or status[1] not in _OPEN_STATUSES
+
+
+def _readable_record(path: Path, found: Scan) -> tuple[RunRecord | None, bool, str]:
+    """The messages are worth saving even when the run record cannot be read."""
+    try:
+        return *_record(path, found), ""
+    except (RecordingError, SerdeError) as error:
+        return None, False, f"; its run record cannot be read ({error})"
+
+
+def _record(path: Path, found: Scan) -> tuple[RunRecord | None, bool]:
+    """The run record as it has to be closed, and whether the bag already says so.
+
+    The last message on /run is newer than the file beside it.
+    """
+    run, bus = (_channel_of(found, topic) for topic in (run_message.TOPIC.name, BUS_TOPIC))
+    said: list[bytes] = []
+    cycles = CycleCount()
+    stored = stored_messages(path / bag_file_name(path.name), found.index)
+    for message in (*stored, *found.rest):
+        if message.channel == bus:
+            cycles.add(read_bus_image(message.data))
+        elif message.channel == run:
+            said.append(message.data)
+    if said:
+        message = typestore().deserialize_cdr(said[-1], run_message.TOPIC.type)
+        record = run_record.record_from_yaml(message.record, str(path))
+    elif (path / run_record.FILE_NAME).is_file():
+        record = run_record.load_record(path)
+    else:
+        return None, False
+    if record.status not in _OPEN_STATUSES:
+        return record, True
+    return cycles.told_in(record).with_changes(status="interrupted", stop_reason=_REASON), False
+
+
+def _channel_of(found: Scan, topic: str) -> int | None:
+    return next((c.id for c in found.index.channels.values() if c.topic == topic), None)
