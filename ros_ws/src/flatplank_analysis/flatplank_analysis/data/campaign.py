@@ -15,7 +15,7 @@ from flatplank_analysis.data import checks
 from flatplank_analysis.data.info import Condition, RunInfo, info_from_dict
 from flatplank_analysis.data.names import parse_name
 from flatplank_analysis.data.problem import Problem, problem_of
-from flatplank_analysis.data.readers import Request, reader_for, suffixes
+from flatplank_analysis.data.readers import Request, describe, reader_for, suffixes
 from flatplank_analysis.data.store import Store, open_store
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError
@@ -60,6 +60,14 @@ def _with_required(columns: Sequence[str], info: RunInfo, check: bool) -> list[s
     return list(dict.fromkeys([*columns, *extra]))
 
 
+def _described(store: Store, info: RunInfo) -> RunInfo:
+    """What the file itself tells goes over what its name tells."""
+    facts = dict(describe(store, info.file))
+    facts.pop("file", None)
+    plain = {k: v for k, v in info.to_dict().items() if k != "_own"}
+    return info_from_dict(plain | facts, info.file)[0]
+
+
 def _merged(info: RunInfo, facts: Mapping[str, Any]) -> RunInfo:
     """The record of the campaign file, with what only the run's own file knows."""
     own, _ = info_from_dict(facts, info.file)
@@ -81,6 +89,7 @@ class Campaign:
     runs: list[Run]
     tire: str = ""
     problems: list[Problem] = field(default_factory=list)
+    _files: dict[str, str] = field(default_factory=dict, repr=False)
 
     @classmethod
     def load(
@@ -115,6 +124,8 @@ class Campaign:
                     "no such file", info.file, f"correct {where}, or copy it here"
                 )
             reader_for(store, info.file)
+            if "_own" in info.extra:
+                info = _described(store, info)
         except FlatplankError as error:
             file = entry.get("file", where) if isinstance(entry, Mapping) else where
             self.problems.append(problem_of(error, str(file)))
@@ -153,7 +164,7 @@ class Campaign:
     def where(self, keep: Callable[[RunInfo], bool]) -> Campaign:
         """The runs for which `keep(info)` is true; shares the list of problems."""
         runs = [run for run in self.runs if keep(run.info)]
-        return Campaign(self.path, runs, self.tire, self.problems)
+        return Campaign(self.path, runs, self.tire, self.problems, self._files)
 
     def merged(self, other: Campaign) -> Campaign:
         """Both campaigns as one."""
@@ -190,6 +201,11 @@ class Campaign:
             return None
         for problem in remarks:
             self.note(problem)
+        first = self._files.setdefault(table.info.uuid or run.info.file, run.info.file)
+        if first != run.info.file:
+            what = f"same UUID {table.info.uuid} as {first}"
+            self.note(Problem(run.info.file, what, remedy="leave one of them out"))
+            return None
         return table
 
     def note(self, problem: Problem) -> None:
@@ -225,7 +241,7 @@ def _found(store: Store) -> list[dict[str, Any]]:
         known = name.lower().endswith(tuple(suffixes()))
         if known or _is_bag(store, name):
             stem = name.rsplit(".", 1)[0] if known else name
-            out.append({"file": name, "run_index": len(out)} | parse_name(stem))
+            out.append({"file": name, "run_index": len(out)} | parse_name(stem) | {"_own": True})
     return out
 
 

@@ -129,6 +129,25 @@ class RunInfo:
 
 KNOWN_SUFFIXES = (".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap")
 _ALWAYS = {"file", "tire", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start"}
+_RECORD_ONLY = {
+    "format",
+    "name",
+    "serial",
+    "calibration",
+    "parameters",
+    "plant",
+    "started",
+    "ended",
+    "stop_reason",
+    "road_camber_offset_deg",
+    "slip_angle_offset_deg",
+    "cycle_first",
+    "cycle_last",
+    "cycles_received",
+    "cycles_lost",
+}
+"""keys of the bench's run record that the analysis only keeps"""
+_DIRECTIONS = {"forward": 1.0, "reverse": -1.0, "reversed": -1.0, "backward": -1.0}
 _FIELDS = {item.name: item for item in dataclasses.fields(RunInfo) if item.name != "extra"}
 
 
@@ -149,6 +168,8 @@ def info_from_dict(raw: Mapping[str, Any], where: str) -> tuple[RunInfo, list[st
             known[key] = _convert(key, value, where)
             continue
         extra[str(key)] = value
+        if key in _RECORD_ONLY:
+            continue
         near = difflib.get_close_matches(str(key), _FIELDS, n=1, cutoff=0.75)
         if near:
             remarks.append(f"unknown key '{key}' (nearest: '{near[0]}')")
@@ -159,6 +180,8 @@ def _convert(key: str, value: Any, where: str) -> Any:
     kind = str(_FIELDS[key].type)
     if value is None:
         return _FIELDS[key].default
+    if key == "direction" and str(value) in _DIRECTIONS:
+        return _DIRECTIONS[str(value)]
     try:
         if kind == "float":
             return float(value)

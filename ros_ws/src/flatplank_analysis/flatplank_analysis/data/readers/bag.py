@@ -15,11 +15,14 @@ from flatplank_analysis.data.bags.definitions import parse_definition
 from flatplank_analysis.data.bags.mcap import McapFile
 from flatplank_analysis.data.bags.sqlite import SqliteFile
 from flatplank_analysis.data.bags.topics import RUN_TOPIC, TopicMap, topic_map
-from flatplank_analysis.data.readers.base import Loaded, Request, reader
+from flatplank_analysis.data.readers.base import Loaded, Request, describer, reader
+from flatplank_analysis.data.store import Store
 from flatplank_analysis.data.table import STANDARD_COLUMNS
 from flatplank_analysis.errors import FlatplankError
 
+RECORD_FILE = "run.yaml"
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _STORAGE = {".mcap": McapFile, ".db3": SqliteFile}
 
 
@@ -36,6 +39,19 @@ def read_bag(request: Request) -> Loaded:
         return loaded
     columns = {k: v for k, v in loaded.columns.items() if request.wants(k)}
     return Loaded(columns, loaded.facts, loaded.remarks)
+
+
+@describer(".mcap")
+def describe_bag(store: Store, name: str) -> dict[str, Any]:
+    """The run record beside the bag, else the first message on `/run`."""
+    if store.is_dir(name) and store.exists(f"{name}/{RECORD_FILE}"):
+        with store.open(f"{name}/{RECORD_FILE}") as stream:
+            return _record({"record": stream.read().decode("utf-8")})
+    for file in _files(store.local(name)):
+        for block in file.blocks({RUN_TOPIC}):
+            kind = parse_definition(block.channel.type, block.channel.definition)
+            return _record(decode_one(kind, block.payloads[-1].tobytes()))
+    return {}
 
 
 def import_bag(path: Path, topics: TopicMap) -> Loaded:
@@ -73,7 +89,11 @@ def _files(path: Path) -> list:
 
 def _record(message: dict[str, Any]) -> dict[str, Any]:
     """Facts of a `/run` message: the YAML record, its UUID and status."""
-    record = yaml.safe_load(str(message.get("record") or "")) or {}
+    try:
+        record = yaml.load(str(message.get("record") or ""), Loader=_LOADER) or {}
+    except yaml.YAMLError as error:
+        what = f"the run record is not YAML ({error})"
+        raise FlatplankError(what, RUN_TOPIC, "mend it") from error
     facts = dict(record) if isinstance(record, dict) else {}
     facts.pop("file", None)
     for key in ("uuid", "status"):

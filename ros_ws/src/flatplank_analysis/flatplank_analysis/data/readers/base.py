@@ -55,6 +55,27 @@ def reader(*suffixes: str) -> Callable[[Reader], Reader]:
     return register
 
 
+Describer = Callable[[Store, str], Mapping[str, Any]]
+_DESCRIBERS: dict[str, Describer] = {}
+
+
+def describer(*suffixes: str) -> Callable[[Describer], Describer]:
+    """Register what tells the run record of a file without reading its samples."""
+
+    def register(function: Describer) -> Describer:
+        for suffix in suffixes:
+            _DESCRIBERS[suffix] = function
+        return function
+
+    return register
+
+
+def describe(store: Store, name: str) -> Mapping[str, Any]:
+    """Facts of the run record that the file itself tells cheaply."""
+    function = _DESCRIBERS.get(_suffix(store, name))
+    return function(store, name) if function else {}
+
+
 def suffixes() -> list[str]:
     """Suffixes that can be read."""
     return sorted(_READERS)
@@ -62,15 +83,18 @@ def suffixes() -> list[str]:
 
 def reader_for(store: Store, name: str) -> Reader:
     """The reader of a file; a folder is read as a bag."""
-    suffix = "." + name.rsplit(".", 1)[-1].lower() if "." in name else ""
-    if suffix not in _READERS and store.is_dir(name):
-        suffix = ".mcap"
+    suffix = _suffix(store, name)
     try:
         return _READERS[suffix]
     except KeyError:
         raise FlatplankError(
             f"no reader for '{suffix or name}'", name, f"use one of {', '.join(suffixes())}"
         ) from None
+
+
+def _suffix(store: Store, name: str) -> str:
+    suffix = "." + name.rsplit(".", 1)[-1].lower() if "." in name else ""
+    return ".mcap" if suffix not in _READERS and store.is_dir(name) else suffix
 
 
 def canonical_names(

@@ -8,7 +8,14 @@ import json
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from flatplank_analysis.data.readers.base import Loaded, Request, canonical_names, reader
+from flatplank_analysis.data.readers.base import (
+    Loaded,
+    Request,
+    canonical_names,
+    describer,
+    reader,
+)
+from flatplank_analysis.data.store import Store
 from flatplank_analysis.data.table import COLUMN_UNITS
 from flatplank_analysis.data.units import to_si
 from flatplank_analysis.errors import FlatplankError
@@ -40,6 +47,16 @@ def read_parquet(request: Request) -> Loaded:
             f"{request.name}, column '{theirs}'",
         )
     return Loaded(columns, _facts(schema.metadata), remarks)
+
+
+@describer(".parquet")
+def describe_parquet(store: Store, name: str) -> dict:
+    """The run record in the schema metadata of our own exports."""
+    with store.open(name) as stream:
+        try:
+            return _facts(pq.read_schema(stream).metadata)
+        except (pa.ArrowException, OSError, ValueError):
+            return {}
 
 
 def _unit(field: pa.Field, ours: str) -> str:
