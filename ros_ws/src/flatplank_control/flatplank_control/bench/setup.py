@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a bench is made of: one description for the ROS graph, the launch file and the twin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from flatplank_control.bench.share import config_file
+from flatplank_hw.params import load_parameters
+
+BUSES = {
+    "sim": "simulated_plant",
+    "emulated": "ethercat_bus",
+    "lab": "ethercat_bus",
+}
+"""kind of bench -> node that owns its bus"""
+
+
+class NodeSpec(NamedTuple):
+    """One process of the bench."""
+
+    package: str
+    executable: str
+    name: str
+
+
+NODES = (
+    NodeSpec("flatplank_hw", "measurement_hub", "measurement_hub"),
+    NodeSpec("flatplank_hw", "encoders", "encoders"),
+    NodeSpec("flatplank_hw", "wheel_drive", "wheel_drive"),
+    NodeSpec("flatplank_control", "free_rolling_controller", "free_rolling_controller"),
+    NodeSpec("flatplank_control", "slip_sequencer", "slip_sequencer"),
+    NodeSpec("flatplank_control", "recorder", "recorder"),
+    NodeSpec("flatplank_control", "measurement_runner", "measurement_runner"),
+)
+"""What runs beside the bus, whatever the bus is."""
+
+
+@dataclass(frozen=True)
+class BenchSetup:
+    """A bench to be started; parameters come from the packages' files, then from here."""
+
+    kind: str = "sim"
+    tire: str = "toyo"
+    preset: str = ""
+    plant_file: str = ""
+    seed: int = 1
+    rate_hz: int = 250
+    batch: int = 1
+    pace: str = "realtime"
+    data: str = "data"
+    parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """more parameters, by node name"""
+
+    def nodes(self) -> tuple[NodeSpec, ...]:
+        """The processes of this bench, the owner of the bus last."""
+        bus = BUSES[self.kind]
+        return (*NODES, NodeSpec("flatplank_hw", bus, bus))
+
+    def of(self, node: NodeSpec) -> dict[str, Any]:
+        """Parameters of one node."""
+        path = config_file(node.package, f"{node.name}.yaml")
+        own = load_parameters(path, node.name) if path else {}
+        return {**own, **self._shared(node.name), **self.parameters.get(node.name, {})}
+
+    def _shared(self, name: str) -> dict[str, Any]:
+        rate = float(self.rate_hz)
+        graph_rate = rate / self.batch
+        shared: dict[str, dict[str, Any]] = {
+            "simulated_plant": {
+                "tire": self.tire,
+                "preset": self.preset,
+                "config": self.plant_file,
+                "seed": self.seed,
+                "rate_hz": self.rate_hz,
+                "batch": self.batch,
+                "pace": self.pace,
+            },
+            "ethercat_bus": {"rate_hz": self.rate_hz, "batch": self.batch},
+            "encoders": {"rate_hz": rate},
+            "wheel_drive": {"rate_hz": graph_rate},
+            "free_rolling_controller": {"rate_hz": graph_rate},
+            "recorder": {"folder": self.data},
+            "measurement_runner": {"held": self.pace == "hold"},
+        }
+        return shared.get(name, {})
+
+    def write(self, folder: Path) -> dict[str, Path]:
+        """One parameter file per node in `folder`; node name -> file."""
+        folder.mkdir(parents=True, exist_ok=True)
+        files = {}
+        for node in self.nodes():
+            path = files[node.name] = folder / f"{node.name}.yaml"
+            content = {node.name: {"ros__parameters": self.of(node)}}
+            path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+        return files

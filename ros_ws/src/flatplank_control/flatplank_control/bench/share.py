@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the files of our packages are, installed or in the source tree."""
+
+from __future__ import annotations
+
+import os
+from importlib.util import find_spec
+from pathlib import Path
+
+
+def config_file(package: str, name: str) -> Path | None:
+    """`config/name` of a package; None when it has no such file."""
+    for base in _bases(package):
+        path = base / "config" / name
+        if path.is_file():
+            return path
+    return None
+
+
+def _bases(package: str):
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if prefix:
+            yield Path(prefix) / "share" / package
+    spec = find_spec(package)
+    if spec and spec.origin:
+        yield Path(spec.origin).parent.parent

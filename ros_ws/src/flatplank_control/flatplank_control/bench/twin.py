@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole bench in one process without ROS: the same cores in the same order, bit for bit the same."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_hw.bus.image import AxisCommand, BusInputs
+from flatplank_hw.drive import AxisDrive, AxisParameters
+from flatplank_hw.encoders import EncoderParameters, Encoders
+from flatplank_hw.hub import HubParameters, MeasurementHub
+from flatplank_hw.params import from_mapping
+from flatplank_hw.plant import Plant, PlantConfig
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
+
+
+class Cycle(NamedTuple):
+    """All that one cycle (or batch) says, in the order of the topics."""
+
+    batch: tuple[BusInputs, ...]
+    hub: HubSample
+    encoders: EncoderSample
+    reference: Reference | None
+    inside: Any
+    """state of the source that made the reference"""
+    command: AxisCommand
+    drive: DriveSample
+
+
+class Twin:
+    """Plant, hub, encoders, sources and wheel drive, stepped as the lock-stepped graph steps them."""
+
+    def __init__(self, setup: BenchSetup) -> None:
+        def make(cls: type, name: str) -> Any:
+            node = next(n for n in setup.nodes() if n.name == name)
+            return from_mapping(cls, setup.of(node), name)
+
+        bus = setup.of(setup.nodes()[-1])
+        config = PlantConfig.load(
+            bus["tire"], preset=bus["preset"] or None, file=bus["config"] or None
+        )
+        self.setup = setup
+        self.plant = Plant(config, bus["seed"], bus["rate_hz"])
+        self.hub = MeasurementHub(make(HubParameters, "measurement_hub"))
+        self.encoders = Encoders(make(EncoderParameters, "encoders"))
+        self.drive = AxisDrive(make(AxisParameters, "wheel_drive"))
+        self.controller = FreeRollingController(
+            make(FreeRollingParameters, "free_rolling_controller")
+        )
+        self.sequencer = SlipSequencer(make(SequencerParameters, "slip_sequencer"))
+        self.sources = {"slip": self.sequencer, "free_rolling": self.controller}
+        self.source: SlipSequencer | FreeRollingController | None = None
+        self.batch = setup.batch
+        self.latest: Cycle | None = None
+        self._commands: tuple[AxisCommand, ...] = ()
+
+    def set_mode(self, mode: str, value: float):
+        """Operation mode of the wheel drive; the source of the mode begins anew."""
+        done = self.drive.set_operation_mode(mode, value)
+        if done.accepted:
+            source = self.sources.get(mode)
+            if source is not None and source is not self.source:
+                source.reset()
+            self.source = source
+        return done
+
+    def cycle(self) -> Cycle:
+        """One batch of bus cycles through the whole chain."""
+        plant, hub, encoders = self.plant, self.hub, self.encoders
+        commands = self._commands
+        batch = tuple([plant.step(commands) for _ in range(self.batch)])
+        for inputs in batch:
+            hub_sample = hub.step(inputs)
+            encoder_sample = encoders.step(inputs)
+        source = self.source
+        reference = inside = None
+        if source is not None:
+            if source is self.controller:
+                reference = source.step(hub_sample, encoder_sample)
+            else:
+                reference = source.step(encoder_sample)
+            inside = source.state
+        command, drive_sample = self.drive.step(inputs, encoder_sample, hub_sample, reference)
+        self._commands = (command,)
+        self.latest = Cycle(
+            batch, hub_sample, encoder_sample, reference, inside, command, drive_sample
+        )
+        return self.latest

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything on the bench into bags: the shell of `flatplank_control.recording`."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from struct import Struct
+
+from rosidl_runtime_py.utilities import get_message
+from std_srvs.srv import Trigger
+
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.recovery import mend
+from flatplank_control.recording.run_record import record_from_yaml
+from flatplank_control.recording.session import RecordingSession, State
+from flatplank_control.topics import RECORDED
+from flatplank_hw.nodes.qos import LATCHED, STREAM
+from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.params import Params, param
+from flatplank_msgs.msg import Run
+from flatplank_msgs.srv import StartRecording, StopRecording
+
+_STAMP = Struct("<iI")
+
+
+@dataclass(frozen=True)
+class RecorderParameters(Params):
+    """Where bags go."""
+
+    folder: str = param("data", "data folder; made when it is not there")
+    pre_trigger: float = param(
+        2.0, "kept from before the motion trigger", unit="s", bounds=(0.0, 60.0)
+    )
+
+
+def utc_now() -> str:
+    return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+
+
+class RecorderNode(BenchNode):
+    """All topics of the table, serialised as they come -> one MCAP bag per measurement; says /run."""
+
+    PARAMETERS = RecorderParameters
+
+    def configure(self, parameters: RecorderParameters) -> None:
+        folder = Path(parameters.folder).expanduser()
+        folder.mkdir(parents=True, exist_ok=True)
+        for mended in mend(folder):
+            self.get_logger().warning(str(mended))
+        self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
+        self.stamp_ns = 0
+
+    def connect(self) -> None:
+        self.publish_run = self.speak(Run, "/run", LATCHED)
+        for spec in RECORDED:
+            latched = spec.qos.durability == "transient_local"
+            with_header = not spec.type.startswith("std_msgs/")
+            self.listen(
+                get_message(spec.type),
+                spec.name,
+                partial(self.on_message, spec.name, with_header),
+                LATCHED if latched else STREAM,
+                raw=True,
+            )
+        self.every(0.25, self.poll)
+        self.serve(StartRecording, "~/start", self.on_start)
+        self.serve(StopRecording, "~/stop", self.on_stop)
+        self.serve(Trigger, "~/discard", self.on_discard)
+
+    def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
+        if with_header:
+            seconds, nanoseconds = _STAMP.unpack_from(cdr, 4)
+            self.stamp_ns = seconds * 1_000_000_000 + nanoseconds
+        if self.session.state is not State.IDLE:
+            self.guarded(lambda: self.session.write(topic, cdr, self.stamp_ns))
+
+    def poll(self) -> None:
+        self.guarded(self.session.poll)
+
+    def guarded(self, action) -> None:
+        try:
+            action()
+        except RecordingError as error:
+            self.get_logger().error(str(error))
+            self.say()
+
+    def say(self) -> None:
+        record = self.session.record
+        if record is not None:
+            message = Run(uuid=record.uuid, name=record.name, status=record.status)
+            message.record = record.to_yaml()
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(
+                self.stamp_ns, 1_000_000_000
+            )
+            self.publish_run(message)
+
+    def on_start(self, request, response):
+        try:
+            record = record_from_yaml(request.record or f"tire: X\nname: {request.name}", "record")
+            record = record.with_changes(started=record.started or utc_now())
+            if request.name:
+                record = record.with_changes(name=request.name)
+            path = self.session.start(
+                record, self.stamp_ns, folder=request.folder or None, at_once=request.at_once
+            )
+        except RecordingError as error:
+            return answer(response, False, str(error))
+        self.say()
+        return answer(response, True, "", path=str(path), uuid=record.uuid)
+
+    def on_stop(self, request, response):
+        try:
+            record = self.session.stop(
+                request.status or "stopped", reason=request.notes, ended=utc_now()
+            )
+        except RecordingError as error:
+            return answer(response, False, str(error))
+        self.say()
+        return answer(
+            response,
+            record.status != "failed",
+            record.stop_reason,
+            path=str(self.session.path),
+            cycles_received=record.cycles_received,
+            cycles_lost=record.cycles_lost,
+        )
+
+    def on_discard(self, _request, response):
+        try:
+            path = self.session.discard()
+        except RecordingError as error:
+            response.success, response.message = False, str(error)
+            return response
+        self.say()
+        response.success, response.message = True, f"{path} is deleted"
+        return response
+
+    def finish(self) -> None:
+        """The bag is closed whatever ends the node."""
+        if hasattr(self, "session"):
+            self.session.close()
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: RecorderNode("recorder"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

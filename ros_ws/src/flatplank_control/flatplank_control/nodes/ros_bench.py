@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bench as a plan sees it, over the topics and services of the graph."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import yaml
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.task import Future
+from std_srvs.srv import SetBool, Trigger
+
+from flatplank_control.runner import steps as S
+from flatplank_control.runner.performing import CHUNK, Patience
+from flatplank_control.runner.quantities import QUANTITIES
+from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
+from flatplank_msgs.srv import (
+    Advance,
+    MoveTo,
+    PlankSwitch,
+    SetOperationMode,
+    SetPace,
+    SetValue,
+    SetWaveform,
+    StartRecording,
+    StopRecording,
+)
+
+PLANT = "/simulated_plant"
+BY_HAND = {
+    "load": "load_to",
+    "steer_deg": "set_steer_deg",
+    "road_camber_deg": "set_road_camber_deg",
+    "wheel_camber_deg": "set_wheel_camber_deg",
+    "pressure_bar": "set_pressure_bar",
+}
+"""quantity -> service of the simulated operator"""
+
+SOURCES = {
+    "encoders": (EncoderState, "/encoders/state", convert.encoders_from_msg),
+    "hub": (HubState, "/measurement_hub/state", convert.hub_from_msg),
+    "drive": (DriveStatus, "/wheel_drive/status", convert.drive_from_msg),
+}
+
+
+class RosBench:
+    """Does the steps of a plan by service calls; `prompt` asks the operator where there is no service."""
+
+    def __init__(
+        self,
+        node: Node,
+        *,
+        held: bool,
+        simulated: bool,
+        folder: str = "",
+        prompt: Callable[[str], Awaitable[None]] | None = None,
+        say: Callable[[str], None] = lambda _text: None,
+    ) -> None:
+        """`held`: the simulated bus makes cycles only when asked, so that a run can be repeated exactly."""
+        self.node = node
+        self.held, self.simulated, self.folder = held, simulated, folder
+        self.bags: list[str] = []
+        self.batch = 1
+        self._prompt, self._say = prompt, say
+        self._raw: dict[str, bytes] = {}
+        self._arrival: Future | None = None
+        self._clients: dict[str, Any] = {}
+        self._subscriptions = [
+            node.create_subscription(
+                kind, topic, lambda raw, name=name: self._on_message(name, raw), STREAM, raw=True
+            )
+            for name, (kind, topic, _) in SOURCES.items()
+        ]
+        self._do = {
+            S.Manual: self._manual,
+            S.Plank: self._plank,
+            S.Enable: self._enable,
+            S.Mode: self._mode,
+            S.MoveTo: self._move_to,
+            S.SlipWaveform: self._waveform,
+            S.Arm: self._arm,
+            S.Tare: self._tare,
+            S.Record: self._record,
+            S.StopRecord: self._stop_record,
+            S.Quick: self._quick,
+            S.Wait: self._wait,
+            S.Say: self._on_say,
+        }
+
+    def close(self) -> None:
+        for subscription in self._subscriptions:
+            self.node.destroy_subscription(subscription)
+        for client in self._clients.values():
+            self.node.destroy_client(client)
+
+    async def do(self, step: S.Step) -> None:
+        """One step; PlanFailed with the reason when the bench refuses."""
+        await self._do[type(step)](step)
+
+    # samples
+    def _on_message(self, name: str, raw: bytes) -> None:
+        self._raw[name] = raw
+        if name == "drive" and self._arrival is not None and not self._arrival.done():
+            self._arrival.set_result(None)
+
+    async def _next_message(self) -> None:
+        self._arrival = Future()
+        await self._arrival
+
+    def snapshot(self) -> S.Snapshot | None:
+        """The latest samples, when all are there."""
+        if len(self._raw) < len(SOURCES):
+            return None
+        return S.Snapshot(
+            **{
+                name: read(deserialize_message(self._raw[name], kind))
+                for name, (kind, _, read) in SOURCES.items()
+            }
+        )
+
+    async def advance(self, cycles: int) -> None:
+        """Let a held bus make cycles, and see the samples of the last one."""
+        response = await self.call(Advance, f"{PLANT}/advance", cycles=cycles)
+        while (s := self.snapshot()) is None or min(x.cycle for x in s) < response.cycle:
+            await self._next_message()
+
+    # services
+    async def call(self, kind: type, name: str, **fields: Any) -> Any:
+        """Call a service; PlanFailed when it is not there or says no."""
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(kind, name)
+        if not client.wait_for_service(timeout_sec=5.0):
+            raise S.PlanFailed(f"{name}: the service is not there; is its node running?")
+        response = await client.call_async(kind.Request(**fields))
+        accepted = getattr(response, "accepted", getattr(response, "success", True))
+        if not accepted:
+            reason = getattr(response, "reason", "") or getattr(response, "message", "")
+            raise S.PlanFailed(f"{name}: {reason}")
+        return response
+
+    # steps
+    async def _manual(self, step: S.Manual) -> None:
+        quantity = QUANTITIES[step.quantity]
+        if not self.simulated:
+            if self._prompt is None:
+                raise S.PlanFailed(f"nobody to ask: {quantity.prompt.format(value=step.value)}")
+            await self._prompt(quantity.prompt.format(value=step.value))
+        elif step.quantity == "unload":
+            await self.call(Trigger, f"{PLANT}/unload")
+        else:
+            await self.call(SetValue, f"{PLANT}/{BY_HAND[step.quantity]}", value=step.value)
+        text = quantity.prompt.format(value=step.value)
+        await self._wait(S.Wait(f"done: {text}", quantity.verify(step.value), quantity.timeout, 0.2))
+
+    async def _plank(self, step: S.Plank) -> None:
+        if self.simulated:
+            await self.call(
+                PlankSwitch,
+                f"{PLANT}/plank",
+                direction=step.direction,
+                fast=step.fast,
+                stop_at=step.stop_at,
+            )
+        elif self._prompt is not None:
+            word = {1: "forward", 0: "stop", -1: "reverse"}[step.direction]
+            await self._prompt(f"turn the plank switch to {word}")
+
+    async def _enable(self, step: S.Enable) -> None:
+        await self.call(SetBool, "/wheel_drive/enable", data=step.on)
+
+    async def _mode(self, step: S.Mode) -> None:
+        await self.call(
+            SetOperationMode, "/wheel_drive/set_operation_mode", mode=step.mode, value=step.value
+        )
+
+    async def _move_to(self, step: S.MoveTo) -> None:
+        await self.call(MoveTo, "/wheel_drive/move_to", angle_deg=step.angle_deg)
+
+    async def _waveform(self, step: S.SlipWaveform) -> None:
+        await self.call(
+            SetWaveform,
+            "/slip_sequencer/set_waveform",
+            name=step.name,
+            parameters=list(step.parameters),
+            values=[float(v) for v in step.parameters.values()],
+            start_position=step.start_position,
+            effective_rolling_radius=step.effective_rolling_radius,
+        )
+
+    async def _arm(self, _step: S.Arm) -> None:
+        await self.call(Trigger, "/encoders/arm")
+
+    async def _tare(self, _step: S.Tare) -> None:
+        await self.call(Trigger, "/measurement_hub/tare")
+
+    async def _record(self, step: S.Record) -> None:
+        response = await self.call(
+            StartRecording,
+            "/recorder/start",
+            name=str(step.record.get("name", "")),
+            folder=self.folder,
+            record=yaml.safe_dump(dict(step.record)),
+        )
+        self.bags.append(response.path)
+
+    async def _stop_record(self, step: S.StopRecord) -> None:
+        await self.call(StopRecording, "/recorder/stop", status=step.status, notes=step.notes)
+
+    async def _quick(self, step: S.Quick) -> None:
+        if self.held:
+            await self.call(SetPace, f"{PLANT}/set_pace", pace="hold", batch=step.batch)
+            self.batch = step.batch
+
+    async def _wait(self, step: S.Wait) -> None:
+        first = self.snapshot()
+        patience = Patience(step, first.encoders.stamp_ns * 1e-9 if first else math.nan)
+        while True:
+            s = self.snapshot()
+            if s and math.isnan(patience.start):
+                patience.start = s.encoders.stamp_ns * 1e-9
+            if patience.over(s, s.encoders.stamp_ns * 1e-9 if s else math.nan):
+                return
+            if self.held:
+                await self.advance(CHUNK * self.batch)
+            else:
+                await self._next_message()
+
+    async def _on_say(self, step: S.Say) -> None:
+        self._say(step.text)

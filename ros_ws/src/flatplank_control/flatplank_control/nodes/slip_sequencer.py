@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Slip over plank position to wheel velocity: the shell of `flatplank_control.sequencer`."""
+
+from __future__ import annotations
+
+from flatplank_control.nodes.source import SourceNode
+from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_hw.nodes.support import answer, run
+from flatplank_msgs.msg import SequencerState
+from flatplank_msgs.srv import SetSlipStep, SetWaveform
+
+
+class SlipSequencerNode(SourceNode):
+    """Encoders -> /wheel_drive/reference and ~/state; slip steps and waveforms by service."""
+
+    PARAMETERS = SequencerParameters
+    MODE = "slip"
+
+    def configure(self, parameters: SequencerParameters) -> None:
+        self.core = SlipSequencer(parameters)
+
+    def connect(self) -> None:
+        super().connect()
+        self.state = SequencerState()
+        self.publish_state = self.speak(SequencerState, "~/state", STREAM)
+        self.serve(SetSlipStep, "~/set_slip_step", self.on_step)
+        self.serve(SetWaveform, "~/set_waveform", self.on_waveform)
+
+    def compute(self, latest):
+        return self.core.step(latest["encoders"])
+
+    def show(self, reference) -> None:
+        state = self.state
+        convert.set_stamp(state.header, reference.stamp_ns)
+        state.cycle = reference.cycle
+        (state.active, state.reference_slip, state.actual_slip, state.reference_velocity,
+         state.distance, state.start_position, state.effective_rolling_radius) = self.core.state  # fmt: skip
+        self.publish_state(state)
+
+    def on_step(self, request, response):
+        done = self.core.set_slip_step(
+            request.kappa, request.start_position, request.effective_rolling_radius
+        )
+        return answer(response, *done)
+
+    def on_waveform(self, request, response):
+        if len(request.parameters) != len(request.values):
+            return answer(response, False, "parameters and values differ in number")
+        done = self.core.set_waveform(
+            request.name,
+            dict(zip(request.parameters, request.values, strict=True)),
+            request.start_position,
+            request.effective_rolling_radius,
+        )
+        return answer(response, *done)
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: SlipSequencerNode("slip_sequencer"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What one measurement is, checked before anything moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+from flatplank_control.sequencer import WAVEFORMS
+from flatplank_hw.params import nearest
+
+ROAD_LENGTH = 4.22
+"""[m], section 3.1"""
+MAX_FZ = 8000.0
+"""[N], section 2.2"""
+MAX_SLIP = 0.5
+START_ANGLES = {1: 0.0, 2: 120.0, 3: 240.0}
+"""starting position -> wheel angle [deg]"""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One run on the road. Angles in deg, pressure in bar as people say them; the rest SI."""
+
+    tire: str = "TOY"
+    measurement: str = "slip"
+    """slip or free_rolling; a key of plans.PLANS"""
+    kappa: float = 0.0
+    fz: float = 3700.0
+    pressure: float = 2.5
+    alpha_deg: float = 0.0
+    gamma_deg: float = 0.0
+    start: int = 1
+    run_index: int = 0
+    repeat: int = 0
+    effective_rolling_radius: float = 0.3108
+    r_e_source: str = ""
+    step_position: float = 1.5
+    end_position: float = 4.1
+    waveform: str = "step"
+    waveform_parameters: Mapping[str, float] = field(default_factory=dict)
+    name: str = ""
+    operator: str = ""
+    serial: str = ""
+    notes: str = ""
+
+    def __post_init__(self) -> None:
+        reason = self._reason()
+        if reason:
+            raise ValueError(f"measurement {self.name or self.measurement}: {reason}")
+
+    def _reason(self) -> str | None:
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, float) and not math.isfinite(value):
+                return f"{f.name} is {value}, must be finite"
+        limits = {
+            "kappa": (-MAX_SLIP, MAX_SLIP),
+            "fz": (0.0, MAX_FZ),
+            "pressure": (0.5, 5.0),
+            "alpha_deg": (-48.0, 48.0),
+            "gamma_deg": (-30.0, 30.0),
+            "effective_rolling_radius": (0.15, 0.5),
+            "step_position": (0.0, ROAD_LENGTH),
+            "end_position": (0.0, ROAD_LENGTH - 0.02),
+        }
+        for name, (low, high) in limits.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                return f"{name} is {value:g}, must be within {low:g} .. {high:g}"
+        if self.start not in START_ANGLES:
+            return f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
+        if self.waveform not in WAVEFORMS:
+            return f"waveform is '{self.waveform}'{nearest(self.waveform, WAVEFORMS)}"
+        if self.measurement == "slip" and self.end_position <= self.step_position:
+            return (
+                f"end_position {self.end_position:g} m is not behind step_position "
+                f"{self.step_position:g} m: the slip would never be given"
+            )
+        return None
+
+    def slip_parameters(self) -> dict[str, float]:
+        """Parameters of the waveform; a step takes the run's own slip."""
+        own = {"kappa": self.kappa} if self.waveform == "step" else {}
+        return {**own, **self.waveform_parameters}
+
+    def record(self) -> dict[str, Any]:
+        """Fields of the run record."""
+        values = asdict(self)
+        values["waveform"] = {"name": values["waveform"], **values.pop("waveform_parameters")}
+        del values["end_position"]
+        if self.measurement != "slip":
+            values["effective_rolling_radius"] = values["step_position"] = None
+            values["waveform"] = {}
+        return values
+
+
+def from_mapping(data: Mapping[str, Any], where: str) -> Measurement:
+    """A measurement from YAML; ValueError names the unknown key and the nearest one."""
+    known = {f.name: f for f in fields(Measurement)}
+    for key in data:
+        if key not in known:
+            raise ValueError(f"{where}: unknown key '{key}'{nearest(key, known)}")
+    values = {}
+    for key, value in data.items():
+        default = known[key].default
+        if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        if isinstance(default, (float, int, str)) and not isinstance(value, type(default)):
+            raise ValueError(
+                f"{where}: {key} is {value!r}, must be a {type(default).__name__}"
+            )
+        values[key] = value
+    try:
+        return Measurement(**values)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What benches do alike when they perform a plan."""
+
+from __future__ import annotations
+
+from flatplank_control.runner.steps import PlanFailed, Snapshot, Wait
+
+CHUNK = 25
+"""a held bench is looked at every so many batches of cycles"""
+
+
+class Patience:
+    """Decides, look by look, whether a Wait is over. Bench time [s] is an argument."""
+
+    def __init__(self, step: Wait, now: float) -> None:
+        self._step = step
+        self.start = now
+
+    def over(self, snapshot: Snapshot | None, now: float) -> bool:
+        """True when the plan can go on; PlanFailed when it took too long."""
+        elapsed = now - self.start
+        step = self._step
+        if snapshot is not None and elapsed >= step.at_least and step.until(snapshot):
+            return True
+        if elapsed > step.timeout:
+            raise PlanFailed(
+                f"waited {step.timeout:g} s of bench time and it is not true that {step.what}"
+                + (f" (drive: {stop_text(snapshot)})" if snapshot and snapshot.drive.stop_reason else "")
+            )
+        return False
+
+
+def stop_text(snapshot: Snapshot) -> str:
+    """Why the drive holds the wheel."""
+    from flatplank_hw.drive import reason_text
+
+    return reason_text(snapshot.drive.stop_reason)

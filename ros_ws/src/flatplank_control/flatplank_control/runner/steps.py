@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The vocabulary of measurement plans. A plan yields steps; a bench does them.
+
+A bench is the ROS graph, the in-process twin, or a dry run: each knows how to do every step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
+
+
+class Snapshot(NamedTuple):
+    """What the bench measures at one cycle."""
+
+    encoders: EncoderSample
+    hub: HubSample
+    drive: DriveSample
+
+
+@dataclass(frozen=True)
+class Manual:
+    """Something that the operator sets by hand or by a switch, and that the sensors verify.
+
+    `quantity` is a key of `quantities.QUANTITIES`, which has the prompt and the check.
+    """
+
+    quantity: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Plank:
+    """The plank's switch: direction 1, 0, -1; it goes to stop by itself at `stop_at` [m of the machine]."""
+
+    direction: int
+    fast: bool = True
+    stop_at: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Enable:
+    """Switch the wheel drive on or off."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Operation mode of the wheel drive; `value` for modes that need one [SI]."""
+
+    mode: str
+    value: float = 0.0
+
+
+@dataclass(frozen=True)
+class MoveTo:
+    """Turn the wheel to an angle [deg]."""
+
+    angle_deg: float
+
+
+@dataclass(frozen=True)
+class SlipWaveform:
+    """Slip over plank position, by name and parameters."""
+
+    name: str
+    parameters: Mapping[str, float]
+    start_position: float
+    effective_rolling_radius: float
+
+
+@dataclass(frozen=True)
+class Arm:
+    """The next motion trigger sets the plank position to zero."""
+
+
+@dataclass(frozen=True)
+class Tare:
+    """Zero the hub."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """Start a recording; `record` has the fields of a RunRecord."""
+
+    record: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StopRecord:
+    """Close the bag with a status."""
+
+    status: str
+    notes: str = ""
+
+
+@dataclass(frozen=True)
+class Quick:
+    """Let the bus send batches of so many cycles while nothing is measured (simulated bench only)."""
+
+    batch: int
+
+
+@dataclass(frozen=True)
+class Wait:
+    """Until `until(snapshot)` holds; after `timeout` [s of bench time] the plan fails, saying `what`."""
+
+    what: str
+    until: Callable[[Snapshot], bool]
+    timeout: float
+    at_least: float = 0.0
+    """[s of bench time]"""
+
+
+@dataclass(frozen=True)
+class Say:
+    """Progress for people."""
+
+    text: str
+
+
+Step = (
+    Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord | Quick
+    | Wait | Say
+)  # fmt: skip
+
+
+class PlanFailed(Exception):
+    """A measurement could not be finished: why, and what to do."""

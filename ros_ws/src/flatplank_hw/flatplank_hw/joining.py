@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bring together the samples of one bus cycle that arrive over several topics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+
+class CycleJoin:
+    """Call `complete(at, samples)` once per bus cycle, in order, when every needed kind is there.
+
+    Cycles are told apart by `at`, the stamp of their inputs [ns]. A later sample of the leading kind (the
+    first of `kinds`) releases the waiting cycle with what there is: a source that died leaves its last sample
+    in force, and the rules on stale data decide. Samples of cycles that are done are kept as the latest of
+    their kind and otherwise ignored. `needed` may be changed between cycles.
+    """
+
+    def __init__(
+        self,
+        kinds: tuple[str, ...],
+        complete: Callable[[int, Mapping[str, Any]], None],
+        lag: dict[str, int] | None = None,
+    ) -> None:
+        self.kinds = kinds
+        self.needed = set(kinds)
+        self._complete = complete
+        self._lag = dict.fromkeys(kinds, 0) | (lag or {})
+        self._due: int | None = None
+        self._latest: dict[str, Any] = dict.fromkeys(kinds)
+        self._at: dict[str, int] = dict.fromkeys(kinds, -1)
+        self._queues: dict[str, dict[int, Any]] = {kind: {} for kind in kinds}
+
+    def put(self, kind: str, at: int, sample: Any) -> None:
+        """Take a sample; `lag` [ns] is added for kinds that belong to the cycle before."""
+        due = at + self._lag[kind]
+        if self._due is not None and due < self._due:
+            self._keep(kind, due, sample)
+            return
+        self._queues[kind][due] = sample
+        if kind == self.kinds[0]:
+            if self._due is None:
+                self._due = due
+            elif due > self._due:
+                while self._due is not None and self._due < due:
+                    self._release()
+        self._flush()
+
+    def _keep(self, kind: str, due: int, sample: Any) -> None:
+        if due >= self._at[kind]:
+            self._at[kind], self._latest[kind] = due, sample
+
+    def _flush(self) -> None:
+        lead = self._queues[self.kinds[0]]
+        while self._due in lead and all(self._due in self._queues[k] for k in self.needed):
+            self._release()
+
+    def _release(self) -> None:
+        now = self._due
+        for kind, queue in self._queues.items():
+            for due in sorted(d for d in queue if d <= now):
+                self._keep(kind, due, queue.pop(due))
+        lead = self._queues[self.kinds[0]]
+        had_lead = self._at[self.kinds[0]] == now
+        self._due = min(lead) if lead else now + 1
+        if had_lead:
+            self._complete(now, self._latest)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Counts to positions and velocities: the shell of `flatplank_hw.encoders`."""
+
+from __future__ import annotations
+
+from array import array
+
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from flatplank_hw.encoders import EncoderParameters, Encoders
+from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_msgs.msg import BusInputs, EncoderState
+
+JOINTS = ("plank", "wheel", "steer", "road_camber")
+
+
+class EncodersNode(BenchNode):
+    """/bus/inputs -> ~/state and ~/joint_states."""
+
+    PARAMETERS = EncoderParameters
+
+    def configure(self, parameters: EncoderParameters) -> None:
+        self.encoders = Encoders(parameters)
+
+    def connect(self) -> None:
+        self.state, self.joints = EncoderState(), JointState()
+        self.state.header.frame_id = "bus"
+        self.joints.name = list(JOINTS)
+        self.publish_state = self.speak(EncoderState, "~/state", STREAM, needed=True)
+        self.publish_joints = self.speak(JointState, "~/joint_states", STREAM)
+        self.listen(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
+        self.serve(Trigger, "~/arm", self.on_arm)
+
+    def on_inputs(self, msg: BusInputs) -> None:
+        for inputs in convert.inputs_from_msg(msg):
+            sample = self.encoders.step(inputs)
+        convert.encoders_to_msg(sample, self.state)
+        self.publish_state(self.state)
+        joints = self.joints
+        joints.header.stamp = self.state.header.stamp
+        joints.position = array(
+            "d", (sample.plank_position, sample.wheel_angle, sample.steer_angle, sample.road_camber)
+        )
+        joints.velocity = array("d", (sample.plank_velocity, sample.wheel_velocity, 0.0, 0.0))
+        self.publish_joints(joints)
+
+    def on_arm(self, _request, response):
+        return answer(response, *self.encoders.arm())
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: EncodersNode("encoders"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

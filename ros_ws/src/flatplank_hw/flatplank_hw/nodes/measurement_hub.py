@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bridge volts to forces and moments: the shell of `flatplank_hw.hub`."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import WrenchStamped
+from std_srvs.srv import SetBool, Trigger
+
+from flatplank_hw.hub import HubParameters, MeasurementHub
+from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_msgs.msg import BusInputs, HubState
+from flatplank_msgs.srv import LoadParasiticFit
+
+
+class MeasurementHubNode(BenchNode):
+    """/bus/inputs -> ~/wrench_wheel, ~/wrench_contact, ~/state."""
+
+    PARAMETERS = HubParameters
+
+    def configure(self, parameters: HubParameters) -> None:
+        self.hub = MeasurementHub(parameters)
+
+    def connect(self) -> None:
+        self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
+        self.wheel.header.frame_id = "wheel_center"
+        self.contact.header.frame_id = self.state.header.frame_id = "contact_point"
+        self.publish_wheel = self.speak(WrenchStamped, "~/wrench_wheel", STREAM)
+        self.publish_contact = self.speak(WrenchStamped, "~/wrench_contact", STREAM, needed=True)
+        self.publish_state = self.speak(HubState, "~/state", STREAM, needed=True)
+        self.listen(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
+        self.serve(Trigger, "~/tare", self.on_tare)
+        self.serve(SetBool, "~/set_parasitic_filter", self.on_filter)
+        self.serve(LoadParasiticFit, "~/load_parasitic_fit", self.on_load)
+
+    def on_inputs(self, msg: BusInputs) -> None:
+        for inputs in convert.inputs_from_msg(msg):
+            sample = self.hub.step(inputs)
+        convert.hub_to_msg(sample, self.state)
+        convert.wrench_to_msg(sample.contact, sample.stamp_ns, self.contact)
+        convert.wrench_to_msg(sample.wheel, sample.stamp_ns, self.wheel)
+        self.publish_contact(self.contact)
+        self.publish_state(self.state)
+        self.publish_wheel(self.wheel)
+
+    def on_tare(self, _request, response):
+        return answer(response, *self.hub.tare())
+
+    def on_filter(self, request, response):
+        return answer(response, *self.hub.set_filter(request.data))
+
+    def on_load(self, request, response):
+        return answer(response, *self.hub.load_fit(request.file))
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: MeasurementHubNode("measurement_hub"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameter sets of the cores as ROS parameters: declared with unit and range, checked when set."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+
+from flatplank_hw import params
+
+
+def _descriptor(info: params.ParamInfo) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(description=info.description, read_only=info.read_only)
+    if info.bounds and isinstance(info.default, float):
+        low, high = info.bounds
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    elif info.bounds and isinstance(info.default, int) and not isinstance(info.default, bool):
+        low, high = (int(b) for b in info.bounds)
+        descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
+    return descriptor
+
+
+def declare(node: Node, cls: type) -> None:
+    """Declare every parameter of a set; values of a file or the command line are taken as they come."""
+    for info in params.describe(cls):
+        default = list(info.default) if isinstance(info.default, tuple) else info.default
+        node.declare_parameter(info.name, default, _descriptor(info))
+
+
+def refuse_unknown(node: Node) -> None:
+    """ValueError for a key in a parameter file that the node does not know, with the nearest one."""
+    known = set(node._parameters)  # what is declared; rclpy has no public list that costs no service
+    for key in node._parameter_overrides:
+        if key not in known and not key.startswith("qos_overrides."):
+            raise ValueError(
+                f"{node.get_name()}: unknown parameter '{key}'{params.nearest(key, known)}"
+            )
+
+
+def read(node: Node, cls: type, changes: Mapping[str, Any] | None = None) -> Any:
+    """The parameter set as the node has it now, with `changes` on top, checked as a whole."""
+    names = [info.name for info in params.describe(cls)]
+    values = {name: node.get_parameter(name).value for name in names}
+    values |= {k: v for k, v in (changes or {}).items() if k in values}
+    values = {k: tuple(v) if isinstance(v, (list,)) or hasattr(v, "typecode") else v for k, v in values.items()}
+    return params.from_mapping(cls, values, node.get_name())

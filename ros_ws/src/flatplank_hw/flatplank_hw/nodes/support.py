@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every node of the bench does alike: parameters, life cycle, start and end."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.executors import ExternalShutdownException
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from std_srvs.srv import Trigger
+
+from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
+from flatplank_hw.parent import end_with_parent
+
+
+class BenchNode(LifecycleNode):
+    """Lifecycle shell around one core.
+
+    A subclass names its parameter class in `PARAMETERS`, makes its core in `configure(parameters)` and its
+    subscriptions and publishers in `connect()`. Subscriptions exist only while the node is active.
+    """
+
+    PARAMETERS: type
+
+    def __init__(self, name: str, **kwargs: Any) -> None:
+        super().__init__(name, **kwargs)
+        declare(self, self.PARAMETERS)
+        self.declare_parameter("autostart", True)
+        self.add_on_set_parameters_callback(self._check)
+        self._links: list[tuple[Callable[[], int], str]] = []
+        self._teardown: list[Callable[[], None]] = []
+        self.create_service(Trigger, "~/connected", self._connected)
+
+    # the work of a subclass
+    def configure(self, parameters: Any) -> None:
+        """Make the core; ValueError refuses the configuration."""
+
+    def connect(self) -> None:
+        """Make subscriptions, publishers and services with the helpers below."""
+
+    # helpers
+    def listen(self, msg_type: type, topic: str, callback: Callable, qos, **kwargs: Any) -> None:
+        subscription = self.create_subscription(msg_type, topic, callback, qos, **kwargs)
+        self._links.append((subscription.get_publisher_count, topic))
+        self._teardown.append(lambda: self.destroy_subscription(subscription))
+
+    def speak(self, msg_type: type, topic: str, qos, needed: bool = False) -> Callable:
+        """A publish function; `needed` topics must have a listener before the graph is connected."""
+        publisher = self.create_publisher(msg_type, topic, qos)
+        if needed:
+            self._links.append((publisher.get_subscription_count, topic))
+        self._teardown.append(lambda: self.destroy_publisher(publisher))
+        return publisher.publish
+
+    def serve(self, srv_type: type, name: str, callback: Callable) -> None:
+        service = self.create_service(srv_type, name, callback)
+        self._teardown.append(lambda: self.destroy_service(service))
+
+    def every(self, period: float, callback: Callable):
+        timer = self.create_timer(period, callback)
+        self._teardown.append(lambda: self.destroy_timer(timer))
+        return timer
+
+    # life cycle
+    def on_configure(self, state) -> TransitionCallbackReturn:
+        try:
+            refuse_unknown(self)
+            self.parameters = read(self, self.PARAMETERS)
+            self.configure(self.parameters)
+        except (ValueError, OSError) as error:
+            self.get_logger().error(f"not configured: {error}")
+            return TransitionCallbackReturn.FAILURE
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state) -> TransitionCallbackReturn:
+        self.connect()
+        return super().on_activate(state)
+
+    def on_deactivate(self, state) -> TransitionCallbackReturn:
+        while self._teardown:
+            self._teardown.pop()()
+        self._links.clear()
+        return super().on_deactivate(state)
+
+    def _check(self, parameters) -> SetParametersResult:
+        try:
+            values = {p.name: p.value for p in parameters if p.name != "autostart"}
+            self.changed(read(self, self.PARAMETERS, values))
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def changed(self, parameters: Any) -> None:
+        """A parameter was set at run time and is valid; a core that can follow overrides this."""
+        if getattr(self, "parameters", None) not in (None, parameters):
+            raise ValueError(
+                f"{self.get_name()}: parameters are read when the node is configured; "
+                "set them in the parameter file, or deactivate, clean up and configure again"
+            )
+
+    def _connected(self, _request, response):
+        missing = sorted({topic for count, topic in self._links if count() == 0})
+        response.success = not missing
+        response.message = "" if response.success else "nobody on " + ", ".join(missing)
+        return response
+
+
+def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields: Any) -> Any:
+    """Fill a service response of the bench, or one of std_srvs; `cycle`: from when it is in force."""
+    if hasattr(response, "success"):
+        response.success, response.message = accepted, reason
+        return response
+    response.accepted, response.reason = accepted, reason
+    if hasattr(response, "cycle"):
+        response.cycle = max(cycle, 0)
+    for name, value in fields.items():
+        setattr(response, name, value)
+    return response
+
+
+def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
+    """Start a node, spin it until it is told to end, and let it finish its work.
+
+    Under `ros2 launch` Ctrl-C arrives twice in a row: only the first one counts.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)  # rclpy's own handler still ends the spin
+    end_with_parent()
+    rclpy.init(args=args)
+    node = make()
+    failed = False
+    if isinstance(node, LifecycleNode) and node.get_parameter("autostart").value:
+        ok = TransitionCallbackReturn.SUCCESS
+        failed = node.trigger_configure() != ok or node.trigger_activate() != ok
+    try:
+        if not failed:
+            rclpy.spin(node)
+    except ExternalShutdownException:
+        pass
+    finally:
+        finish = getattr(node, "finish", None)
+        if finish is not None:
+            finish()
+        rclpy.try_shutdown()
+    return 1 if failed else 0
+
