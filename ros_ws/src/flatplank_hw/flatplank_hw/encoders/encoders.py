@@ -14,6 +14,7 @@ from flatplank_hw.samples import EncoderSample
 _TURN = 2.0 * math.pi
 _TRIGGER = int(Digital.TRIGGER)
 _NAN = float("nan")
+_HOMING = 6
 _MAX_GAP = 50
 _RATE_TOLERANCE = 0.02
 
@@ -40,8 +41,6 @@ class Encoders:
         self._per_camber = _TURN / p.camber_counts_per_turn
         self._per_road = _TURN * p.road_encoder_radius / p.road_counts_per_turn
         self._steer_offset = math.radians(p.slip_angle_offset_deg)
-        # more than a turn of the motor in a cycle is not motion: the drive has set its counter anew
-        self._motor_jump = abs(p.motor_counts_per_turn)
         self._rate = p.rate_hz
         self._plank_zero = self._road_zero = 0
         self._mismatch_zero: float | None = None
@@ -76,12 +75,11 @@ class Encoders:
         self._last = inputs
         plank.update(inputs.plank_counts)
         wheel.update(inputs.wheel_counts)
-        motor_raw = inputs.axes[0].position
-        if last is not None and abs(
-            turns_between(last.axes[0].position, motor_raw)
-        ) > self._motor_jump:  # fmt: skip
-            motor.rezero(motor_raw)
-        motor.update(motor_raw)
+        motor_axis = inputs.axes[0]
+        # a drive that homes where it stands sets its counter anew: that is not motion
+        if motor_axis.mode_display == _HOMING:
+            motor.rezero(motor_axis.position)
+        motor.update(motor_axis.position)
         moving = self._watch_plank(plank)
         trigger = bool(inputs.digital & _TRIGGER)
         road_position = self._update_road(inputs.road_counts)

@@ -50,9 +50,15 @@ class EncoderParameters(Params):
         0.05, "of its measuring wheel", unit="m", bounds=(0.001, 1.0), placeholder=True
     )
 
-    plank_velocity_window: float = param(0.1, "line fitted through so long", unit="s", bounds=_WINDOW)
-    wheel_velocity_window: float = param(0.1, "line fitted through so long", unit="s", bounds=_WINDOW)
-    motor_velocity_window: float = param(0.02, "line fitted through so long", unit="s", bounds=_WINDOW)
+    plank_velocity_window: float = param(
+        0.1, "line fitted through so long", unit="s", bounds=_WINDOW
+    )
+    wheel_velocity_window: float = param(
+        0.1, "line fitted through so long", unit="s", bounds=_WINDOW
+    )
+    motor_velocity_window: float = param(
+        0.02, "line fitted through so long", unit="s", bounds=_WINDOW
+    )
 
     moving_window: float = param(
         0.04, "the plank moves or rests by its counts over so long", unit="s", bounds=(0.005, 0.09)

@@ -50,7 +50,9 @@ class MeasurementHub:
             self._use_fit(parasitic.load(p.parasitic_fit))
         if p.filter_on:
             if self._fit is None:
-                raise ValueError("measurement hub: filter_on needs parasitic_fit, the file of a fit")
+                raise ValueError(
+                    "measurement hub: filter_on needs parasitic_fit, the file of a fit"
+                )
             self._switch(True)
 
     # requests
@@ -110,7 +112,9 @@ class MeasurementHub:
         saturated = 0
         if not (-high < c1 < high and -high < c2 < high and -high < c3 < high
                 and -high < c4 < high and -high < c5 < high and -high < c6 < high):  # fmt: skip
-            saturated = sum(1 << i for i, c in enumerate(inputs.bridge_volts) if not -high < c < high)
+            saturated = sum(
+                1 << i for i, c in enumerate(inputs.bridge_volts) if not -high < c < high
+            )
         if self._filter_on:
             s1, s2, s3, s5, s6 = self._signal(self._wheel_angle(inputs.wheel_counts))
             c1, c2, c3, c5, c6 = c1 - s1, c2 - s2, c3 - s3, c5 - s5, c6 - s6

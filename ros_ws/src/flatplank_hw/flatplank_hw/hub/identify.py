@@ -24,7 +24,9 @@ def identify(wheel_angle: ArrayLike, volts: ArrayLike, mounting: str, date: str)
     angle = np.asarray(wheel_angle, dtype=float)
     table = np.asarray(volts, dtype=float)
     if table.shape != (angle.size, 6):
-        raise ValueError(f"parasitic run: volts have shape {table.shape}, wanted ({angle.size}, 6)")
+        raise ValueError(
+            f"parasitic run: volts have shape {table.shape}, wanted ({angle.size}, 6)"
+        )
     if not (np.isfinite(angle).all() and np.isfinite(table).all()):
         raise ValueError("parasitic run: NaN in angle or volts; record the run again")
     turned = np.abs(angle - angle[0]) if angle.size else angle

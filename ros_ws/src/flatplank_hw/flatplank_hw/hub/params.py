@@ -27,7 +27,9 @@ class HubParameters(Params):
     gravity: float = param(9.81, "g of (A.1)", unit="m/s^2", bounds=(9.7, 9.9))
     calibration_date: str = param("2008", "when the bridge constants were calibrated last")
 
-    et_value: float = param(0.04, "ET value of the rim", unit="m", bounds=(-0.1, 0.2), placeholder=True)
+    et_value: float = param(
+        0.04, "ET value of the rim", unit="m", bounds=(-0.1, 0.2), placeholder=True
+    )
     adapter_thickness: float = param(
         0.02, "thickness of the adapter", unit="m", bounds=(0.0, 0.2), placeholder=True
     )
@@ -38,7 +40,11 @@ class HubParameters(Params):
         0.0, "added to the measured road camber", unit="deg", bounds=(-20.0, 20.0)
     )
     camber_counts_per_turn: int = param(
-        20000, "road camber encoder", unit="counts/turn", bounds=(-(2**31), 2**31), placeholder=True
+        20000,
+        "road camber encoder",
+        unit="counts/turn",
+        bounds=(-(2**31), 2**31),
+        placeholder=True,
     )
     wheel_counts_per_turn: int = param(
         20000, "wheel encoder, chapter 3", unit="counts/turn", bounds=(-(2**31), 2**31)
@@ -68,7 +74,10 @@ class HubParameters(Params):
         1000.0, "a tare is refused above this filtered |Fz|", unit="N", bounds=(0.0, 1e5)
     )
     still_time: float = param(
-        0.2, "the plank rests when its counts have not changed for so long", unit="s", bounds=(0.01, 10.0)
+        0.2,
+        "the plank rests when its counts have not changed for so long",
+        unit="s",
+        bounds=(0.01, 10.0),
     )
 
     include_drive_moment: bool = param(

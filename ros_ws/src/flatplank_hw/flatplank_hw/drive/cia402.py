@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""CiA 402 as one pure table: status word -> state; state and goal -> control word."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class State(IntEnum):
+    """States of a drive; a status word that fits none is NOT_READY: nothing may be asked of it."""
+
+    NOT_READY = 0
+    SWITCH_ON_DISABLED = 1
+    READY_TO_SWITCH_ON = 2
+    SWITCHED_ON = 3
+    OPERATION_ENABLED = 4
+    QUICK_STOP_ACTIVE = 5
+    FAULT_REACTION_ACTIVE = 6
+    FAULT = 7
+
+
+class Goal(IntEnum):
+    """What a drive shall come to."""
+
+    DISABLED = 0
+    ENABLED = 1
+    QUICK_STOP = 2
+    RESET = 3
+
+
+class CiaMode(IntEnum):
+    """Modes of operation (6060h) that are used."""
+
+    PROFILE_POSITION = 1
+    PROFILE_VELOCITY = 3
+    PROFILE_TORQUE = 4
+    HOMING = 6
+    CYCLIC_POSITION = 8
+    CYCLIC_VELOCITY = 9
+    CYCLIC_TORQUE = 10
+
+
+PATTERNS = (
+    (0x4F, 0x00, State.NOT_READY),
+    (0x4F, 0x40, State.SWITCH_ON_DISABLED),
+    (0x6F, 0x21, State.READY_TO_SWITCH_ON),
+    (0x6F, 0x23, State.SWITCHED_ON),
+    (0x6F, 0x27, State.OPERATION_ENABLED),
+    (0x6F, 0x07, State.QUICK_STOP_ACTIVE),
+    (0x4F, 0x0F, State.FAULT_REACTION_ACTIVE),
+    (0x4F, 0x08, State.FAULT),
+)
+"""(mask, value, state): the state when status & mask == value."""
+
+STATE_BITS = 0x6F
+HOMING_START = 0x10
+"""bit 4 of the control word in homing mode"""
+HOMING_ATTAINED = 0x1000
+"""bit 12 of the status word in homing mode"""
+HOMING_ERROR = 0x2000
+"""bit 13 of the status word in homing mode"""
+
+DISABLE_VOLTAGE = 0x00
+QUICK_STOP = 0x02
+SHUTDOWN = 0x06
+SWITCH_ON = 0x07
+ENABLE_OPERATION = 0x0F
+FAULT_RESET = 0x80
+
+
+def _match(word: int) -> State:
+    for mask, value, state in PATTERNS:
+        if word & mask == value:
+            return state
+    return State.NOT_READY
+
+
+_STATES = tuple(_match(word) for word in range(STATE_BITS + 1))
+
+
+def decode(status_word: int) -> State:
+    """The state that a status word says."""
+    return _STATES[status_word & STATE_BITS]
+
+
+_REST = {
+    State.NOT_READY: DISABLE_VOLTAGE,
+    State.SWITCH_ON_DISABLED: DISABLE_VOLTAGE,
+    State.READY_TO_SWITCH_ON: SHUTDOWN,
+    State.SWITCHED_ON: SHUTDOWN,
+    State.OPERATION_ENABLED: SHUTDOWN,
+    State.QUICK_STOP_ACTIVE: DISABLE_VOLTAGE,
+    State.FAULT_REACTION_ACTIVE: DISABLE_VOLTAGE,
+    State.FAULT: DISABLE_VOLTAGE,
+}
+
+TRANSITIONS: dict[Goal, dict[State, int]] = {
+    Goal.DISABLED: _REST,
+    Goal.ENABLED: {
+        **_REST,
+        State.SWITCH_ON_DISABLED: SHUTDOWN,
+        State.READY_TO_SWITCH_ON: SWITCH_ON,
+        State.SWITCHED_ON: ENABLE_OPERATION,
+        State.OPERATION_ENABLED: ENABLE_OPERATION,
+    },
+    Goal.QUICK_STOP: {
+        **_REST,
+        State.OPERATION_ENABLED: QUICK_STOP,
+        State.QUICK_STOP_ACTIVE: QUICK_STOP,
+    },
+    Goal.RESET: {**_REST, State.FAULT: FAULT_RESET},
+}
+"""Control word for the next step towards a goal. The fault is reset by the rising edge of bit 7, so a cycle
+with another goal comes before and after."""
+
+
+def control_word(state: State, goal: Goal) -> int:
+    """Control word that brings a drive in `state` one step closer to `goal`."""
+    return TRANSITIONS[goal][state]
