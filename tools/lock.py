@@ -4,7 +4,8 @@
 
     python3 tools/lock.py [PYTHON ...]      default: python3.10 ... python3.13 as found on PATH
 
-Each interpreter resolves by itself (`pip install --dry-run`); where they disagree the line carries a marker.
+Each interpreter resolves by itself (`pip install --dry-run`); where they disagree the line
+carries a marker.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from pathlib import Path
 REQUIREMENTS = Path(__file__).resolve().parent.parent / "requirements"
 VERSIONS = ("3.10", "3.11", "3.12", "3.13")
 LOCKS = {
-    "lock.txt": (("ros", "runtime", "test"), VERSIONS),
-    "lock-jazzy.txt": (("jazzy", "runtime", "test"), ("3.12",)),
+    "lock.txt": (("ros", "build", "runtime", "test"), VERSIONS),
+    "lock-jazzy.txt": (("jazzy", "build", "runtime", "test"), ("3.12",)),
 }
 
 
@@ -76,7 +77,9 @@ def main() -> int:
         return 1
     for file, (inputs, versions) in LOCKS.items():
         lines = merge({v: resolve(pythons[v], inputs) for v in versions})
-        header = f"# Made by tools/lock.py from {', '.join(f'{i}.in' for i in inputs)}; do not edit.\n"
+        header = (
+            f"# Made by tools/lock.py from {', '.join(f'{i}.in' for i in inputs)}; do not edit.\n"
+        )
         (REQUIREMENTS / file).write_text(header + "\n".join(lines) + "\n")
         print(f"{file}: {len(lines)} lines")
     return 0

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every step of the setup uses: paths, progress, stamps, quiet subprocesses."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import re
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+VENV = ROOT / ".venv"
+WORKSPACE = ROOT / "ros_ws"
+CACHE = ROOT / ".cache"
+JAZZY = Path("/opt/ros/jazzy")
+HAS_JAZZY = (JAZZY / "setup.bash").exists()
+LOCK = ROOT / "requirements" / ("lock-jazzy.txt" if HAS_JAZZY else "lock.txt")
+SYSTEM_PATH = ("/usr/local/bin", "/usr/bin", "/bin")
+PATH_LIKE = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH")
+
+
+class SetupError(Exception):
+    """One line for the user: what, where, what to do."""
+
+
+def say(text: str) -> None:
+    """Progress goes to stderr: stdout belongs to the verb (`--json`)."""
+    print(f"flatplank: {text}", file=sys.stderr, flush=True)
+
+
+def digest(*items: Path | str) -> str:
+    """Hash of files (name and content) and strings."""
+    total = hashlib.sha256()
+    for item in items:
+        total.update(str(item).encode() + b"\0")
+        if isinstance(item, Path):
+            total.update(item.read_bytes())
+    return total.hexdigest()[:16]
+
+
+class Stamp:
+    """A file that says what a step was made from."""
+
+    def __init__(self, path: Path, *made_from: Path | str) -> None:
+        self.path, self.value = path, digest(*made_from)
+
+    def fresh(self) -> bool:
+        return self.path.exists() and self.path.read_text() == self.value
+
+    def write(self) -> None:
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.path.write_text(self.value)
+
+    def clear(self) -> None:
+        self.path.unlink(missing_ok=True)
+
+
+def run(command: list[str], log: Path, env: dict[str, str] | None = None) -> None:
+    """Run quietly, output to a log file; a failure shows its last lines."""
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("w") as out:
+        code = subprocess.run(
+            command, stdout=out, stderr=out, stdin=subprocess.DEVNULL, env=env, cwd=WORKSPACE
+        ).returncode
+    if code:
+        raise SetupError(explain(log, command[0]))
+
+
+def explain(log: Path, what: str) -> str:
+    """The line of a failed step's log that says why."""
+    text = log.read_text(errors="replace")
+    if re.search(
+        r"name resolution|NewConnectionError|ProxyError|Network is unreachable|Read timed out",
+        text,
+    ):
+        return f"the package index cannot be reached: connect the network and start again ({log})"
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    errors = (
+        [line for line in lines if re.search(r"error", line, re.IGNORECASE)] or lines or [what]
+    )
+    return f"{Path(what).name} failed: {errors[0][:300]} (all of it: {log})"
+
+
+@contextmanager
+def ticking(title: str, measure=None):
+    """Show a step: a line that counts on a terminal, one line at its start and end elsewhere."""
+    done, start, live = threading.Event(), time.monotonic(), sys.stderr.isatty()
+
+    def tick() -> None:
+        while not done.wait(0.5):
+            note = f" {measure()}" if measure else ""
+            print(
+                f"\rflatplank: {title}{note} ... {time.monotonic() - start:.0f} s ",
+                end="",
+                file=sys.stderr,
+            )
+
+    if not live:
+        say(f"{title} ...")
+    thread = threading.Thread(target=tick, daemon=True)
+    if live:
+        thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        if live:
+            thread.join()
+            print("\r\033[K", end="", file=sys.stderr)
+    say(f"{title}: done, {time.monotonic() - start:.0f} s")
+
+
+@contextmanager
+def only_one():
+    """Two starts at once must not build into the same folders."""
+    CACHE.mkdir(exist_ok=True)
+    with (CACHE / "setup.lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            say("another start is setting up; waiting for it")
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield

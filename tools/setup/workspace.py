@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ROS workspace: variables of the underlay, stamps per package, colcon."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+from pathlib import Path
+
+from common import (
+    CACHE,
+    HAS_JAZZY,
+    JAZZY,
+    LOCK,
+    ROOT,
+    SYSTEM_PATH,
+    VENV,
+    WORKSPACE,
+    SetupError,
+    Stamp,
+    run,
+    say,
+    ticking,
+)
+from system import missing_for_build
+from virtual import site_packages
+
+MESSAGES = "flatplank_msgs"
+READ_BY_BUILD = ("*.xml", "*.txt", "setup.*", "msg/*.msg", "srv/*.srv", "action/*.action")
+LINKED = ("launch/**/*", "config/**/*")
+CMAKE_ARGUMENTS = ("-DBUILD_TESTING=OFF", "--no-warn-unused-cli")
+
+
+def ros_setup() -> dict[str, str]:
+    """Variables of the underlay: what colcon and the nodes need before our own packages."""
+    path = ":".join([f"{VENV}/bin", *SYSTEM_PATH])
+    if HAS_JAZZY:
+        return sourced(JAZZY / "setup.bash", {"VIRTUAL_ENV": str(VENV), "PATH": path})
+    libraries = [VENV / "lib", *sorted(site_packages().glob("ros_*.libs"))]
+    return {
+        "PATH": path,
+        "VIRTUAL_ENV": str(VENV),
+        "AMENT_PREFIX_PATH": str(VENV),
+        "CMAKE_PREFIX_PATH": str(VENV),
+        "LD_LIBRARY_PATH": ":".join(map(str, libraries)),
+        "ROS_DISTRO": "jazzy",
+        "ROS_VERSION": "2",
+        "ROS_PYTHON_VERSION": "3",
+        # else the wheels' start-up hook starts Python again to set LD_LIBRARY_PATH
+        "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
+    }
+
+
+def sourced(script: Path, env: dict[str, str]) -> dict[str, str]:
+    """What `env` becomes after sourcing a script in a bash that has nothing else."""
+    command = ["bash", "--norc", "-c", f". {shlex.quote(str(script))} >&2 && env -0"]
+    got = subprocess.run(command, env=env, capture_output=True, cwd=ROOT)
+    if got.returncode:
+        reason = got.stderr.decode(errors="replace").strip()[-300:]
+        raise SetupError(f"{script} cannot be sourced: {reason}")
+    pairs = (item.split("=", 1) for item in got.stdout.decode().split("\0") if "=" in item)
+    return {key: value for key, value in pairs if key not in ("PWD", "SHLVL", "_", "OLDPWD")}
+
+
+def toolchain() -> str:
+    """The part of the lock that a build depends on; other packages do not matter to it."""
+    names = ("ros-", "numpy=", "colcon-", "setuptools=", "empy=")
+    return "\n".join(line for line in LOCK.read_text().splitlines() if line.startswith(names))
+
+
+def package_stamps() -> dict[str, Stamp]:
+    """One stamp per package, over what a build reads (edits of Python code are live without)."""
+    stamps = {}
+    for package in sorted(WORKSPACE.glob("src/*/package.xml")):
+        folder, name = package.parent, package.parent.name
+        read = [file for pattern in READ_BY_BUILD for file in sorted(folder.glob(pattern))]
+        linked = [str(file) for pattern in LINKED for file in sorted(folder.glob(pattern))]
+        stamp = WORKSPACE / "install" / name / "flatplank.stamp"
+        stamps[name] = Stamp(stamp, *read, *linked, toolchain())
+    return stamps
+
+
+def build_workspace(stale: list[str]) -> list[str]:
+    """Build the stale packages, without a compiler all but the messages. What was built."""
+    lacking = missing_for_build()
+    if MESSAGES in stale and lacking:
+        say(f"no {', '.join(lacking)}: {MESSAGES} is not built, so no ROS graph; the rest works")
+        stale = [name for name in stale if name != MESSAGES]
+    if not stale:
+        return []
+    python = str(VENV / "bin" / "python")
+    command = [python, "-m", "colcon", "build", "--symlink-install", "--packages-select", *stale]
+    command += ["--cmake-args", f"-DPython3_EXECUTABLE={python}", *CMAKE_ARGUMENTS]
+    env = os.environ | ros_setup() | {"PYTHONWARNINGS": "ignore"}
+    with ticking(f"ROS workspace: {' '.join(stale)}"):
+        run(command, CACHE / "colcon.log", env)
+    return stale
