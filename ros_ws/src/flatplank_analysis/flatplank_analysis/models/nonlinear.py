@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Nonlinear transient model: contact patch with its own relaxation on a carcass spring (7.13-7.24).
+
+Quasi-static in the patch mass: at 0.03 m/s the mass of 1 kg moves nothing that a force of newtons
+could show. `nonlinear_mass.py` has the variant with mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .base import Parameter, RunInputs, column
+from .contact import LOWEST_SHARE, TOYO, ContactGeometry
+from .steady_law import SteadyLaw, table_law
+
+LawMaker = Callable[[np.ndarray], SteadyLaw]
+"""Law for parameters (lanes, p): the same table for all lanes, or one that depends on them."""
+
+CARCASS = Parameter("c_cx", "N/m", 2e5, 2e4, 5e6, "thesis (7.14), figure 7.24")
+DAMPING_TIME = 0.01
+"""t_kcx [s] (7.23)."""
+NEWTON = 2
+"""Newton steps per sample: the law is nearly straight over one increment."""
+
+
+def _default_law(params: np.ndarray) -> SteadyLaw:
+    slips = np.array([-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1])
+    return table_law(slips, 3500.0 * np.sin(1.4 * np.arctan(18.0 * slips)))
+
+
+def _default_law_y(params: np.ndarray) -> SteadyLaw:
+    slips = np.linspace(-0.2, 0.2, 21)
+    return table_law(slips, -3300.0 * np.sin(1.4 * np.arctan(11.0 * slips)))
+
+
+@dataclass(frozen=True)
+class NonlinearX:
+    """Fx from F_ss(kappa'): sigma_c dkappa' + kappa' |dx| = ds - du, c_cx u = F_ss (quasi-static).
+
+    `friction` mu [-]; `tread_stiffness` c_px [N/m2]; None ties it to the law, 2 c_px a^2 = C_Fk
+    (brush model), so that the fit cannot hide in a corner where both compensate.
+    """
+
+    law: LawMaker = _default_law
+    geometry: ContactGeometry = TOYO
+    friction: float = 0.993
+    tread_stiffness: float | None = None
+    damping_time: float = 0.0
+    name: str = "nonlinear"
+    parameters: tuple[Parameter, ...] = field(default=(CARCASS,))
+
+    def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
+        """Fx [N] (lanes, runs, samples)."""
+        law = self.law(params)
+        return self._run(law, params, inputs, inputs.slip_x, inputs.start_fx, True)
+
+    def _run(
+        self,
+        law: SteadyLaw,
+        params: np.ndarray,
+        inputs: RunInputs,
+        slip: np.ndarray,
+        start: np.ndarray,
+        longitudinal: bool,
+    ) -> np.ndarray:
+        lanes, (runs, _) = len(params), inputs.shape
+        carcass = column(params, 0)
+        a = self.geometry.half_length(inputs.fz, inputs.pressure)
+        limit = 3.0 * self.friction * np.maximum(inputs.fz, 1.0)
+        if self.tread_stiffness is None:
+            theta = np.abs(law.stiffness())[..., None] / limit
+        else:
+            theta = (2.0 * self.tread_stiffness * a**2 / limit)[None]
+        shape = (lanes, runs)
+        stepper = _Stepper(law, np.broadcast_to(1.0 / carcass, shape), longitudinal)
+        state = start_slip(law, np.broadcast_to(start, shape))
+        return stepper.march(state, inputs, slip, a, theta, self.damping_time)
+
+
+@dataclass(frozen=True)
+class NonlinearY(NonlinearX):
+    """Fy over the lateral contact-patch slip; the law gives Fy over tan(alpha'), falling (ISO W)."""
+
+    law: LawMaker = _default_law_y
+    name: str = "nonlinear-y"
+    parameters: tuple[Parameter, ...] = (
+        Parameter("c_cy", "N/m", 1e5, 1e4, 5e6, "thesis (7.14) in y; Pacejka section 7.3"),
+    )
+
+    def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
+        """Fy [N] (lanes, runs, samples)."""
+        law = _Mirrored(self.law(params))
+        return -self._run(law, params, inputs, inputs.slip_y, -inputs.start_fy, False)
+
+
+@dataclass(frozen=True)
+class _Mirrored:
+    """A law with its sign turned, so that the solver sees a rising force in y as in x."""
+
+    law: SteadyLaw
+
+    def force(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        force, slope = self.law.force(slip)
+        return -force, -slope
+
+    def stiffness(self) -> np.ndarray:
+        return -self.law.stiffness()
+
+
+def start_slip(law: SteadyLaw, force: np.ndarray) -> np.ndarray:
+    """Contact-patch slip at which the law gives `force` (lanes, runs): the start (7.24)."""
+    slip = np.zeros(force.shape)
+    steepest = np.abs(law.stiffness()) + 1.0
+    for _ in range(30):
+        value, slope = law.force(slip)
+        slope = np.sign(slope + 1e-300) * np.maximum(np.abs(slope), 0.02 * steepest)
+        slip = np.clip(slip - np.clip((value - force) / slope, -0.02, 0.02), -0.2, 0.2)
+    return slip
+
+
+@dataclass
+class _Stepper:
+    """Implicit midpoint over one increment, for all lanes and runs at once."""
+
+    law: SteadyLaw
+    compliance: np.ndarray
+    longitudinal: bool
+
+    def march(
+        self,
+        slip: np.ndarray,
+        inputs: RunInputs,
+        increments: np.ndarray,
+        a: np.ndarray,
+        theta: np.ndarray,
+        damping_time: float,
+    ) -> np.ndarray:
+        """Force (lanes, runs, samples) from the slip before sample 0 (lanes, runs)."""
+        force, slope = self.law.force(slip)
+        u = force * self.compliance
+        out = np.empty((inputs.shape[1], *slip.shape))
+        share = _followed(inputs.dt, damping_time).T
+        theta = np.broadcast_to(theta, (*theta.shape[:2], inputs.shape[1]))
+        known = (0.5 * inputs.travel.T, increments.T, a.T, share, np.moveaxis(theta, -1, 0))
+        for half_travel, moved, half, follow, limit, plane in zip(*known, out, strict=True):
+            compliance = self.compliance * follow
+            goal = moved + follow * u - half_travel * slip
+            before = slip
+            for _ in range(NEWTON):
+                middle = 0.5 * (slip + before)
+                base = 1.0 + middle if self.longitudinal else 1.0
+                sigma = np.maximum(1.0 - limit * np.abs(middle) / base, LOWEST_SHARE) * half / base
+                error = goal - sigma * (slip - before) - half_travel * slip - compliance * force
+                change = error / (sigma + half_travel + compliance * np.maximum(slope, 0.0))
+                slip = slip + change
+                force, slope = self.law.force(slip)
+            plane[:] = force
+            u = u + follow * (force * self.compliance - u)
+        return np.moveaxis(out, 0, -1)
+
+
+def _followed(dt: np.ndarray, damping_time: float) -> np.ndarray:
+    """Share of the way to its new equilibrium that the damped carcass goes in dt (7.23)."""
+    if damping_time <= 0.0:
+        return np.ones_like(dt)
+    return np.where(dt > 0.0, -np.expm1(-dt / damping_time), 1.0)
