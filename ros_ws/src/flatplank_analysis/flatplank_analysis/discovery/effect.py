@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An effect as the engine sees it: what it is called, its parameters, where it would show."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import Parameter, parameters_of
+from flatplank_analysis.discovery.runs import RunSet
+
+Kind = Literal["machine", "sensor", "tire"]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Base of all effects. A subclass is a frozen dataclass whose `param` fields are fitted.
+
+    What an effect does is agreed between the effect and the model (hooks); the engine only
+    varies its parameters. With every parameter at its null value an effect does nothing.
+    """
+
+    identifier: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    kind: ClassVar[Kind] = "machine"
+    coordinate: ClassVar[str] = ""
+    """name of the coordinate in which it shows"""
+    source: ClassVar[str] = ""
+    what: ClassVar[str] = ""
+    """what it is on the machine"""
+    check: ClassVar[str] = ""
+    """how to check it there"""
+    removes: ClassVar[str] = ""
+    """what removes it"""
+    main: ClassVar[str] = ""
+    """parameter that is the size; empty: the first one"""
+    instances: ClassVar[int] = 1
+    """how often it may be present at different places"""
+    order: ClassVar[int] = 0
+    """hooks of a lower order act first"""
+
+    @classmethod
+    def parameters(cls) -> tuple[Parameter, ...]:
+        """The fitted numbers."""
+        return parameters_of(cls)
+
+    @classmethod
+    def main_parameter(cls) -> Parameter:
+        """The parameter whose unit is that of the size."""
+        found = [p for p in cls.parameters() if p.name == cls.main] or list(cls.parameters())
+        return found[0]
+
+    @classmethod
+    def linear(cls) -> tuple[Parameter, ...]:
+        """Parameters that are screened with a step of their own."""
+        return tuple(p for p in cls.parameters() if p.screen != 0.0)
+
+    @classmethod
+    def variants(cls, runs: RunSet) -> list[dict[str, float]]:
+        """Settings of the parameters that do not exist at the null (position, period)."""
+        return [{}]
+
+    @classmethod
+    def starts(cls) -> tuple[float, ...]:
+        """Multiples of the screened size from which a refit is tried."""
+        return (1.0,)
+
+    @classmethod
+    def size(cls, values: dict[str, float]) -> float:
+        """The size that is reported, from the parameter values."""
+        return values[cls.main_parameter().name]
+
+    @classmethod
+    def null_values(cls) -> np.ndarray:
+        """Parameter values at which the effect does nothing."""
+        return np.array([p.null for p in cls.parameters()])
+
+    @classmethod
+    def vector(cls, values: dict[str, float]) -> np.ndarray:
+        """Values by name as an array, nulls where not named."""
+        return np.array([values.get(p.name, p.null) for p in cls.parameters()], dtype=float)
+
+    @classmethod
+    def with_values(cls, values: np.ndarray, axes: int) -> Effect:
+        """An instance whose parameters are arrays (lanes, 1, ...) with `axes` extra axes.
+
+        `values` has the shape (lanes, parameters).
+        """
+        names = [p.name for p in cls.parameters()]
+        shape = (len(values),) + (1,) * axes
+        fields: dict[str, Any] = {n: values[:, i].reshape(shape) for i, n in enumerate(names)}
+        return dataclasses.replace(cls(), **fields)

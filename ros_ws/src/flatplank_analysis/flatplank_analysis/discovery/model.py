@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the engine asks of a model: predictions of all runs for many parameter sets at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_analysis.discovery.runs import RunSet
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One parameter set: base parameters and the effects that are switched on."""
+
+    base: np.ndarray
+    """(parameters,)"""
+    effects: tuple[tuple[type[Effect], np.ndarray], ...] = ()
+    """effect and its parameter values, in the order in which they act"""
+
+
+class Model(Protocol):
+    """Anything that predicts the measured channels."""
+
+    parameters: tuple[Parameter, ...]
+    """base parameters"""
+    runs: RunSet
+
+    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
+        """Predicted channels, shape (lanes, channels, runs, samples)."""
+        ...
+
+    def stiff(self) -> tuple[str, ...]:
+        """Base parameters that scatter from run to run (a gain, an offset)."""
+        ...

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the engine knows of a measurement campaign: aligned runs with repeats and coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from flatplank_analysis.errors import FlatplankError
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A quantity in which physics may show itself, one value per run and sample."""
+
+    values: np.ndarray
+    """shape (runs, samples)"""
+    unit: str = "1"
+    bins: int = 24
+    period: float = 0.0
+    """the values wrap at this number (an angle), 0 when they do not"""
+    text: str = ""
+    local: bool = False
+    """a place (plank position): local events are looked for bin by bin"""
+
+
+@dataclass(frozen=True)
+class RunSet:
+    """R runs on N nodes each, C measured channels; node k means the same in every repeat."""
+
+    names: tuple[str, ...]
+    condition: np.ndarray
+    """(runs,) number of the condition; runs with the same number are repeats"""
+    condition_names: tuple[str, ...]
+    channels: tuple[str, ...]
+    measured: np.ndarray
+    """(channels, runs, samples)"""
+    time: np.ndarray
+    """(runs, samples) [s]: the clock of the noise"""
+    order: np.ndarray
+    """(runs,) order in which the runs were made"""
+    used: np.ndarray
+    """(runs, samples) True where the sample counts"""
+    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    units: tuple[str, ...] = ()
+    """unit of every channel"""
+    facts: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """numbers per run that effects may want (start angle, nominal load ...), shape (runs,)"""
+
+    def __post_init__(self) -> None:
+        shape = self.measured.shape
+        if len(shape) != 3 or shape[0] != len(self.channels) or shape[1] != len(self.names):
+            raise FlatplankError(f"measured has shape {shape}", "RunSet", "channels, runs, samples")
+        if not np.isfinite(self.measured[:, self.used]).all():
+            raise FlatplankError("measured holds NaN", "RunSet", "mark such samples as not used")
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.names)
+
+    @property
+    def samples(self) -> int:
+        """Nodes per run."""
+        return self.measured.shape[2]
+
+    @cached_property
+    def groups(self) -> list[np.ndarray]:
+        """Indices of the runs of every condition."""
+        return [np.flatnonzero(self.condition == c) for c in range(len(self.condition_names))]
+
+    @cached_property
+    def repeated(self) -> bool:
+        """True when at least one condition was measured twice."""
+        return any(len(g) > 1 for g in self.groups)
+
+    def mean(self, values: np.ndarray) -> np.ndarray:
+        """Mean over the repeats: (..., runs, samples) -> (..., conditions, samples)."""
+        return np.stack([values[..., g, :].mean(axis=-2) for g in self.groups], axis=-2)
+
+    def contrast(self, values: np.ndarray) -> np.ndarray:
+        """What differs between repeats: values minus the mean of their condition."""
+        return values - self.mean(values)[..., self.condition, :]
+
+    def rmse(self, residual: np.ndarray) -> float:
+        """Root mean square of a (runs, samples) residual over the used samples."""
+        return float(np.sqrt(np.mean(residual[self.used] ** 2)))
+
+    def subset(self, keep: np.ndarray) -> RunSet:
+        """The same campaign with fewer runs; `keep` holds indices."""
+        keep = np.asarray(keep)
+        old = self.condition[keep]
+        kinds, condition = np.unique(old, return_inverse=True)
+        return replace(
+            self,
+            names=tuple(self.names[i] for i in keep),
+            condition=condition,
+            condition_names=tuple(self.condition_names[c] for c in kinds),
+            measured=self.measured[:, keep],
+            time=self.time[keep],
+            order=self.order[keep],
+            used=self.used[keep],
+            coordinates={
+                k: replace(c, values=c.values[keep]) for k, c in self.coordinates.items()
+            },
+            facts={k: v[keep] for k, v in self.facts.items()},
+        )

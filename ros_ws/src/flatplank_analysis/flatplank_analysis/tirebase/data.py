@@ -1,0 +1,313 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a campaign to aligned runs: filtered increments of position and angle, load, forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_analysis.discovery.runs import Coordinate, RunSet
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.grid import (
+    SPEED,
+    gaussian,
+    node_positions,
+    smooth_columns,
+    uniform_positions,
+)
+
+COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
+START = 0.0005
+"""[m] plank travel that counts as started"""
+PINION_TURN = 2.0 * np.pi * 0.05
+"""[m] plank travel of one pinion turn, placeholder of the bench"""
+
+
+@dataclass(frozen=True)
+class TireRuns:
+    """Inputs of the tire model on the nodes; arrays (runs, samples) unless said otherwise."""
+
+    runs: RunSet
+    position: np.ndarray
+    """plank travel [m]"""
+    angle: np.ndarray
+    """wheel angle since the start [rad]"""
+    travel: np.ndarray
+    """increments of plank travel [m]; first column 0"""
+    turned: np.ndarray
+    """increments of the wheel angle [rad]; first column 0"""
+    step_time: np.ndarray
+    """increments of time [s]; first column 0"""
+    load: np.ndarray
+    """denoised vertical load [N]"""
+    nominal: np.ndarray
+    """(runs,) nominal load [N]"""
+    radius: np.ndarray
+    """(runs,) effective rolling radius [m]"""
+    alpha: np.ndarray
+    """(runs,) side slip angle [rad]"""
+    gamma: np.ndarray
+    """(runs,) camber [rad]"""
+    kappa: np.ndarray
+    """(runs,) commanded slip"""
+    pressure: np.ndarray
+    """(runs,) [bar]"""
+    since_step: np.ndarray
+    """travel since the step [m], negative before"""
+    wheel_turn: np.ndarray
+    """wheel angle in space, start angle included [rad]"""
+    signals: dict[str, np.ndarray]
+    """all measured channels"""
+    load_mean: np.ndarray
+    """(runs, samples) what the load channel is judged against"""
+    grids: list[np.ndarray]
+    """runs that share their nodes"""
+
+    def only_common(self, values: np.ndarray) -> np.ndarray:
+        """Remove the run mean and the profile shared by all runs on the same nodes (..., R, N)."""
+        out = values - values.mean(axis=-1, keepdims=True)
+        for rows in self.grids:
+            if len(rows) > 2:
+                out[..., rows, :] -= out[..., rows, :].mean(axis=-2, keepdims=True)
+        return out
+
+
+def load_runs(campaign: Campaign) -> TireRuns:
+    """Read the slip runs of a campaign; unusable ones are left in `campaign.problems`."""
+    tables = [
+        table
+        for run in campaign.runs
+        if run.info.measurement == "slip"
+        and (table := campaign.try_table(run, COLUMNS)) is not None
+    ]
+    return from_tables(tables)
+
+
+def from_tables(tables: list[MeasurementTable]) -> TireRuns:
+    """Align the runs of a list of measurement tables."""
+    if not tables:
+        raise FlatplankError("no usable slip run", "campaign", "measure runs with a slip step")
+    smooth = [_smooth(table) for table in tables]
+    ends = _common_ends(tables, smooth)
+    nodes = [_nodes(s, t, e) for s, t, e in zip(smooth, tables, ends, strict=True)]
+    count = min(len(n) for n in nodes)
+    picked = [_pick(s, n[:count]) for s, n in zip(smooth, nodes, strict=True)]
+    stack = {name: np.stack([p[name] for p in picked]) for name in picked[0]}
+    return _assemble(tables, stack)
+
+
+def _smooth(table: MeasurementTable) -> dict[str, np.ndarray]:
+    info = table.info
+    for need in ("time", "plank_position", "wheel_angle", "fx"):
+        if not table.has(need):
+            raise FlatplankError(f"no '{need}'", info.file, "the search needs this column")
+    names = [n for n in COLUMNS[1:] if table.has(n)]
+    columns = np.stack([table[n] for n in names], axis=1)
+    good = np.isfinite(columns).all(axis=1)
+    time = table["time"][good]
+    columns = columns[good].copy()
+    columns[:, 0] = np.abs(columns[:, 0] - columns[0, 0])
+    angle = columns[:, 1] - columns[0, 1]
+    columns[:, 1] = angle * (1.0 if angle[-1] >= 0.0 else -1.0)
+    speed = info.speed if np.isfinite(info.speed) else _speed(time, columns[:, 0])
+    time, columns = smooth_columns(time, columns, abs(speed))
+    return {"time": time, "speed": np.array(abs(speed))} | {
+        n: columns[:, i] for i, n in enumerate(names)
+    }
+
+
+def _speed(time: np.ndarray, position: np.ndarray) -> float:
+    moving = (position > 0.2 * position[-1]) & (position < 0.8 * position[-1])
+    if moving.sum() < 10:
+        return SPEED
+    return float(np.polyfit(time[moving], position[moving], 1)[0])
+
+
+def _common_ends(tables: list[MeasurementTable], smooth: list[dict]) -> list[float]:
+    """Runs with the same step end at the same node."""
+    keys = [_grid_key(t) for t in tables]
+    ends = [float(s["plank_position"].max()) for s in smooth]
+    return [
+        min(e for e, other in zip(ends, keys, strict=True) if other == key) - 0.004
+        for key in keys
+    ]
+
+
+def _grid_key(table: MeasurementTable) -> tuple:
+    step = table.info.step_position
+    return (None if step != step else round(step, 4), table.info.waveform is not None)
+
+
+def _nodes(smooth: dict, table: MeasurementTable, end: float) -> np.ndarray:
+    """Times of the nodes of one run [s]."""
+    position, time = smooth["plank_position"], smooth["time"]
+    began = int(np.argmax(position > START))
+    stretch = SPEED / max(float(smooth["speed"]), 1e-4)
+    before = time[began] + stretch * np.array([-0.4, -0.3, -0.2, -0.15, -0.1, -0.05, 0.0])
+    step = table.info.step_position
+    waveform = table.info.waveform
+    shape = str((waveform or {}).get("kind", (waveform or {}).get("shape", "step")))
+    places = uniform_positions(end) if shape != "step" else node_positions(step, end)
+    places = places[places > position[began] + 1e-4]
+    rising = np.maximum.accumulate(position[began:])
+    keep = np.concatenate([[True], np.diff(rising) > 0.0])
+    at = np.interp(places, rising[keep], time[began:][keep])
+    return np.concatenate([np.maximum(before, time[0]), at])
+
+
+def _pick(smooth: dict, nodes: np.ndarray) -> dict[str, np.ndarray]:
+    skip = ("time", "speed")
+    return {"time": nodes} | {
+        k: np.interp(nodes, smooth["time"], v) for k, v in smooth.items() if k not in skip
+    }
+
+
+def _facts(tables: list[MeasurementTable]) -> dict[str, np.ndarray]:
+    def each(get):
+        return np.array([get(t.info) for t in tables], dtype=float)
+
+    return {
+        "nominal": each(lambda i: i.fz if i.fz == i.fz else 4000.0),
+        "radius": each(lambda i: i.effective_rolling_radius),
+        "alpha": np.radians(each(lambda i: i.alpha_deg)),
+        "gamma": np.radians(each(lambda i: i.gamma_deg)),
+        "kappa": each(lambda i: i.kappa),
+        "pressure": each(lambda i: i.pressure if i.pressure == i.pressure else 2.5),
+        "step": each(lambda i: i.step_position),
+        "start": np.radians(each(lambda i: 120.0 * (i.start - 1))),
+        "order": each(lambda i: i.run_index),
+        "speed": each(lambda i: i.speed if i.speed == i.speed else SPEED),
+    }
+
+
+def _assemble(tables: list[MeasurementTable], stack: dict[str, np.ndarray]) -> TireRuns:
+    facts = _facts(tables)
+    position, angle = stack["plank_position"], stack["wheel_angle"]
+    radius = facts["radius"]
+    if not np.isfinite(radius).all():
+        guess = (position[:, -1] - position[:, 0]) / np.maximum(angle[:, -1] - angle[:, 0], 1e-6)
+        radius = facts["radius"] = np.where(np.isfinite(radius), radius, np.median(guess))
+    grids = _grid_groups([_grid_key(t) for t in tables])
+    nominal = facts["nominal"]
+    load, load_mean = _denoise(stack.get("fz"), position, nominal, grids)
+    step = np.where(np.isfinite(facts["step"]), facts["step"], 0.0)
+    since = position - step[:, None]
+    turn = angle - angle[:, :1] + facts["start"][:, None]
+    shell = dict(position=position, grids=grids)
+    channels, measured = _channels(stack, load_mean, shell)
+    condition, labels = _conditions(tables)
+    slip = radius[:, None] * (angle - angle[:, :1]) - (position - position[:, :1])
+    runs = RunSet(
+        names=tuple(t.info.name for t in tables),
+        condition=condition,
+        condition_names=labels,
+        channels=channels,
+        measured=measured,
+        time=stack["time"] - stack["time"][:, :1],
+        order=facts["order"],
+        used=np.ones(position.shape, dtype=bool),
+        coordinates=_coordinates(stack, position, since, turn, slip, load, facts),
+        units=("N",) * len(channels),
+        facts=facts,
+    )
+    return TireRuns(
+        runs=runs,
+        position=position,
+        angle=angle - angle[:, :1],
+        travel=_steps(position),
+        turned=_steps(angle),
+        step_time=_steps(stack["time"]),
+        load=load,
+        nominal=nominal,
+        radius=radius,
+        alpha=facts["alpha"],
+        gamma=facts["gamma"],
+        kappa=facts["kappa"],
+        pressure=facts["pressure"],
+        since_step=since,
+        wheel_turn=turn,
+        signals={k: v for k, v in stack.items() if k not in ("time", "plank_position")},
+        load_mean=load_mean,
+        grids=grids,
+    )
+
+
+def _steps(values: np.ndarray) -> np.ndarray:
+    return np.diff(values, axis=-1, prepend=values[..., :1])
+
+
+def _grid_groups(keys: list[tuple]) -> list[np.ndarray]:
+    kinds = {key: None for key in keys}
+    return [np.array([i for i, k in enumerate(keys) if k == kind]) for kind in kinds]
+
+
+def _denoise(
+    fz: np.ndarray | None, position: np.ndarray, nominal: np.ndarray, grids: list[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Load for the tire, and the part of it that the load channel does not judge.
+
+    Common profile over the plank position + mean of the run + what is left, smoothed over 0.1 m.
+    """
+    if fz is None:
+        flat = np.repeat(nominal[:, None], position.shape[1], axis=1)
+        return flat, flat
+    level = fz.mean(axis=1, keepdims=True)
+    profile = np.zeros_like(fz)
+    for rows in grids:
+        if len(rows) > 2:
+            profile[rows] = (fz[rows] - level[rows]).mean(axis=0)
+    rest = fz - level - profile
+    smooth = np.empty_like(rest)
+    for i, (x, y) in enumerate(zip(position, rest, strict=True)):
+        even = np.arange(x[0], x[-1] + 0.006, 0.006)
+        smooth[i] = np.interp(x, even, gaussian(np.interp(even, x, y), 0.1 / 0.006))
+    return level + profile + smooth, level + profile
+
+
+def _channels(
+    stack: dict[str, np.ndarray], load_mean: np.ndarray, shell: dict
+) -> tuple[tuple[str, ...], np.ndarray]:
+    names = [n for n in ("fx", "fy", "fz") if n in stack]
+    values = [stack[n] - load_mean if n == "fz" else stack[n] for n in names]
+    return tuple(names), np.stack(values)
+
+
+def _conditions(tables: list[MeasurementTable]) -> tuple[np.ndarray, tuple[str, ...]]:
+    keys = [
+        (
+            t.info.condition,
+            t.info.direction,
+            None if t.info.step_position != t.info.step_position else t.info.step_position,
+            None if t.info.speed != t.info.speed else t.info.speed,
+            repr(t.info.waveform),
+        )
+        for t in tables
+    ]
+    kinds = sorted(dict.fromkeys(keys), key=lambda k: (k[0].sort_key, repr(k[1:])))
+    labels = [k[0].label() for k in kinds]
+    for i, k in enumerate(kinds):
+        if labels.count(k[0].label()) > 1:
+            labels[i] += f", step at {k[2]} m, {k[3] or SPEED} m/s"
+    return np.array([kinds.index(k) for k in keys]), tuple(labels)
+
+
+def _coordinates(stack, position, since, turn, slip, load, facts) -> dict[str, Coordinate]:
+    shape = position.shape
+    pinion = 2.0 * np.pi * position / PINION_TURN
+
+    def per_run(values):
+        return np.broadcast_to(values[:, None], shape).copy()
+
+    return {
+        "distance since the step": Coordinate(since, "m", 54, local=True),
+        "slip travel": Coordinate(slip, "m", 40),
+        "plank position": Coordinate(position, "m", 82, local=True),
+        "wheel angle": Coordinate(np.mod(turn, 2 * np.pi), "rad", 24, 2 * np.pi),
+        "pinion angle": Coordinate(np.mod(pinion, 2 * np.pi), "rad", 24, 2 * np.pi),
+        "time": Coordinate(stack["time"] - stack["time"][:, :1], "s", 27),
+        "load": Coordinate(load, "N", 12),
+        "slip level": Coordinate(per_run(facts["kappa"]), "1", 9),
+        "run order": Coordinate(per_run(facts["order"]), "1", 27),
+    }

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One step of the contact-patch model over a node, compiled; (7.13)-(7.20) with the patch mass
+quasi-static, driven by increments of travel.
+
+    sigma_c(k) dk + k (ds + ns dw) + d(deflection of carcass, play, creep) = slip travel dw
+
+In the steady state k = kappa/(1 + ns kappa): ns = 0 is the thesis's form, ns = 1 a patch whose
+bristles run through the contact with the wheel. While the carcass deflects, the bristles still
+run through with the whole wheel, so it is dw, not the slip of the patch, that stands beside ds.
+
+The carcass feels the change of the steady force, so load and friction enter with their rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+#: columns of the parameter block, one row per lane and run
+NAMES = (
+    "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
+    "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
+    "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
+)  # fmt: skip
+(
+    STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
+    ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
+    CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
+) = range(23)  # fmt: skip
+WIDTH = 23
+
+_TINY = 0.01
+
+
+@njit(cache=True, nogil=True)
+def steady(k, stiff, peak, shape, fall, rounding):
+    """Steady force [N] at contact slip k and its slope dF/dk.
+
+    Saturation 1 - (1 - y/n)^n of y = K|k|/D: n = 3 is the brush with a
+    parabolic pressure, n = 2 with a uniform one; `fall` lets the force drop beyond the peak.
+    Outside the patch models the curve is one family, not a physical claim.
+    """
+    x = stiff * abs(k) / peak
+    # `rounding` takes out the term of second order: 1 starts like a sine, 0 like a brush
+    b = rounding * (shape - 1.0) / (2.0 * shape)
+    y = x + b * x * x / (1.0 + 0.5 * x)
+    dy = 1.0 + b * x * (2.0 + 0.5 * x) / (1.0 + 0.5 * x) ** 2
+    if y < shape:
+        t = 1.0 - y / shape
+        slope = t ** (shape - 1.0)
+        level = 1.0 - slope * t
+    else:
+        slope = 0.0
+        level = 1.0
+    n2 = shape * shape
+    bend = y * y / (y * y + n2)
+    dbend = 2.0 * y * n2 / (y * y + n2) ** 2
+    factor = 1.0 - fall * bend
+    force = peak * level * factor
+    dforce = stiff * dy * (slope * factor - level * fall * dbend)
+    if k < 0.0:
+        force = -force
+    return force, dforce
+
+
+@njit(cache=True, nogil=True)
+def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
+    """Force and slope with load, friction, asymmetry, sliding speed and cross slip taken in."""
+    peak = p[PEAK] * friction * load
+    stiff = p[STIFF] * load / nominal
+    if k < 0.0:
+        peak *= 1.0 - p[ASYM_PEAK]
+        stiff *= 1.0 - p[ASYM_STIFF]
+    if p[SLIDE] != 0.0:
+        ratio = abs(k) * speed_ratio / 0.05
+        peak *= 1.0 - p[SLIDE] * ratio / (1.0 + ratio)
+    if cross == 0.0:
+        return steady(k, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
+    total = (k * k + cross * cross) ** 0.5
+    force, slope = steady(total, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
+    share = k / total
+    return force * share, slope * share * share + force / total * (1.0 - share * share)
+
+
+@njit(cache=True, nogil=True)
+def deflection(force, p):
+    """Deflection of carcass and play at a force [m], and its slope."""
+    c = p[CARCASS]
+    soft = 1.0 + p[SOFTEN] * abs(force) / 4000.0
+    x = (force - p[PLAY_AT]) / p[PLAY_SOFT]
+    root = (1.0 + x * x) ** 0.5
+    value = force * soft / c + 0.5 * p[PLAY] * x / root
+    slope = (2.0 * soft - 1.0) / c + 0.5 * p[PLAY] / (p[PLAY_SOFT] * root * root * root)
+    return value, slope
+
+
+@njit(cache=True, nogil=True)
+def patch_length(k, load, friction, p, nominal):
+    """Relaxation length of the patch (7.17)-(7.19) [m]."""
+    theta = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * friction * nominal)
+    near = abs(k) / (1.0 + k) if k > -0.5 else 2.0 * abs(k)
+    m = max(1.0 - theta * near, _TINY)
+    half = p[HALF] * (1.0 + 0.6 * (load / nominal - 1.0))
+    return m * half / (1.0 + max(k, -0.5))
+
+
+@njit(cache=True, nogil=True)
+def advance(k0, f0, x0, creep0, ds, dw, dt, load, friction, p, nominal, speed_ratio, cross):
+    """New contact slip, force, deflection and creep after one node."""
+    load = load * (1.0 + (p[LOSS_BRAKE] * min(f0, 0.0) + p[LOSS_DRIVE] * max(f0, 0.0)) / nominal)
+    dw = dw - (p[GIVE] * f0 + p[FOLLOW] * f0 / (f0 * f0 + 900.0) ** 0.5) * ds
+    creep = creep0
+    if p[CREEP] != 0.0:
+        aim = p[CREEP] * f0 / p[CARCASS]
+        creep = aim + (creep0 - aim) * np.exp(-dt / p[CREEP_TIME])
+        dw = dw - (creep - creep0)
+    ds = max(ds + p[DENOM] * dw, 0.0)
+    sigma = patch_length(k0, load, friction, p, nominal)
+    _, slope = tire_force(k0, load, friction, p, nominal, speed_ratio, cross)
+    _, flex = deflection(f0, p)
+    weight = 0.5
+    if ds > 0.0:
+        weight = max(0.5, 1.0 - (sigma + max(slope, 0.0) * flex) / ds)
+    k1 = k0
+    low, high = -1.0e3, 1.0e3
+    # safeguarded Newton: the left side grows with k1 as long as the law does not fall steeply
+    for _ in range(60):
+        sig = 0.5 * (sigma + patch_length(k1, load, friction, p, nominal))
+        fk, slope = tire_force(k1, load, friction, p, nominal, speed_ratio, cross)
+        xk, flex = deflection(fk, p)
+        miss = sig * (k1 - k0) + ds * (weight * k1 + (1.0 - weight) * k0) + xk - x0 - dw
+        if miss > 0.0:
+            high = k1
+        else:
+            low = k1
+        rate = sig + ds * weight + max(slope, 0.0) * flex
+        trial = k1 - miss / rate
+        if (trial <= low or trial >= high) and high - low < 1.0e3:
+            trial = 0.5 * (low + high)
+        done = abs(trial - k1) < 1e-9
+        k1 = trial
+        if done:
+            break
+    fk, _ = tire_force(k1, load, friction, p, nominal, speed_ratio, cross)
+    xk, _ = deflection(fk, p)
+    return k1, fk, xk, creep
+
+
+@njit(cache=True, nogil=True)
+def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
+    """One node of all elements in x (axis 0 index 0) and y (1).
+
+    state (4, 2, elements) is updated in place; dw (2, elements); params (2, elements, WIDTH).
+    """
+    for e in range(ds.shape[0]):
+        rate = abs(ds[e]) / dt[e] / speed if dt[e] > 0.0 else 0.0
+        kx, ky = state[0, 0, e], state[0, 1, e]
+        for axis in range(2):
+            p = params[axis, e]
+            other = params[1 - axis, e]
+            kc = ky if axis == 0 else kx
+            cross = p[COMBINE] * kc * other[STIFF] / p[STIFF]
+            k, f, x, creep = advance(
+                state[0, axis, e], state[1, axis, e], state[2, axis, e], state[3, axis, e],
+                ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross,
+            )  # fmt: skip
+            state[0, axis, e], state[1, axis, e] = k, f
+            state[2, axis, e], state[3, axis, e] = x, creep
+
+
+@njit(cache=True, nogil=True)
+def rest(params):
+    """State at standstill without force, shape (4, 2, elements)."""
+    state = np.zeros((4, 2, params.shape[1]))
+    for axis in range(2):
+        for e in range(params.shape[1]):
+            state[2, axis, e] = deflection(0.0, params[axis, e])[0]
+    return state
+
+
+@njit(cache=True, nogil=True)
+def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first, last):
+    """All nodes of elements first..last; inputs (elements, samples), dw and force (2, e, s).
+
+    todo (2, elements) says which directions are wanted; they need each other only where the
+    slips are combined.
+    """
+    for e in range(first, last):
+        px, py = params[0, e], params[1, e]
+        cross_x = px[COMBINE] * py[STIFF] / px[STIFF]
+        cross_y = py[COMBINE] * px[STIFF] / py[STIFF]
+        both = cross_x != 0.0 or cross_y != 0.0
+        do_x = todo[0, e] or both
+        do_y = todo[1, e] or both
+        kx = ky = fx = fy = cx = cy = 0.0
+        xx = deflection(0.0, px)[0]
+        xy = deflection(0.0, py)[0]
+        for n in range(ds.shape[1]):
+            step, s, w, mu = dt[e, n], ds[e, n], load[e, n], friction[e, n]
+            rate = abs(s) / step / speed if step > 0.0 else 0.0
+            if do_x:
+                kx, fx, xx, cx = advance(
+                    kx, fx, xx, cx, s, dw[0, e, n], step, w, mu, px, nominal[e], rate,
+                    cross_x * ky,
+                )  # fmt: skip
+                force[0, e, n] = fx
+            if do_y:
+                ky, fy, xy, cy = advance(
+                    ky, fy, xy, cy, s, dw[1, e, n], step, w, mu, py, nominal[e], rate,
+                    cross_y * kx,
+                )  # fmt: skip
+                force[1, e, n] = fy

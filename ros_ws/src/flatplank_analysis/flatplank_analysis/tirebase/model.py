@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The base of the search as a model: lanes of parameters and effects -> forces of all runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase import kernel
+from flatplank_analysis.tirebase.data import TireRuns
+from flatplank_analysis.tirebase.grid import SPEED
+from flatplank_analysis.tirebase.parameters import base_parameters
+
+CHUNK = 48
+"""lanes computed at once"""
+THREADS = min(4, os.cpu_count() or 1)
+_POOL = ThreadPoolExecutor(max_workers=THREADS)
+
+
+class TireModel:
+    """Contact-patch model of DISCOVERY 1 in x and y; knows the hooks of `TireEffect`."""
+
+    def __init__(self, data: TireRuns) -> None:
+        self.data = data
+        self.runs: RunSet = data.runs
+        self.parameters = base_parameters(data)
+        self._names = [p.name for p in self.parameters]
+        self._reference = float(np.median(data.nominal))
+        self._pressure = float(np.median(data.pressure))
+        self._moving = 1.0 - np.exp(-np.maximum(data.position, 0.0) / 0.005)
+
+    def subset(self, keep: np.ndarray) -> TireModel:
+        """The same model for fewer runs (held-out checks use all runs instead)."""
+        raise FlatplankError("a tire model is made for all runs", "TireModel", "use weights")
+
+    def stiff(self) -> tuple[dict[str, float], ...]:
+        """Directions in which a tire scatters from run to run: gain and slip offset."""
+        return ({"stiff": 1.0, "peak": 1.0}, {"slip_offset": 0.0})
+
+    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
+        """Predicted channels (lanes, channels, runs, samples)."""
+        out = np.empty((len(lanes), *self.runs.measured.shape))
+        kinds: dict[tuple, list[int]] = {}
+        for i, lane in enumerate(lanes):
+            kinds.setdefault(tuple(effect for effect, _ in lane.effects), []).append(i)
+        for effects, rows in kinds.items():
+            for start in range(0, len(rows), CHUNK):
+                part = rows[start : start + CHUNK]
+                out[part] = self._group(effects, [lanes[i] for i in part])
+        return out
+
+    def _group(self, effects: tuple, lanes: list[Lane]) -> np.ndarray:
+        values = np.stack([lane.base for lane in lanes])
+        base = {name: values[:, i] for i, name in enumerate(self._names)}
+        own = [
+            (effect, np.stack([lane.effects[i][1] for lane in lanes]))
+            for i, effect in sorted(enumerate(effects), key=lambda item: item[1].order)
+        ]
+        deep = [(e, e.with_values(v, 2)) for e, v in own]
+        motion = self._motion(base, len(lanes), deep)
+        tire, params = self._tire(base, len(lanes), own, deep)
+        force = self._force(own, motion, tire, params)
+        return self._signal(base, force, deep)
+
+    def _motion(self, base: dict, lanes: int, deep: list) -> Motion:
+        d = self.data
+        shape = (lanes, *d.position.shape)
+        scale = (1.0 + base["slip_offset"])[:, None] * d.radius
+        rolled = scale[:, :, None] * d.turned
+        if "angle_offset" in base:
+            slope = np.tan(d.alpha[None, :] + base["angle_offset"][:, None])
+        else:
+            slope = np.broadcast_to(np.tan(d.alpha), (lanes, len(d.alpha)))
+        motion = Motion(d, np.tile(d.travel, (lanes, 1, 1)), rolled, None)
+        motion.lateral = -slope[:, :, None] * motion.travel
+        for effect, instance in deep:
+            if effect.overrides("motion"):
+                instance.motion(motion)
+        for name in ("travel", "rolled", "lateral"):
+            _check(getattr(motion, name), shape, name)
+        return motion
+
+    def _tire(self, base: dict, lanes: int, own: list, deep: list) -> tuple[Tire, np.ndarray]:
+        d = self.data
+        shape = (lanes, *d.position.shape)
+        params = np.zeros((2, lanes, len(d.nominal), kernel.WIDTH))
+        self._fill(base, params)
+        blocks = [Block(params[axis], kernel.NAMES) for axis in range(2)]
+        tire = Tire(d, np.tile(d.load, (lanes, 1, 1)), np.ones(shape), *blocks)
+        flat = {id(e): e.with_values(v, 1) for e, v in own}
+        for effect, instance in deep:
+            if effect.overrides("tire"):
+                object.__setattr__(instance, "per_run", flat[id(effect)])
+                instance.tire(tire)
+        _check(tire.load, shape, "load")
+        _check(tire.friction, shape, "friction")
+        return tire, params
+
+    def _fill(self, base: dict, params: np.ndarray) -> None:
+        """Numbers of the tire in x and y, per run."""
+        d = self.data
+        ratio = d.nominal / self._reference
+        over = d.pressure / self._pressure - 1.0
+        zero = np.zeros(len(params[0]))
+
+        def get(name: str) -> np.ndarray:
+            return base.get(name, zero)[:, None]
+
+        power = base.get("stiff_load", zero + 1.0)[:, None]
+        law = ratio**power * (1.0 + get("stiff_pressure") * over)
+        peak = get("peak") * (1.0 + get("peak_load") * (ratio - 1.0))
+        peak = peak * (1.0 + get("peak_pressure") * over)
+        for axis, end in ((0, ""), (1, "_y")):
+            p = params[axis]
+            p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
+            p[..., kernel.PEAK] = peak
+            p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
+            for name in ("shape", "fall", "round", "tread"):
+                p[..., kernel.NAMES.index(name)] = get(name)
+            p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
+            p[..., kernel.PLAY_SOFT] = 10.0
+            p[..., kernel.CREEP_TIME] = 10.0
+        params[0, ..., kernel.DENOM] = get("denom")
+
+    def _force(self, own: list, motion: Motion, tire: Tire, params: np.ndarray) -> np.ndarray:
+        d = self.data
+        lanes, runs, samples = motion.travel.shape
+        count = lanes * runs
+
+        def flat(a: np.ndarray) -> np.ndarray:
+            return np.ascontiguousarray(a).reshape(count, samples)
+
+        ds, load, friction = flat(motion.travel), flat(tire.load), flat(tire.friction)
+        dw = np.stack([flat(motion.rolled - motion.travel), flat(motion.lateral)])
+        dt = np.tile(d.step_time, (lanes, 1))
+        nominal = np.tile(d.nominal, lanes)
+        block = params.reshape(2, count, kernel.WIDTH)
+        force = np.empty((2, count, samples))
+        if any(effect.overrides("node") for effect, _ in own):
+            self._slow(own, (lanes, runs), ds, dw, dt, load, friction, block, nominal, force)
+        else:
+            todo = _todo(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
+            order = np.repeat(todo, runs, axis=1)
+            cuts = np.linspace(0, count, 1 + 4 * THREADS).astype(int)
+            args = (ds, dw, dt, load, friction, block, nominal, SPEED, order, force)
+            jobs = [
+                _POOL.submit(kernel.sweep, *args, a, b)
+                for a, b in zip(cuts[:-1], cuts[1:], strict=True)
+            ]
+            for job in jobs:
+                job.result()
+            shaped = force.reshape(2, lanes, runs, samples)
+            for axis in range(2):
+                shaped[axis, ~todo[axis]] = shaped[axis, 0]
+        return force.reshape(2, lanes, runs, samples)
+
+    def _slow(self, own, shape, ds, dw, dt, load, friction, block, nominal, force) -> None:
+        """Node by node, with the effects that want to know the last force."""
+        state = kernel.rest(block)
+        active = [e.with_values(v, 1) for e, v in own if e.overrides("node")]
+        nodes = [Node(self.data) for _ in active]
+        for n in range(ds.shape[1]):
+            now = [ds[:, n], dw[0, :, n], dw[1, :, n], load[:, n], friction[:, n]]
+            for effect, node in zip(active, nodes, strict=True):
+                node.index = n
+                node.force_x, node.force_y = (f.reshape(shape).copy() for f in state[1])
+                names = ("travel", "slip", "lateral", "load", "friction")
+                for name, value in zip(names, now, strict=True):
+                    setattr(node, name, value.reshape(shape).copy())
+                effect.node(node)
+                now = [np.broadcast_to(getattr(node, k), shape).reshape(-1) for k in names]
+            travel, slip, lateral, w, mu = (np.ascontiguousarray(a) for a in now)
+            both = np.stack([slip, lateral])
+            kernel.one_node(
+                state, travel, both, np.ascontiguousarray(dt[:, n]), w, mu, block, nominal, SPEED
+            )
+            force[:, :, n] = state[1]
+
+    def _signal(self, base: dict, force: np.ndarray, deep: list) -> np.ndarray:
+        fx = force[0] + base["fx_offset"][:, None, None] * self._moving
+        signal = Signal(self.data, fx, force[1].copy(), np.zeros_like(fx), force[0], force[1])
+        for effect, instance in deep:
+            if effect.overrides("signal"):
+                instance.signal(signal)
+        names = self.runs.channels
+        shape = force.shape[1:]
+        for name in names:
+            _check(getattr(signal, name), shape, name)
+        if "fz" in names and np.any(signal.fz):
+            signal.fz = self.data.only_common(signal.fz)
+        return np.stack([getattr(signal, name) for name in names], axis=1)
+
+
+def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
+    """(2, lanes): False where a lane has the same inputs as the first one in that direction."""
+    out = np.ones((2, lanes), dtype=bool)
+    common = [a.reshape(lanes, -1) for a in (ds, load, friction)]
+    for lane in range(1, lanes):
+        if params[:, lane, :, kernel.COMBINE].any() or params[:, 0, :, kernel.COMBINE].any():
+            continue
+        if not all(np.array_equal(a[lane], a[0]) for a in common):
+            continue
+        for axis in range(2):
+            same = np.array_equal(params[axis, lane], params[axis, 0])
+            out[axis, lane] = not (same and np.array_equal(dw[axis, lane], dw[axis, 0]))
+    return out
+
+
+def _check(values: np.ndarray, shape: tuple[int, ...], name: str) -> None:
+    if np.shape(values) != shape:
+        raise FlatplankError(
+            f"'{name}' has shape {np.shape(values)}, not {shape}",
+            "effect",
+            "keep (lanes, runs, samples): use the parameters as they are given",
+        )

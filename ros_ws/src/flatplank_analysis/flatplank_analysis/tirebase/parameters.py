@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the search base; those that the campaign cannot show are left out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_analysis.tirebase.data import TireRuns
+
+
+def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
+    """Parameters of the base for a campaign, start values in `null`, scales in `screen`."""
+    varied_alpha = np.ptp(data.alpha) > 1e-4
+    load = float(np.median(data.nominal))
+    half = 0.07 * np.sqrt(load / 3700.0)
+    out = [
+        Parameter("stiff", "N", 23.0 * load, 5.0 * load, 80.0 * load, 2.0 * load),
+        Parameter("peak", "1", 1.05, 0.3, 2.0, 0.1),
+        Parameter("shape", "1", 3.0, 1.3, 12.0, 0.5, prior=2.0),
+        Parameter("fall", "1", 0.0, -0.4, 0.6, 0.05, prior=0.2),
+        Parameter("round", "1", 0.5, -0.3, 1.6, 0.3, prior=0.6),
+        Parameter("denom", "1", 0.5, -0.3, 1.6, 0.3),
+        Parameter("carcass", "N/m", 2.5e5, 4e4, 3e6, 3e4),
+        Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01, prior=0.2 * half),
+        Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),
+        Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
+        Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
+    ]
+    if "fy" in data.runs.channels:
+        prior = np.inf if varied_alpha else 6.0 * load
+        out += [
+            Parameter("stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior),
+            Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
+            Parameter("angle_offset", "rad", 0.0, -0.06, 0.06, 1e-3),
+        ]
+    if np.ptp(data.nominal) > 0.02 * load:
+        out += [
+            Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2),
+            Parameter("peak_load", "1", 0.0, -0.6, 0.6, 0.05),
+        ]
+    if np.ptp(data.pressure) > 0.02:
+        out += [
+            Parameter("stiff_pressure", "1", 0.0, -2.0, 2.0, 0.1),
+            Parameter("peak_pressure", "1", 0.0, -1.0, 1.0, 0.05),
+        ]
+    return tuple(out)
