@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Vertical stiffness (Appendix G.2) and longitudinal stiffness at rest and in rolling."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.errors import FlatplankError
+
+WINDOW = (0.285, 0.305)
+"""loaded radius that is fitted, outside the play of the supports [m]"""
+
+
+@dataclass(frozen=True)
+class VerticalStiffness:
+    """C_z of one run [N/m]."""
+
+    loading: float
+    unloading: float
+    pressure: float
+    """[bar]"""
+    window: tuple[float, float]
+
+    @property
+    def mean(self) -> float:
+        """Mean of loading and unloading, as in the thesis."""
+        both = [v for v in (self.loading, self.unloading) if math.isfinite(v)]
+        return float(np.mean(both)) if both else math.nan
+
+
+def vertical_stiffness(
+    table: MeasurementTable, window: tuple[float, float] | None = None
+) -> VerticalStiffness:
+    """Slope of Fz over loaded radius while loading and while unloading.
+
+    Without a window: that of the thesis where the run covers it, else the middle of the run.
+    """
+    radius, force = table["loaded_radius"], table["fz"]
+    window = window or _window(radius)
+    turn = int(np.argmin(radius))
+    inside = (radius >= window[0]) & (radius <= window[1])
+    down, up = inside.copy(), inside.copy()
+    down[turn:] = False
+    up[:turn] = False
+    values = [_slope(radius[part], force[part]) for part in (down, up)]
+    if not np.isfinite(values).any():
+        raise FlatplankError(
+            f"no load change between {window[0]:g} and {window[1]:g} m",
+            table.info.file,
+            "give a window of loaded radius that the run goes through",
+        )
+    return VerticalStiffness(values[0], values[1], table.info.pressure, window)
+
+
+def _window(radius: np.ndarray) -> tuple[float, float]:
+    low, high = float(radius.min()), float(radius.max())
+    if low <= WINDOW[0] and high >= WINDOW[1]:
+        return WINDOW
+    return low + 0.1 * (high - low), low + 0.7 * (high - low)
+
+
+def _slope(radius: np.ndarray, force: np.ndarray) -> float:
+    if radius.size < 5 or np.ptp(radius) < 1e-4:
+        return math.nan
+    return float(-np.polyfit(radius, force, 1)[0])
+
+
+def static_longitudinal_stiffness(
+    table: MeasurementTable, max_force: float = 0.25, max_turn: float = 2e-4
+) -> float:
+    """C_x of the standing tire [N/m]: the plank moves, the wheel is still held by its drive.
+
+    Fitted where the wheel has turned by less than `max_turn` [rad] and |Fx| is under `max_force`
+    of Fz, where nothing slides yet. NaN when the run has no such part.
+    """
+    x, angle, fx = table["plank_position"], table["wheel_angle"], table["fx"]
+    load = table.info.fz if math.isfinite(table.info.fz) else float(np.mean(table["fz"]))
+    begin = int(np.argmax(x > 5e-5))
+    turned = np.abs(angle - angle[max(begin - 1, 0)]) > max_turn
+    end = begin + int(np.argmax(turned[begin:])) if turned[begin:].any() else x.size
+    part = slice(begin, end)
+    travel, force = x[part], fx[part]
+    good = np.abs(force) < max_force * load
+    if good.sum() < 4 or np.ptp(travel[good]) < 2e-4:
+        return math.nan
+    return float(abs(np.polyfit(travel[good], force[good], 1)[0]))
