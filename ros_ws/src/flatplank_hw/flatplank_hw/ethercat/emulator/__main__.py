@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`python -m flatplank_hw.ethercat.emulator --interface veth1 --bus bench.yaml [--control SOCKET]`"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from dataclasses import replace
+
+from flatplank_hw.ethercat.emulator.bench import EmulatedBench
+from flatplank_hw.ethercat.emulator.control import ControlServer
+from flatplank_hw.ethercat.emulator.faults import Rig
+from flatplank_hw.ethercat.emulator.plants import make_plant
+from flatplank_hw.ethercat.emulator.port import Port
+from flatplank_hw.ethercat.emulator.runner import Runner
+from flatplank_hw.ethercat.emulator.vocabulary import Vocabulary
+from flatplank_hw.ethercat.emulator.wire import Wire
+from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_hw.ethercat.realtime import die_with_parent
+
+
+def parse(arguments: list[str] | None) -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(
+        prog="ethercat_emulator", description="EtherCAT slaves in software"
+    )
+    parser.add_argument("--interface", required=True, help="one end of a veth pair")
+    parser.add_argument("--bus", required=True, help="bus file (YAML)")
+    parser.add_argument("--control", default="", help="path of the control socket")
+    parser.add_argument(
+        "--rate", type=int, default=0, help="cycles per second; 0: as in the bus file"
+    )
+    parser.add_argument("--plant", default="simulated", help="'simulated' or module:function")
+    parser.add_argument(
+        "--option", action="append", default=[], metavar="KEY=VALUE", help="of the plant"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--max-age-ms", type=float, default=5.0, help="older frames are dropped")
+    parser.add_argument("--fifo", action="store_true", help="SCHED_FIFO when allowed")
+    parser.add_argument("--with-parent", action="store_true", help="end when the parent does")
+    return parser.parse_args(arguments)
+
+
+def make(options: argparse.Namespace) -> Runner:
+    """Everything wired up."""
+    bus = read_bus_file(options.bus)
+    if options.rate:
+        bus = replace(bus, rate_hz=options.rate)
+    pairs = dict(text.partition("=")[::2] for text in options.option)
+    bench = EmulatedBench(bus, make_plant(options.plant, bus.rate_hz, options.seed, pairs))
+    port = Port(options.interface)
+    wire = Wire(max_age_ns=round(options.max_age_ms * 1e6), seed=options.seed)
+    runner = Runner(bench, wire, port)
+    if options.control:
+        vocabulary = Vocabulary(
+            Rig(bench, wire, port.set_link),
+            stop=lambda: setattr(runner, "running", False),
+            scheduling=lambda: runner.scheduling,
+        )
+        runner.attach(ControlServer(options.control, vocabulary))
+    return runner
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run until told to stop; one line and exit code 2 when it cannot start."""
+    options = parse(arguments)
+    if options.with_parent:
+        die_with_parent()
+    try:
+        runner = make(options)
+    except ValueError as error:
+        print(f"ethercat_emulator: {error}", file=sys.stderr)
+        return 2
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: setattr(runner, "running", False))
+    print("ready", flush=True)
+    runner.run(fifo=options.fifo)
+    runner.close()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

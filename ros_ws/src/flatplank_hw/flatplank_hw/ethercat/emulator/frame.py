@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""EtherCAT frames on bytes: Ethernet header, EtherCAT header, datagrams with working counters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+ETHERTYPE = 0x88A4
+HEADER = 16
+"""Ethernet (14) and EtherCAT (2) header [byte]"""
+DATAGRAM_HEADER = 10
+
+
+class Command(IntEnum):
+    """Datagram commands."""
+
+    NOP = 0
+    APRD = 1
+    APWR = 2
+    APRW = 3
+    FPRD = 4
+    FPWR = 5
+    FPRW = 6
+    BRD = 7
+    BWR = 8
+    BRW = 9
+    LRD = 10
+    LWR = 11
+    LRW = 12
+    ARMW = 13
+    FRMW = 14
+
+
+class FrameError(ValueError):
+    """Not an EtherCAT frame, or one whose lengths do not fit."""
+
+
+@dataclass(slots=True)
+class Datagram:
+    """Where one datagram lies in its frame."""
+
+    command: int
+    start: int
+    """offset of the datagram header [byte]"""
+    data: int
+    """offset of the data [byte]"""
+    length: int
+    """data [byte]"""
+
+    @property
+    def counter(self) -> int:
+        """Offset of the working counter [byte]."""
+        return self.data + self.length
+
+
+def is_ethercat(frame: bytes | bytearray) -> bool:
+    """Whether the EtherType says EtherCAT."""
+    return len(frame) >= HEADER + DATAGRAM_HEADER + 2 and frame[12] == 0x88 and frame[13] == 0xA4
+
+
+def split(frame: bytes | bytearray) -> list[Datagram]:
+    """Datagrams of a frame, in order."""
+    if not is_ethercat(frame):
+        raise FrameError("not an EtherCAT frame")
+    header = frame[14] | frame[15] << 8
+    if header >> 12 != 1:
+        raise FrameError(f"EtherCAT type {header >> 12}, expected 1")
+    end = HEADER + (header & 0x07FF)
+    if end > len(frame):
+        raise FrameError("frame is cut short")
+    datagrams = []
+    start, more = HEADER, True
+    while more:
+        if start + DATAGRAM_HEADER + 2 > end:
+            raise FrameError("datagram reaches over the end")
+        word = frame[start + 6] | frame[start + 7] << 8
+        length, more = word & 0x07FF, bool(word & 0x8000)
+        if start + DATAGRAM_HEADER + length + 2 > end:
+            raise FrameError("datagram reaches over the end")
+        datagrams.append(Datagram(frame[start], start, start + DATAGRAM_HEADER, length))
+        start += DATAGRAM_HEADER + length + 2
+    return datagrams
+
+
+def build(datagrams: list[tuple[int, int, int, bytes]], index: int = 0) -> bytearray:
+    """A frame from (command, address 16 low bits or whole, register offset, data); for tests and tools.
+
+    For logical commands the second number is the 32-bit address and the third is ignored.
+    """
+    body = bytearray()
+    for position, (command, address, offset, data) in enumerate(datagrams):
+        logical = command in (Command.LRD, Command.LWR, Command.LRW)
+        word = address if logical else (address & 0xFFFF) | offset << 16
+        more = 0x8000 if position + 1 < len(datagrams) else 0
+        body += bytes([command, index]) + word.to_bytes(4, "little")
+        body += (len(data) | more).to_bytes(2, "little") + b"\0\0" + data + b"\0\0"
+    head = b"\xff" * 6 + b"\x01\x01\x01\x01\x01\x01" + b"\x88\xa4"
+    return bytearray(head + (len(body) | 0x1000).to_bytes(2, "little") + body)
+
+
+def results(frame: bytes | bytearray) -> list[tuple[bytes, int]]:
+    """(data, working counter) of each datagram of an answer."""
+    out = []
+    for datagram in split(frame):
+        counter = datagram.counter
+        data = bytes(frame[datagram.data : counter])
+        out.append((data, frame[counter] | frame[counter + 1] << 8))
+    return out

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the emulated bench on a port: frames in, frames out, and bench time in a silence."""
+
+from __future__ import annotations
+
+import gc
+import select
+import time
+
+from flatplank_hw.ethercat.emulator.bench import EmulatedBench
+from flatplank_hw.ethercat.emulator.control import ControlServer
+from flatplank_hw.ethercat.emulator.port import Port
+from flatplank_hw.ethercat.emulator.wire import Wire
+from flatplank_hw.ethercat.realtime import prepare
+
+SILENT_CYCLES = 5
+"""a longer silence of the master is a silence: bench time follows the wall again"""
+
+
+class Runner:
+    """One thread, one loop."""
+
+    def __init__(self, bench: EmulatedBench, wire: Wire, port: Port) -> None:
+        self.bench = bench
+        self.wire = wire
+        self.port = port
+        self.control: ControlServer | None = None
+        self.running = True
+        self.scheduling = ""
+        self._poll = select.poll()
+        self._poll.register(port, select.POLLIN)
+        self._wall = 0
+        """wall time up to which bench time has gone [ns]"""
+        self._silent = True
+
+    def attach(self, control: ControlServer) -> None:
+        """Listen to a control socket."""
+        self.control = control
+        for fd in control.filenos():
+            self._poll.register(fd, select.POLLIN)
+
+    def close(self) -> None:
+        """Give the interface and the control socket back."""
+        self.port.close()
+        if self.control is not None:
+            self.control.close()
+
+    def run(self, fifo: bool = False) -> None:
+        """Until `running` goes false."""
+        self.scheduling = prepare(fifo, priority=40)
+        self._wall = time.monotonic_ns()
+        gc.disable()
+        while self.running:
+            self._poll.poll(self._timeout_ms())
+            now = time.monotonic_ns()
+            self._serve(now)
+            for frame in self.wire.due(now):
+                self.port.send(frame)
+            if self.control is not None:
+                self.control.poll()
+            self._silence(now)
+
+    def _timeout_ms(self) -> float:
+        now = time.monotonic_ns()
+        period = self.bench.bus.period_ns
+        until = self._wall + (period if self._silent else SILENT_CYCLES * period)
+        due = self.wire.next_due
+        if due is not None:
+            until = min(until, due)
+        return max(until - now, 0) / 1e6
+
+    def _serve(self, now: int) -> None:
+        while True:
+            received = self.port.receive()
+            if received is None:
+                return
+            frame, age = received
+            process_data = self.bench.segment.is_process_data(frame)
+            if not self.wire.admits(process_data, age):
+                continue
+            before = self.bench.cycle
+            answer = self.bench.frame(frame)
+            if self.bench.cycle != before:
+                self._wall, self._silent = now, False
+            for out in self.wire.answer(answer, process_data, now):
+                self.port.send(out)
+
+    def _silence(self, now: int) -> None:
+        """Without process data bench time follows the wall, so that watchdogs act."""
+        period = self.bench.bus.period_ns
+        if not self._silent and now - self._wall >= SILENT_CYCLES * period:
+            self._silent = True
+            gc.collect()
+        if self._silent:
+            while now - self._wall >= period:
+                self._wall += period
+                self.bench.step()

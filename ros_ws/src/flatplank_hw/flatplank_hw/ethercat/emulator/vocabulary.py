@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the control socket understands: faults with timing, their mending, the operator's switches, questions."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from flatplank_hw.ethercat.emulator.faults import FAULTS, Rig, Undo
+from flatplank_hw.ethercat.strict import nearest
+
+
+class Vocabulary:
+    """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles` (how long)."""
+
+    def __init__(self, rig: Rig, stop: Callable[[], None], scheduling: Callable[[], str]) -> None:
+        self.rig = rig
+        self._undo: dict[str, list[Undo]] = {}
+        self._scheduling = scheduling
+        self._words: dict[str, Callable[..., dict[str, Any]]] = {
+            "mend": self._mend,
+            "state": self._state,
+            "witness": self._witness,
+            "operator": self._operator,
+            "words": self._list,
+            "stop": lambda: (stop(), {})[1],
+        }
+
+    def __call__(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Serve one request; ValueError or TypeError carry the reason of a refusal."""
+        arguments = dict(request)
+        word = str(arguments.pop("do", ""))
+        if word in FAULTS:
+            return self._fault(word, arguments)
+        if word in self._words:
+            return self._words[word](**arguments)
+        known = [*FAULTS, *self._words]
+        raise ValueError(f"unknown word '{word}'{nearest(word, known)}")
+
+    def _fault(self, word: str, arguments: dict[str, Any]) -> dict[str, Any]:
+        bench = self.rig.bench
+        at = int(arguments.pop("at", bench.cycle + int(arguments.pop("after", 0))))
+        cycles = int(arguments.pop("cycles", 0))
+        inspect.signature(FAULTS[word]).bind(self.rig, **arguments)
+
+        def apply() -> None:
+            bench.witness.fault(bench.now)
+            undo = FAULTS[word](self.rig, **arguments)
+            if undo is not None and cycles:
+                bench.at(bench.cycle + cycles, undo)
+            elif undo is not None:
+                self._undo.setdefault(word, []).append(undo)
+
+        bench.at(at, apply)
+        return {"cycle": bench.cycle, "at": at}
+
+    def _mend(self, fault: str = "") -> dict[str, Any]:
+        """Undo one kind of fault, or all of them."""
+        names = [fault] if fault else list(self._undo)
+        mended = 0
+        for name in names:
+            for undo in self._undo.pop(name, []):
+                undo()
+                mended += 1
+        return {"mended": mended, "cycle": self.rig.bench.cycle}
+
+    def _state(self) -> dict[str, Any]:
+        bench = self.rig.bench
+        return {
+            "cycle": bench.cycle,
+            "now_ns": bench.now,
+            "scheduling": self._scheduling(),
+            "wire": dict(self.rig.wire.counts),
+            "slaves": [
+                {
+                    "name": s.spec.name,
+                    "state": s.al.state.name,
+                    "error": s.al.error,
+                    "code": s.al.code,
+                    "absent": s.absent,
+                    "watchdog_trips": s.esc.memory[0x0442],
+                }
+                for s in bench.slaves
+            ],
+        }
+
+    def _witness(self) -> dict[str, Any]:
+        return self.rig.bench.witness.report()
+
+    def _operator(self, name: str, arguments: list[Any] | None = None) -> dict[str, Any]:
+        """A switch of the plant's operator, by the name of its method."""
+        operator = getattr(self.rig.bench.plant, "operator", None)
+        known = [n for n in dir(operator) if not n.startswith("_")]
+        if name not in known:
+            raise ValueError(f"no operator's switch '{name}'{nearest(name, known)}")
+        getattr(operator, name)(*(arguments or []))
+        return {"cycle": self.rig.bench.cycle + 1}
+
+    def _list(self) -> dict[str, Any]:
+        """Every word with its first line of description."""
+        texts = {n: (f.__doc__ or "").partition("\n")[0] for n, f in FAULTS.items()}
+        return {"faults": texts, "words": sorted(self._words)}

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The wire between master and segment: what gets lost, late or stuck on it. Pure; wall time is an argument."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Wire:
+    """Passes frames on, with faults. Times in ns of the wall."""
+
+    max_age_ns: int = 5_000_000
+    """an older request is dropped, as nothing waits on a real wire"""
+    seed: int = 1
+    lose_next: int = 0
+    """so many process data frames are lost before the slaves see them"""
+    lose_answers: int = 0
+    """so many process data answers are lost behind the slaves"""
+    lose_share: float = 0.0
+    """share of all frames that is lost"""
+    delay_ns: int = 0
+    """answers come so much later"""
+    holding: bool = False
+    """answers pile up until they are released together"""
+    down: bool = False
+    """nothing passes"""
+    counts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(
+            ("received", "answered", "lost", "aged", "process_data", "unanswered"), 0
+        )
+    )
+    _held: list[bytearray] = field(default_factory=list)
+    _waiting: list[tuple[int, bytearray]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._random = random.Random(self.seed)
+
+    def admits(self, process_data: bool, age_ns: int) -> bool:
+        """Whether a frame from the master reaches the slaves."""
+        self.counts["received"] += 1
+        self.counts["process_data"] += process_data
+        if age_ns > self.max_age_ns:
+            self.counts["aged"] += 1
+            return False
+        if self.down or (self.lose_share and self._random.random() < self.lose_share):
+            return self._lost()
+        if process_data and self.lose_next > 0:
+            self.lose_next -= 1
+            return self._lost()
+        return True
+
+    def answer(self, frame: bytearray | None, process_data: bool, now: int) -> list[bytearray]:
+        """An answer leaves the slaves; returns what arrives at the master at once."""
+        if frame is None:
+            self.counts["unanswered"] += 1
+            return []
+        if process_data and self.lose_answers > 0:
+            self.lose_answers -= 1
+            self._lost()
+            return []
+        if self.holding and process_data:
+            self._held.append(frame)
+            return []
+        if self.delay_ns and process_data:
+            self._waiting.append((now + self.delay_ns, frame))
+            return []
+        self.counts["answered"] += 1
+        return [frame]
+
+    def release(self) -> None:
+        """Held answers go out together."""
+        self.holding = False
+        self._waiting = [(0, frame) for frame in self._held] + self._waiting
+        self._held = []
+
+    def due(self, now: int) -> list[bytearray]:
+        """Late answers whose time has come."""
+        if not self._waiting:
+            return []
+        out = [frame for at, frame in self._waiting if at <= now]
+        self._waiting = [item for item in self._waiting if item[0] > now]
+        self.counts["answered"] += len(out)
+        return out
+
+    @property
+    def next_due(self) -> int | None:
+        """When the next late answer goes out [ns]; None: none waits."""
+        return min((at for at, _ in self._waiting), default=None)
+
+    def _lost(self) -> bool:
+        self.counts["lost"] += 1
+        return False

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A witness at the plant's shafts: what really moved and what was really enabled, whatever the bus says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flatplank_hw.bus.image import AXES, BusInputs
+
+MOVING = 800
+"""motor counts per cycle over which a shaft counts as turning (2^23 counts per turn: 1e-4 turns)"""
+ENABLED_MASK, ENABLED = 0x006F, 0x0027
+
+
+class Witness:
+    """Remembers when each motor shaft last moved and how often each power stage was switched on."""
+
+    def __init__(self) -> None:
+        self.last_moving = [-1] * len(AXES)
+        """bench time of the last motion [ns]; -1: never"""
+        self.enabled = [False] * len(AXES)
+        self.enables = [0] * len(AXES)
+        self.last_fault = -1
+        """bench time at which the last fault was injected [ns]"""
+        self.now = 0
+        self._position: list[int | None] = [None] * len(AXES)
+
+    def see(self, now: int, inputs: BusInputs) -> None:
+        """One cycle of the plant's own truth, before any firmware has changed it."""
+        self.now = now
+        for i, axis in enumerate(inputs.axes):
+            before = self._position[i]
+            if before is not None:
+                step = (axis.position - before + 2**31) % 2**32 - 2**31
+                if abs(step) > MOVING:
+                    self.last_moving[i] = now
+            self._position[i] = axis.position
+            on = axis.status_word & ENABLED_MASK == ENABLED
+            if on and not self.enabled[i]:
+                self.enables[i] += 1
+            self.enabled[i] = on
+
+    def fault(self, now: int) -> None:
+        """A fault is being injected."""
+        self.last_fault = now
+
+    def report(self) -> dict[str, Any]:
+        """Per axis: moving now, ms from the last fault to the last motion, enabled, times enabled."""
+        axes = {}
+        for i, name in enumerate(AXES):
+            ran_on = self.last_moving[i] - self.last_fault
+            axes[name] = {
+                "moving": self.last_moving[i] >= 0 and self.now - self.last_moving[i] <= 0,
+                "ran_on_ms": max(ran_on, 0) / 1e6 if self.last_fault >= 0 else None,
+                "still_ms": (self.now - self.last_moving[i]) / 1e6,
+                "enabled": self.enabled[i],
+                "enables": self.enables[i],
+            }
+        return {"now_ns": self.now, "fault_ns": self.last_fault, "axes": axes}

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Process data of one slave as numbers: packing and unpacking PDO entries, LSB first."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+TYPES: dict[str, tuple[int, str, bool]] = {
+    "bool": (1, "", False),
+    "bit2": (2, "", False),
+    "bit3": (3, "", False),
+    "bit4": (4, "", False),
+    "bit5": (5, "", False),
+    "bit6": (6, "", False),
+    "bit7": (7, "", False),
+    "bit8": (8, "B", False),
+    "uint8": (8, "B", False),
+    "int8": (8, "b", True),
+    "uint16": (16, "H", False),
+    "int16": (16, "h", True),
+    "uint24": (24, "", False),
+    "int24": (24, "", True),
+    "uint32": (32, "I", False),
+    "int32": (32, "i", True),
+    "uint64": (64, "Q", False),
+    "int64": (64, "q", True),
+}
+"""Name of a CoE type: bits, struct code (empty: no such C type), signed."""
+
+
+def limits(kind: str) -> tuple[int, int]:
+    """Smallest and largest value of a type."""
+    bits, _, signed = TYPES[kind]
+    return (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if signed else (0, (1 << bits) - 1)
+
+
+class Layout:
+    """A row of typed entries; an entry of type '' and some bits is padding and carries a number too.
+
+    Whole-byte rows go through `struct`; anything with odd bits through shifting.
+    """
+
+    def __init__(self, entries: Sequence[tuple[str, int]]) -> None:
+        """entries: (type name or '' for padding, bits)."""
+        self.entries = tuple(entries)
+        self.bits = sum(bits for _, bits in entries)
+        self.size = (self.bits + 7) // 8
+        self._struct: struct.Struct | None = None
+        codes = ["B" if not kind and bits == 8 else _code(kind) for kind, bits in entries]
+        if all(codes):
+            self._struct = struct.Struct("<" + "".join(codes))
+
+    def pack(self, values: Sequence[int]) -> bytes:
+        """Numbers to bytes; the values must be in the range of their type."""
+        if self._struct is not None:
+            return self._struct.pack(*values)
+        word = shift = 0
+        for value, (_, bits) in zip(values, self.entries, strict=True):
+            word |= (int(value) & ((1 << bits) - 1)) << shift
+            shift += bits
+        return word.to_bytes(self.size, "little")
+
+    def unpack(self, data: bytes) -> tuple[int, ...]:
+        """Bytes to numbers."""
+        if self._struct is not None:
+            return self._struct.unpack_from(data)
+        word = int.from_bytes(data[: self.size], "little")
+        values = []
+        for kind, bits in self.entries:
+            value = word & ((1 << bits) - 1)
+            if kind and TYPES[kind][2] and value >> (bits - 1):
+                value -= 1 << bits
+            values.append(value)
+            word >>= bits
+        return tuple(values)
+
+
+def _code(kind: str) -> str:
+    return TYPES[kind][1] if kind else ""
