@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters as frozen dataclasses: unit, range and note at the field, checked wherever they come from.
+"""Parameters as frozen dataclasses: unit, range and note at the field, checked wherever they come
+from.
 
-A parameter set is any frozen dataclass whose fields are made by `param`; `Params` as its base adds the check on
-construction. An optional method `check(self) -> str | None` says why values do not fit together.
+A parameter set is any frozen dataclass whose fields are made by `param`; `Params` as its base adds
+the check on construction. An optional method `check(self) -> str | None` says why values do not
+fit together.
 """
 
 from __future__ import annotations
@@ -122,7 +124,8 @@ def load(cls: type[P], path: str | Path, node: str = "") -> P:
 
 
 def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
-    """The `ros__parameters` of a file, those for every node (`/**`) first, then those of `node`."""
+    """The `ros__parameters` of a file, those for every node (`/**`) first, then those of
+    `node`."""
     try:
         content = yaml.safe_load(Path(path).read_text(encoding="utf-8")) or {}
     except OSError as error:
@@ -150,7 +153,8 @@ def nearest(key: str, known: Iterable[str]) -> str:
 
 
 def validate(values: Any, where: str) -> None:
-    """Types, finiteness, ranges, choices and `check` of a parameter set; whole numbers become floats."""
+    """Types, finiteness, ranges, choices and `check` of a parameter set; whole numbers become
+    floats."""
     for f in fields(values):
         value = _coerced(getattr(values, f.name), f.default, f"{where}: {f.name}")
         reason = _out_of_range(value, f.metadata)
@@ -197,5 +201,7 @@ def _out_of_range(value: Any, metadata: Mapping[str, Any]) -> str | None:
         return f"is {value}, must be finite"
     bounds = metadata.get("bounds")
     if bounds is not None and not bounds[0] <= value <= bounds[1]:
-        return f"is {value:g} {metadata['unit']}, must be within {bounds[0]:g} .. {bounds[1]:g}"
+        unit = metadata["unit"].replace("-", "")
+        amount = f"{value:g} {unit}".rstrip()
+        return f"is {amount}, must be within {bounds[0]:g} .. {bounds[1]:g}"
     return None

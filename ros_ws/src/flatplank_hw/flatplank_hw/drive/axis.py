@@ -27,7 +27,8 @@ _BRAKE_TIME = NS // 2
 
 
 class AxisDrive:
-    """`step` once per cycle; requests in between take effect with the next step, or at a stated cycle."""
+    """`step` once per cycle; requests in between take effect with the next step, or at a stated
+    cycle."""
 
     def __init__(self, p: DriveParameters) -> None:
         self.parameters = p
@@ -185,7 +186,8 @@ class AxisDrive:
         hub: HubSample | None,
         reference: Reference | None,
     ) -> tuple[AxisCommand, DriveSample]:
-        """One cycle; about 6 us. `reference` of another source than the mode's is not listened to."""
+        """One cycle; about 6 us. `reference` of another source than the mode's is not listened
+        to."""
         now, cycle, axis = inputs.stamp_ns, inputs.cycle, inputs.axes[self.index]
         agenda = self._agenda
         first = self._raw is None

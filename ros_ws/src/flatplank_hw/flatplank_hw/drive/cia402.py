@@ -110,8 +110,8 @@ TRANSITIONS: dict[Goal, dict[State, int]] = {
     },
     Goal.RESET: {**_REST, State.FAULT: FAULT_RESET},
 }
-"""Control word for the next step towards a goal. The fault is reset by the rising edge of bit 7, so a cycle
-with another goal comes before and after."""
+"""Control word for the next step towards a goal. The fault is reset by the rising edge of bit 7,
+so a cycle with another goal comes before and after."""
 
 
 def control_word(state: State, goal: Goal) -> int:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The six operation modes of thesis chapter 4, one small class each; a new mode is a class in `MODES`."""
+"""The six operation modes of thesis chapter 4, one small class each; a new mode is a class in
+`MODES`."""
 
 from __future__ import annotations
 
@@ -159,7 +160,8 @@ class FreeRolling(Mode):
 
 
 class Homing(Mode):
-    """Make the present position zero; the axis goes through the drive's own homing and then to position."""
+    """Make the present position zero; the axis goes through the drive's own homing and then to
+    position."""
 
     name, code = "homing", 6
 

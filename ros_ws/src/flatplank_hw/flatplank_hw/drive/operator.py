@@ -5,7 +5,8 @@ from __future__ import annotations
 
 
 class Charge:
-    """The claim of one client. Times are bench times [ns]; a beat counts from the cycle that sees it."""
+    """The claim of one client. Times are bench times [ns]; a beat counts from the cycle that sees
+    it."""
 
     __slots__ = ("_beat_at", "_heard", "client")
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Safety rules of a drive: small pure questions about the situation, one line of registration each.
+"""Safety rules of a drive: small pure questions about the situation, one line of registration
+each.
 
-A latching rule stops the axis until somebody enables it again; a holding rule keeps it at zero speed as long
-as it applies.
+A latching rule stops the axis until somebody enables it again; a holding rule keeps it at zero
+speed as long as it applies.
 """
 
 from __future__ import annotations

@@ -20,9 +20,10 @@ def wrapped(counts: int) -> int:
 class SlopeCounter:
     """Unwrapped counts and their least-squares slope over the last n samples.
 
-    The sums are whole numbers, so the slope is exact for ever: no drift, no tuning. A straight line through
-    n samples spreads the rounding of the counts (variance 1/12) to a slope of variance 1/(n (n^2 - 1))
-    counts^2 per sample^2 and lags by (n - 1)/2 samples when the speed changes; n is the whole trade.
+    The sums are whole numbers, so the slope is exact for ever: no drift, no tuning. A straight
+    line through n samples spreads the rounding of the counts (variance 1/12) to a slope of
+    variance 1/(n (n^2 - 1)) counts^2 per sample^2 and lags by (n - 1)/2 samples when the speed
+    changes; n is the whole trade.
     """
 
     __slots__ = ("_at", "_factor", "_mean", "_n", "_raw", "_ring", "_s0", "_s1", "counts", "slope")

@@ -20,7 +20,8 @@ _RATE_TOLERANCE = 0.02
 
 
 class Encoders:
-    """Plank, wheel, steering, road camber, second road encoder and the wheel drive's motor (axis 0)."""
+    """Plank, wheel, steering, road camber, second road encoder and the wheel drive's motor (axis
+    0)."""
 
     def __init__(self, p: EncoderParameters) -> None:
         self.parameters = p
@@ -144,7 +145,8 @@ class Encoders:
             self._rate = 1e9 / period_ns
 
     def _bridge(self, last: BusInputs, now: BusInputs) -> None:
-        """Cycles were lost: put a straight line of readings in their place, so that velocities stay true."""
+        """Cycles were lost: put a straight line of readings in their place, so that velocities
+        stay true."""
         gap = now.cycle - last.cycle
         if not 1 < gap <= _MAX_GAP:
             for counter in (self._plank, self._wheel, self._motor):

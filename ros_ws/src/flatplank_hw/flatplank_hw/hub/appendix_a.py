@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Appendix A of the thesis: bridge volts to forces at the wheel centre (A.1), at the contact point (A.2), and back.
+"""Appendix A of the thesis: bridge volts to forces at the wheel centre (A.1), at the contact point
+(A.2), and back.
 
 (A.1) gives five of six components; the moment about the spin axis is not measured and is zero.
 """
@@ -86,7 +87,8 @@ def volts_from_wheel(wheel: Wrench, g: Gains) -> Volts:
 
 
 def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: float) -> Wrench:
-    """(A.2) for total camber gamma, with M_yc of the wrench in M_yw and M_zw (zero in the thesis)."""
+    """(A.2) for total camber gamma, with M_yc of the wrench in M_yw and M_zw (zero in the
+    thesis)."""
     fx, fy, fz, mx, my, mz = wheel
     spin = loaded_radius * fx + my
     return Wrench(

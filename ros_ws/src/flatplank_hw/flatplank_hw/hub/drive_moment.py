@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates of M_yc, the moment of the tire about the spin axis, which the bridges do not measure.
 
-Steady wheel: the drive moment and M_yc cancel, so a driven wheel has M_yc < 0. Second recommendation of
-thesis chapter 8.
+Steady wheel: the drive moment and M_yc cancel, so a driven wheel has M_yc < 0. Second
+recommendation of thesis chapter 8.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: DriveFa
 
 
 def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: DriveFacts) -> float:
-    """M_yc = -eta i (M_M - M_F); only for a driven wheel, the self-locking gear hides braking (5.3)."""
+    """M_yc = -eta i (M_M - M_F); only for a driven wheel, the self-locking gear hides braking
+    (5.3)."""
     torque = inputs.axes[0].torque * TORQUE_UNIT
     return -p.efficiency * p.gear_ratio * max(torque - p.friction_torque, 0.0)
 

@@ -34,8 +34,8 @@ def identify(wheel_angle: ArrayLike, volts: ArrayLike, mounting: str, date: str)
     reached = float(turned.max(initial=0.0))
     if reached < WINDOW[1] or np.count_nonzero(inside) < MIN_SAMPLES:
         raise ValueError(
-            f"parasitic run: the wheel turned {math.degrees(reached):.0f} deg, 720 deg are needed; "
-            "turn it by 1080 deg without load"
+            f"parasitic run: the wheel turned {math.degrees(reached):.0f} deg and 720 deg are "
+            "needed: turn it by 1080 deg without load"
         )
     x = angle[inside]
     sines = tuple(_fit(x, table[inside, column]) for column in INDEX)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the measurement hub. Raw facts, each with its source; derived factors are made in the core."""
+"""Parameters of the measurement hub. Raw facts, each with its source; derived factors are made in
+the core."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parasitic signal of the preloaded shaft, Appendix C: y = A sin(B x + C) + D per channel over the wheel angle.
+"""Parasitic signal of the preloaded shaft, Appendix C: y = A sin(B x + C) + D per channel over the
+wheel angle.
 
-The angle is that of the wheel encoder's own counter: a fit holds until the encoder loses its zero or the wheel
-is mounted anew, so each mounting has its own file.
+The angle is that of the wheel encoder's own counter: a fit holds until the encoder loses its zero
+or the wheel is mounted anew, so each mounting has its own file.
 """
 
 from __future__ import annotations
@@ -64,7 +65,8 @@ class ParasiticFit:
     """in the order of `CHANNELS`"""
 
     def signal(self) -> Callable[[float], tuple[float, float, float, float, float]]:
-        """A sin(B x + C) of the channels [V] as a function of the wheel angle x [rad], without D."""
+        """A sin(B x + C) of the channels [V] as a function of the wheel angle x [rad], without
+        D."""
         sin = math.sin
         (a1, b1, c1), (a2, b2, c2), (a3, b3, c3), (a5, b5, c5), (a6, b6, c6) = (
             s[:3] for s in self.sines

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the free-rolling controller; the defaults are (5.10)-(5.12) but for the pole of
+the lead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flatplank_hw.params import Params, param
+
+THESIS_LEAD_ALPHA = 0.2174
+"""alpha_l of (5.11). With two cycles of delay and the zero-order hold at 250 Hz it leaves 28.6
+deg."""
+
+
+@dataclass(frozen=True)
+class FreeRollingParameters(Params):
+    """PI and lead compensator, start, limits.
+
+    `lead_alpha` is smaller than in the thesis: the pole of the lead moves away from the crossover
+    by as much phase as the real loop delay takes (11.3 deg at 250 Hz), which gives back the 39.9
+    deg of the design. Set 0.2174 for the controller of the thesis as printed.
+    """
+
+    rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
+    reference: float = param(
+        50.0, "longitudinal force to be held, thesis 5.5", unit="N", bounds=(-1000.0, 1000.0)
+    )
+    proportional_gain: float = param(5.0e-3, "of the PI, (5.10)", unit="N m/N", bounds=(0.0, 1.0))
+    integral_gain: float = param(5.0e-4, "of the PI, (5.10)", unit="N m/(N s)", bounds=(0.0, 1.0))
+    lead_time: float = param(0.1105, "T_d of (5.11)", unit="s", bounds=(0.0, 10.0))
+    lead_alpha: float = param(0.113, "alpha_l of (5.11), thesis 0.2174", bounds=(0.01, 1.0))
+    start_torque: float = param(
+        2.0, "added once the plank moves, thesis 5.5", unit="N m", bounds=(0.0, 20.0)
+    )
+    torque_min: float = param(
+        -4.0, "lowest output", unit="N m", bounds=(-100.0, 0.0), placeholder=True
+    )
+    torque_max: float = param(
+        8.0, "highest output", unit="N m", bounds=(0.0, 100.0), placeholder=True
+    )
+    settled_band: float = param(
+        0.05, "settled: filtered error within this part of the reference", bounds=(0.001, 1.0)
+    )
+    settled_filter: float = param(
+        1.0, "time constant of that filter", unit="s", bounds=(0.01, 60.0)
+    )
+    settled_time: float = param(
+        2.0, "settled: within the band for so long", unit="s", bounds=(0.0, 60.0)
+    )

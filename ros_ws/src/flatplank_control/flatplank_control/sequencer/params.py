@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the slip sequencer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flatplank_hw.params import Params, param
+
+
+@dataclass(frozen=True)
+class SequencerParameters(Params):
+    """Speed of the road as the reference sees it, and limits of what may be asked."""
+
+    commanded_speed: float = param(
+        0.03092,
+        "road speed in the reference, mean of 26 runs, thesis 4.3",
+        unit="m/s",
+        bounds=(1e-4, 1.0),
+    )
+    use_measured_speed: bool = param(
+        False,
+        "road speed from the plank encoder instead; the rack's ripple goes into the reference",
+    )
+    gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
+    slip_from_motor: bool = param(
+        True, "actual slip from the motor encoder, the better signal; false: wheel encoder"
+    )
+    road_length: float = param(4.2, "usable travel of the plank", unit="m", bounds=(0.1, 100.0))
+    radius_min: float = param(
+        0.15, "smallest effective rolling radius", unit="m", bounds=(0.01, 2.0)
+    )
+    radius_max: float = param(
+        0.5, "largest effective rolling radius", unit="m", bounds=(0.01, 2.0)
+    )
+
+    def check(self) -> str | None:
+        return "radius_min is not below radius_max" if self.radius_min >= self.radius_max else None

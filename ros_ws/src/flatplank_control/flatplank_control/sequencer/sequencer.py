@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Slip over plank position to wheel speed: omega = V cos(alpha) (1 + kappa) / r_e."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from flatplank_control.sequencer.params import SequencerParameters
+from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
+from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_hw.params import ParameterError, from_mapping, nearest
+from flatplank_hw.samples import EncoderSample, Reference
+
+SOURCE = "slip"
+_NAN = math.nan
+
+
+class SequencerState(NamedTuple):
+    """What the last step did."""
+
+    active: bool
+    """the waveform has begun"""
+    reference_slip: float
+    actual_slip: float
+    """from measured velocities; NaN while the plank stands"""
+    reference_velocity: float
+    """of the wheel [rad/s]"""
+    distance: float
+    """since the start position [m], negative before it; NaN without a waveform"""
+    start_position: float
+    """[m of plank position]"""
+    effective_rolling_radius: float
+    """[m]"""
+
+
+class SlipSequencer:
+    """Free rolling up to the start position, then the waveform."""
+
+    def __init__(self, p: SequencerParameters) -> None:
+        self.parameters = p
+        self._agenda = Agenda()
+        self._wave: Waveform | None = None
+        self._start = self._radius = _NAN
+        self._position: float | None = None
+        self._steer, self._cos = 0.0, 1.0
+        self._slip, self._omega, self._distance, self._active = 0.0, 0.0, _NAN, False
+        self._sample: EncoderSample | None = None
+
+    @property
+    def waveform(self) -> Waveform | None:
+        """The waveform in force, with its parameters."""
+        return self._wave
+
+    @property
+    def state(self) -> SequencerState:
+        """What the last step did."""
+        return SequencerState(
+            self._active, self._slip, self._actual_slip(), self._omega, self._distance,
+            self._start, self._radius,
+        )  # fmt: skip
+
+    # requests
+    def set_slip_step(
+        self,
+        kappa: float,
+        start_position: float,
+        effective_rolling_radius: float,
+        at_cycle: int | None = None,
+    ) -> Answer:
+        """A step to `kappa` at a plank position [m] with an effective rolling radius [m]."""
+        values = {"kappa": kappa}
+        return self.set_waveform(
+            "step", values, start_position, effective_rolling_radius, at_cycle
+        )
+
+    def set_waveform(
+        self,
+        name: str,
+        values: Mapping[str, float],
+        start_position: float,
+        effective_rolling_radius: float,
+        at_cycle: int | None = None,
+    ) -> Answer:
+        """A waveform by name with its parameters; refused as a whole when anything is wrong."""
+        kind = WAVEFORMS.get(name)
+        if kind is None:
+            return refused(f"unknown waveform '{name}'{nearest(name, WAVEFORMS)}")
+        try:
+            wave = from_mapping(kind, values, f"waveform {name}")
+        except ParameterError as error:
+            return refused(str(error))
+        reason = self._refuse(start_position, effective_rolling_radius)
+        if reason:
+            return refused(reason)
+
+        def act() -> None:
+            self._wave, self._start = wave, float(start_position)
+            self._radius = float(effective_rolling_radius)
+
+        return self._agenda.accept(act, at_cycle)
+
+    def reset(self) -> None:
+        """Forget where the plank was; the waveform stays."""
+        self._position = None
+
+    # the cycle
+    def step(self, encoders: EncoderSample) -> Reference:
+        """Speed reference of this cycle [rad/s at the wheel]; about 2 us."""
+        agenda = self._agenda
+        if agenda.due:
+            agenda.run(encoders.cycle)
+        agenda.last_cycle = encoders.cycle
+        self._sample = encoders
+        self._position = encoders.plank_position
+        wave = self._wave
+        if wave is None:
+            return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, 0.0, False)
+        if encoders.steer_angle != self._steer:
+            self._steer = encoders.steer_angle
+            self._cos = math.cos(self._steer)
+        distance = encoders.plank_position - self._start
+        self._distance = distance
+        self._active = distance >= 0.0
+        slip = wave.slip(distance) if distance >= 0.0 else 0.0
+        self._slip = slip
+        p = self.parameters
+        speed = encoders.plank_velocity if p.use_measured_speed else p.commanded_speed
+        self._omega = speed * self._cos * (1.0 + slip) / self._radius
+        return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, self._omega, True)
+
+    def _actual_slip(self) -> float:
+        sample = self._sample
+        if sample is None or not sample.plank_moving or self._wave is None:
+            return _NAN
+        along = sample.plank_velocity * self._cos
+        p = self.parameters
+        turning = (
+            sample.motor_velocity / p.gear_ratio if p.slip_from_motor else sample.wheel_velocity
+        )
+        return turning * self._radius / along - 1.0 if along else _NAN
+
+    def _refuse(self, start: float, radius: float) -> str | None:
+        p = self.parameters
+        if not (math.isfinite(start) and math.isfinite(radius)):
+            return f"start position {start} m, effective rolling radius {radius} m: give numbers"
+        if not p.radius_min <= radius <= p.radius_max:
+            return (
+                f"effective rolling radius of {radius:g} m is outside "
+                f"{p.radius_min:g} .. {p.radius_max:g} m"
+            )
+        if start >= p.road_length or start < 0.0:
+            return f"start position {start:g} m is not on the road, 0 .. {p.road_length:g} m"
+        if self._position is not None and start < self._position:
+            return (
+                f"start position {start:g} m is behind the plank at {self._position:.3f} m: "
+                "return the plank or start later"
+            )
+        return None
