@@ -127,11 +127,11 @@ class CdrLayout:
         return value
 
     def _message(self, msgtype: str, prefix: str) -> None:
-        fields = self._store.fielddefs[msgtype][1]
-        for name, (node, detail) in fields:
-            self._field(prefix + name, node, detail)
-        if not fields:
-            self._constant(b"\0", 1)
+        for name, (node, detail) in self._store.fielddefs[msgtype][1]:
+            if name == "structure_needs_at_least_one_member":
+                self._end += 1  # nobody fills it
+            else:
+                self._field(prefix + name, node, detail)
 
     def _field(self, path: str, node: int, detail: Any) -> None:
         if node == Nodetype.BASE and detail[0] == "string":

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Messages and bags for the tests of the recording."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from rosbags.highlevel import AnyReader
+
+from flatplank_control.recording import CdrLayout, RunRecord, TopicSpec
+from flatplank_control.recording.cdr_layout import set_stamps, to_bytes
+
+PERIOD_NS = 4_000_000
+BUS = "/bus/inputs"
+WRENCH = "/measurement_hub/wrench_contact"
+TOPICS = [
+    TopicSpec(BUS, "flatplank_msgs/msg/BusInputs"),
+    TopicSpec(WRENCH, "geometry_msgs/msg/WrenchStamped"),
+]
+
+
+@cache
+def bus_layout(batch: int = 1) -> CdrLayout:
+    """BusInputs with `batch` cycles per message."""
+    single = ("lvdt_volts", "plank_counts", "wheel_counts", "steer_counts", "camber_counts")
+    drives = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
+    lengths = {name: batch for name in (*single, "road_counts", "digital")}
+    lengths |= {name: 5 * batch for name in drives}
+    fixed = {"header.frame_id": "bus", "bridge_volts": 6 * batch, **lengths}
+    return CdrLayout("flatplank_msgs/msg/BusInputs", fixed)
+
+
+@cache
+def wrench_layout() -> CdrLayout:
+    return CdrLayout("geometry_msgs/msg/WrenchStamped", {"header.frame_id": "contact"})
+
+
+def bus_messages(cycles, trigger_from: int | None = None, batch: int = 1) -> np.ndarray:
+    """One message per entry of `cycles`, the last cycle of each batch."""
+    cycles = np.asarray(cycles, np.int64)
+    messages = bus_layout(batch).new(len(cycles))
+    set_stamps(messages, cycles * PERIOD_NS)
+    messages["cycle"] = cycles
+    messages["count"] = batch
+    if trigger_from is not None:
+        messages["digital"] = np.uint8(1) * (cycles[:, None] >= trigger_from)
+    return messages
+
+
+def bus_bytes(cycle: int, trigger: bool = False, batch: int = 1) -> bytes:
+    return to_bytes(bus_messages([cycle], cycle if trigger else None, batch))[0]
+
+
+def wrench_bytes(fx: float) -> bytes:
+    message = wrench_layout().new(1)
+    message["wrench.force.x"] = fx
+    return to_bytes(message)[0]
+
+
+def toyo(**changes) -> RunRecord:
+    """TOY_REL_LNG_5perc_T_p25_Fz5550_2"""
+    values = {"tire": "TOY", "kappa": 0.05, "fz": 5550.0, "pressure": 2.5, "start": 2}
+    return RunRecord(**(values | changes))
+
+
+def read(path: Path) -> list[tuple[str, int, bytes]]:
+    """All messages of a bag: topic, stamp [ns], CDR."""
+    with AnyReader([path]) as reader:
+        return [(c.topic, stamp, bytes(data)) for c, stamp, data in reader.messages()]

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The run record: round trips and refusals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+
+import numpy as np
+import pytest
+import rec_samples as samples
+
+from flatplank_control.recording import RecordingError, RunRecord
+from flatplank_control.recording.run_message import TOPIC, run_message
+from flatplank_control.recording.run_record import (
+    STATUSES,
+    load_record,
+    record_from_dict,
+    record_from_json,
+    record_from_yaml,
+)
+from flatplank_control.recording.typestore import typestore
+
+FULL = samples.toyo(
+    operator="Jürgen: 'x'",
+    serial="0042",
+    effective_rolling_radius=0.3108,
+    r_e_source="TOY_ERR_REL_LNG_T_p25_Fz5550_2",
+    waveform={"kind": "step", "amplitude": 0.05},
+    step_position=1.5,
+    et_value=0.045,
+    calibration={"hub": {"date": "2023-05-01", "factors": [1.0, 2.0]}},
+    plant={"preset": "thesis2023", "seed": 7},
+    notes="two\nlines # and more",
+)
+
+
+def test_yaml_json_and_file_give_the_record_back(tmp_path):
+    assert record_from_yaml(FULL.to_yaml()) == FULL
+    assert record_from_json(FULL.to_json()) == FULL
+    FULL.save(tmp_path)
+    assert load_record(tmp_path) == FULL
+
+
+def test_keys_are_those_of_a_campaign():
+    """DESIGN 4: a run of campaign.yaml and a record name the same things alike."""
+    campaign = [
+        "tire",
+        "kappa",
+        "fz",
+        "pressure",
+        "alpha_deg",
+        "gamma_deg",
+        "start",
+        "run_index",
+        "effective_rolling_radius",
+        "step_position",
+        "measurement",
+        "waveform",
+        "speed",
+        "direction",
+        "repeat",
+        "et_value",
+        "adapter_thickness",
+        "wheel_camber_deg",
+        "r_e_source",
+        "uuid",
+        "notes",
+    ]
+    assert set(campaign) <= {item.name for item in fields(RunRecord)}
+
+
+def test_numbers_of_numpy_are_written_as_numbers():
+    record = samples.toyo(kappa=np.float64(0.02), calibration={"c": np.array([1.0, 2.0])})
+    again = record_from_yaml(record.to_yaml())
+    assert (again.kappa, again.calibration) == (0.02, {"c": [1.0, 2.0]})
+
+
+def test_every_record_has_its_own_identity():
+    assert samples.toyo().uuid != samples.toyo().uuid
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("kappa", math.nan),
+        ("kappa", 0.6),
+        ("kappa", "5"),
+        ("fz", -1.0),
+        ("pressure", math.inf),
+        ("start", 4),
+        ("start", True),
+        ("effective_rolling_radius", -0.3),
+        ("step_position", math.nan),
+        ("tire", ""),
+        ("tire", "../TOY"),
+        ("name", "../x"),
+        ("status", "done"),
+        ("uuid", "1"),
+        ("operator", 3),
+    ],
+)
+def test_bad_values_are_refused_by_name(key, value):
+    with pytest.raises(RecordingError, match="TOY|x|" + key):
+        samples.toyo(**{key: value})
+
+
+def test_unknown_key_names_the_nearest():
+    with pytest.raises(RecordingError, match=r"'presure'.*'pressure'"):
+        record_from_dict({"tire": "TOY", "presure": 2.5}, "plan.yaml")
+    with pytest.raises(RecordingError, match=r"'kapa'.*'kappa'"):
+        samples.toyo().with_changes(kapa=0.1)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "- 1", "tire: [", "format: other/1\ntire: TOY", "kappa: 0.1", "tire: TOY\nfz: x"]
+)
+def test_what_is_no_record_is_refused_with_its_source(text):
+    with pytest.raises(RecordingError, match=r"some\.yaml"):
+        record_from_yaml(text, "some.yaml")
+
+
+@pytest.mark.parametrize("status", STATUSES)
+def test_message_says_what_the_record_says(status):
+    record = FULL.with_changes(status=status)
+    message = typestore().deserialize_cdr(run_message(record, 12_000_000_034), TOPIC.type)
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 34)
+    assert (message.uuid, message.name, message.status) == (record.uuid, record.name, status)
+    assert record_from_yaml(message.record) == record

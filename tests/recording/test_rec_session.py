@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recorder's states, its counting, and what it refuses."""
+
+from __future__ import annotations
+
+import pytest
+import rec_samples as samples
+import yaml
+
+from flatplank_control.recording import BagWriter, RecordingError, RecordingSession
+from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
+from flatplank_control.recording.run_message import TOPIC
+from flatplank_control.recording.run_record import load_record, record_from_yaml
+from flatplank_control.recording.session import State
+from flatplank_control.recording.typestore import typestore
+
+
+@pytest.fixture
+def session(tmp_path):
+    with RecordingSession(tmp_path, samples.TOPICS, pre_trigger=0.1) as session:
+        yield session
+
+
+def feed(session: RecordingSession, cycles, trigger_from: int | None = None) -> None:
+    for cycle in cycles:
+        trigger = trigger_from is not None and cycle >= trigger_from
+        stamp_ns = cycle * samples.PERIOD_NS
+        session.write(samples.BUS, samples.bus_bytes(cycle, trigger), stamp_ns)
+        session.write(samples.WRENCH, samples.wrench_bytes(cycle), stamp_ns)
+
+
+def stored_cycles(path) -> list[int]:
+    return [read_bus_image(d).last for t, _, d in samples.read(path) if t == samples.BUS]
+
+
+def told(path) -> list[str]:
+    """Status of each message on /run."""
+    store = typestore()
+    return [
+        store.deserialize_cdr(data, TOPIC.type).status
+        for topic, _, data in samples.read(path)
+        if topic == TOPIC.name
+    ]
+
+
+def test_recording_begins_at_the_trigger_with_what_came_before(session):
+    path = session.start(samples.toyo(), 0)
+    assert session.state is State.ARMED
+    feed(session, range(500), trigger_from=400)
+    assert session.state is State.RECORDING
+    assert load_record(path).status == "recording"
+    record = session.stop("complete", ended="2024-01-01T00:00:00+00:00")
+    assert session.state is State.IDLE
+    assert stored_cycles(path) == list(range(375, 500))
+    assert (record.cycle_first, record.cycle_last) == (375, 499)
+    assert (record.cycles_received, record.cycles_lost) == (125, 0)
+    assert record.status == "complete"
+    assert load_record(path) == record == session.record
+    assert told(path) == ["armed", "complete"]
+
+
+def test_a_trigger_that_is_already_on_does_not_start(session):
+    path = session.start(samples.toyo(), 0)
+    feed(session, range(10), trigger_from=0)
+    assert session.state is State.ARMED
+    feed(session, range(10, 20))
+    feed(session, range(20, 30), trigger_from=20)
+    assert session.state is State.RECORDING
+    session.stop("complete")
+    assert stored_cycles(path)[-1] == 29
+
+
+def test_start_at_once(session):
+    path = session.start(samples.toyo(), 0, at_once=True)
+    feed(session, range(5))
+    session.stop()
+    assert stored_cycles(path) == list(range(5))
+    assert load_record(path).status == "stopped"
+
+
+def test_lost_cycles_are_counted(session):
+    path = session.start(samples.toyo(), 0, at_once=True)
+    feed(session, [0, 1, 2, 5, 6, 10])
+    record = session.stop("complete")
+    assert (record.cycles_received, record.cycles_lost) == (6, 5)
+    last = [d for t, _, d in samples.read(path) if t == TOPIC.name][-1]
+    message = typestore().deserialize_cdr(last, TOPIC.type)
+    assert record_from_yaml(message.record) == record
+
+
+@pytest.mark.parametrize("batch", [1, 4, 7])
+def test_batches_of_cycles(batch):
+    count = CycleCount()
+    for last in (batch - 1, 2 * batch - 1, 4 * batch - 1):
+        image = read_bus_image(samples.bus_bytes(last, batch=batch))
+        assert image == BusImage(last - batch + 1, last, False)
+        assert read_bus_image(samples.bus_bytes(last, True, batch)).trigger
+        count.add(image)
+    assert (count.first, count.received, count.lost) == (0, 3 * batch, batch)
+
+
+def test_a_bus_that_restarts_is_noted(session):
+    session.start(samples.toyo(notes="new tire"), 0, at_once=True)
+    feed(session, [100, 101, 0, 1, 2])
+    record = session.stop("complete")
+    assert (record.cycles_received, record.cycles_lost) == (5, 0)
+    assert record.notes == "new tire; the bus restarted 1 times"
+
+
+def test_what_is_not_a_bus_image_is_refused():
+    with pytest.raises(RecordingError, match="not flatplank_msgs/BusInputs"):
+        read_bus_image(b"\0\1\0\0" + b"\0" * 20)
+
+
+def test_further_runs_of_a_name(session):
+    paths = []
+    for _ in range(3):
+        paths.append(session.start(samples.toyo(), 0, at_once=True))
+        session.stop("complete")
+    stem = "TOY_REL_LNG_5perc_T_p25_Fz5550_2"
+    assert [path.name for path in paths] == [stem, f"{stem}_r02", f"{stem}_r03"]
+    assert load_record(paths[2]).name == f"{stem}_r03"
+
+
+def test_discard(session, tmp_path):
+    path = session.start(samples.toyo(), 0, at_once=True)
+    feed(session, range(5))
+    assert session.discard() == path
+    assert list(tmp_path.iterdir()) == []
+    assert session.state is State.IDLE
+    assert session.record.status == "discarded"
+
+
+def test_whatever_happens_it_is_closed(tmp_path):
+    with (
+        pytest.raises(ZeroDivisionError),
+        RecordingSession(tmp_path, samples.TOPICS) as session,
+    ):
+        path = session.start(samples.toyo(), 0, at_once=True)
+        feed(session, range(5))
+        raise ZeroDivisionError
+    assert load_record(path).status == "interrupted"
+    assert stored_cycles(path) == list(range(5))
+
+
+def test_refusals_change_nothing(session, tmp_path):
+    with pytest.raises(RecordingError, match="nothing is being recorded"):
+        session.stop()
+    with pytest.raises(RecordingError, match="nothing is being recorded"):
+        session.discard()
+    with pytest.raises(RecordingError, match="no such folder"):
+        session.start(samples.toyo(), 0, folder=tmp_path / "none")
+    path = session.start(samples.toyo(), 0)
+    with pytest.raises(RecordingError, match="is armed; stop or discard it first"):
+        session.start(samples.toyo(kappa=0.01), 0)
+    with pytest.raises(RecordingError, match="status 'done' is unknown"):
+        session.stop("done")
+    assert session.state is State.ARMED
+    assert session.path == path
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_full_disk_is_refused_before_it_starts(tmp_path):
+    session = RecordingSession(tmp_path, samples.TOPICS, free_disk=lambda _: 199_000_000)
+    with pytest.raises(RecordingError, match=r"disk is full.*199 MB free, 200 MB needed"):
+        session.start(samples.toyo(), 0)
+    assert list(tmp_path.iterdir()) == []
+
+
+class BrokenBag(BagWriter):
+    """Its disk fills up after ten messages."""
+
+    def flush(self) -> None:
+        if self._file.index.messages + len(self._file._parts) // 2 > 10:
+            self._guarded(self._full)
+        super().flush()
+
+    def _full(self) -> None:
+        raise OSError(28, "No space left on device")
+
+
+def test_a_disk_that_fills_up_closes_the_run_as_failed(tmp_path):
+    session = RecordingSession(
+        tmp_path, samples.TOPICS, open_bag=lambda *a: BrokenBag(*a, flush_period=0.0)
+    )
+    path = session.start(samples.toyo(), 0, at_once=True)
+    with pytest.raises(RecordingError, match="No space left"):
+        feed(session, range(20))
+    assert session.state is State.IDLE
+    record = load_record(path)
+    assert record.status == "failed"
+    assert "No space left" in record.stop_reason
+    assert len(stored_cycles(path)) >= 4
+    custom = yaml.safe_load((path / "metadata.yaml").read_text())
+    assert custom["rosbag2_bagfile_information"]["custom_data"]["status"] == "failed"
+    session.write(samples.BUS, samples.bus_bytes(0), 0)
+    session.start(samples.toyo(), 0)
+    session.close()
+
+
+def test_poll_brings_the_last_messages_to_the_disk(tmp_path):
+    session = RecordingSession(
+        tmp_path, samples.TOPICS, open_bag=lambda *a: BagWriter(*a, flush_period=0.0)
+    )
+    path = session.start(samples.toyo(), 0, at_once=True)
+    size = sum(file.stat().st_size for file in path.glob("*.mcap"))
+    session.write(samples.WRENCH, samples.wrench_bytes(1.0), 1)
+    session.poll()
+    assert sum(file.stat().st_size for file in path.glob("*.mcap")) > size
+    session.stop("complete")
