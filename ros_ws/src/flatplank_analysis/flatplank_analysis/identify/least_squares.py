@@ -15,9 +15,9 @@ import numpy as np
 Residuals = Callable[[np.ndarray], np.ndarray]
 """Parameters (lanes, p) -> weighted residuals (lanes, n)."""
 
-STEP = 1e-6
-"""Relative step of the one-sided differences."""
-DAMPING = np.array([1e-2, 1.0, 1e2, 1e5])
+STEP = 1e-4
+"""Relative step of the central differences: above the grain of a tabulated law."""
+DAMPING = np.array([1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e3])
 """Tried together, times the current damping."""
 
 
@@ -74,12 +74,13 @@ def solve(
             if converged or _is_stationary(x, r, jac, lower, upper, scale):
                 converged = True
                 break
-            damping *= 1e5
+            damping *= 1e4
             continue
-        damping = max(damping * DAMPING[best], 1e-12)
+        damping = min(max(damping * DAMPING[best], 1e-9), 1e6)
+        moved = np.max(np.abs(trials[best] - x) / scale)
         x = trials[best]
         r, jac = linearise(residuals, x, lower, upper, scale)
-        if gain <= tolerance * cost:
+        if gain <= tolerance * cost or moved <= 1e-7:
             converged = True
             break
     edge = 1e-9 * np.maximum(scale, 1e-12)
@@ -93,16 +94,17 @@ def linearise(
     upper: np.ndarray,
     scale: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Residual (n,) and Jacobian (n, p) by one-sided differences that stay inside the bounds."""
-    step = STEP * np.maximum(np.abs(x), scale)
-    step = np.where(x + step > upper, -step, step)
-    step = np.clip(x + step, lower, upper) - x
-    lanes = np.vstack([x, x + np.diag(step)])
+    """Residual (n,) and Jacobian (n, p) by central differences that stay inside the bounds."""
+    reach = STEP * np.maximum(np.abs(x), scale)
+    up, down = np.clip(x + reach, lower, upper), np.clip(x - reach, lower, upper)
+    count = len(x)
+    lanes = np.tile(x, (2 * count + 1, 1))
+    np.fill_diagonal(lanes[1 : count + 1], up)
+    np.fill_diagonal(lanes[count + 1 :], down)
     out = residuals(lanes)
-    safe = np.where(step == 0.0, 1.0, step)
-    jac = (out[1:] - out[0]) / safe[:, None]
-    jac[step == 0.0] = 0.0
-    return out[0], jac.T
+    width = up - down
+    jac = (out[1 : count + 1] - out[count + 1 :]) / np.where(width > 0.0, width, 1.0)[:, None]
+    return out[0], np.where(width > 0.0, 1.0, 0.0) * jac.T
 
 
 def _trials(

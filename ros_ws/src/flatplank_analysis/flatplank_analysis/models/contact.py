@@ -41,8 +41,12 @@ TOYO = ContactGeometry()
 CONTINENTAL = ContactGeometry(0.350, 2.41e5, 0.8598, 280e3, 0.877, 0.456)
 
 
-def patch_relaxation(slip: np.ndarray, theta: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """sigma_c [m] (7.17), (7.18) at contact-patch slip kappa'; the adhering share shrinks."""
-    base = np.maximum(1.0 + slip, 0.1)
-    share = np.maximum(1.0 - theta * np.abs(slip) / base, LOWEST_SHARE)
-    return share * a / base
+def patch_relaxation(
+    slip: np.ndarray, theta: np.ndarray, a: np.ndarray, longitudinal: bool = True
+) -> np.ndarray:
+    """sigma_c [m] (7.17), (7.18) at contact-patch slip kappa' (or tan alpha' in y).
+
+    The adhering share shrinks with slip; theta [-] of (7.19), half contact length a [m].
+    """
+    base = np.maximum(1.0 + slip, 0.1) if longitudinal else 1.0
+    return np.maximum(1.0 - theta * np.abs(slip) / base, LOWEST_SHARE) * a / base

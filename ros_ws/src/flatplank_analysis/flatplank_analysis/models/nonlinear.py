@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .base import Parameter, RunInputs, column
-from .contact import LOWEST_SHARE, TOYO, ContactGeometry
+from .contact import TOYO, ContactGeometry, patch_relaxation
 from .steady_law import SteadyLaw, table_law
 
 LawMaker = Callable[[np.ndarray], SteadyLaw]
@@ -123,7 +123,11 @@ def start_slip(law: SteadyLaw, force: np.ndarray) -> np.ndarray:
 
 @dataclass
 class _Stepper:
-    """Implicit midpoint over one increment, for all lanes and runs at once."""
+    """Implicit step over one increment, for all lanes and runs at once.
+
+    The weight between both ends of the increment is that of the exponential solution: second order
+    where the force relaxes slowly, without ringing where it follows at once.
+    """
 
     law: SteadyLaw
     compliance: np.ndarray
@@ -144,22 +148,29 @@ class _Stepper:
         out = np.empty((inputs.shape[1], *slip.shape))
         share = _followed(inputs.dt, damping_time).T
         theta = np.broadcast_to(theta, (*theta.shape[:2], inputs.shape[1]))
-        known = (0.5 * inputs.travel.T, increments.T, a.T, share, np.moveaxis(theta, -1, 0))
-        for half_travel, moved, half, follow, limit, plane in zip(*known, out, strict=True):
+        known = (inputs.travel.T, increments.T, a.T, share, np.moveaxis(theta, -1, 0))
+        for travel, moved, half, follow, limit, plane in zip(*known, out, strict=True):
             compliance = self.compliance * follow
-            goal = moved + follow * u - half_travel * slip
-            before = slip
+            before, sigma = slip, self._sigma(slip, limit, half)
+            late = _late_weight(travel, sigma + compliance * np.maximum(slope, 0.0)) * travel
+            goal = moved + follow * u - (travel - late) * slip
             for _ in range(NEWTON):
-                middle = 0.5 * (slip + before)
-                base = 1.0 + middle if self.longitudinal else 1.0
-                sigma = np.maximum(1.0 - limit * np.abs(middle) / base, LOWEST_SHARE) * half / base
-                error = goal - sigma * (slip - before) - half_travel * slip - compliance * force
-                change = error / (sigma + half_travel + compliance * np.maximum(slope, 0.0))
-                slip = slip + change
+                sigma = self._sigma(0.5 * (slip + before), limit, half)
+                error = goal - sigma * (slip - before) - late * slip - compliance * force
+                slip = slip + error / (sigma + late + compliance * np.maximum(slope, 0.0))
                 force, slope = self.law.force(slip)
             plane[:] = force
             u = u + follow * (force * self.compliance - u)
         return np.moveaxis(out, 0, -1)
+
+    def _sigma(self, slip: np.ndarray, theta: np.ndarray, half: np.ndarray) -> np.ndarray:
+        return patch_relaxation(slip, theta, half, self.longitudinal)
+
+
+def _late_weight(travel: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Weight of the end of an increment, 1/(1 - exp(-r)) - 1/r: 1/2 if short, 1 if long."""
+    ratio = np.maximum(travel / sigma, 1e-4)
+    return -1.0 / np.expm1(-ratio) - 1.0 / ratio
 
 
 def _followed(dt: np.ndarray, damping_time: float) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from ..errors import FlatplankError
 
@@ -28,7 +29,7 @@ class SteadyLaw(Protocol):
 
 @dataclass(frozen=True)
 class TableLaw:
-    """Look-up table F_ss(kappa) per run (7.14), linear between even nodes, straight beyond.
+    """Look-up table F_ss(kappa) per run (7.14), fine even nodes, straight beyond.
 
     `values` (runs or 1, nodes) or (lanes, runs or 1, nodes) [N] on even slips `first` + i `step`.
     """
@@ -63,8 +64,9 @@ class TableLaw:
 
 
 def table_law(slip: np.ndarray, force: np.ndarray) -> TableLaw:
-    """Table through measured steady forces (figure 7.7); straight lines between the points.
+    """Table through measured steady forces (figure 7.7).
 
+    Between the points a monotone cubic (no kinks that a search would stumble over, no overshoot).
     `slip` (k,) increasing, `force` (k,) or (lanes, k) [N].
     """
     slip = np.asarray(slip, float)
@@ -76,7 +78,7 @@ def table_law(slip: np.ndarray, force: np.ndarray) -> TableLaw:
     reach = slip[-1] - slip[0]
     first, step = slip[0], reach / CELLS
     even = first + step * np.arange(CELLS + 1)
-    values = np.array([np.interp(even, slip, row) for row in force])
+    values = PchipInterpolator(slip, force, axis=1)(even)
     return TableLaw(float(first), float(step), values[:, None, :] if len(values) > 1 else values)
 
 
