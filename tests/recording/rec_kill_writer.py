@@ -36,6 +36,7 @@ def record(folder: Path, number: int) -> None:
 
 def main() -> None:
     folder, count = Path(sys.argv[1]), int(sys.argv[2])
+    samples.bus_bytes(0), samples.wrench_bytes(0)
     for number in range(count):
         if os.fork() == 0:
             record(folder, number)
