@@ -85,13 +85,13 @@ class CdrLayout:
 
     def new(self, count: int) -> np.ndarray:
         """`count` messages, all numbers zero; an array of `dtype`."""
-        rows = np.empty((count, self.itemsize), np.uint8)
+        rows: np.ndarray = np.empty((count, self.itemsize), np.uint8)
         rows[:] = self._template
         return rows.view(self.dtype).reshape(count)
 
     def used_bytes(self) -> np.ndarray:
         """bool [itemsize]: False where the format only pads."""
-        used = np.zeros(self.itemsize, bool)
+        used: np.ndarray = np.zeros(self.itemsize, bool)
         for offset, data in self._constants:
             used[offset : offset + len(data)] = True
         for _, form, offset in self._columns:

@@ -144,15 +144,9 @@ def _chunk(result: Scan, data: bytes, at: int, end: int) -> None:
     if size != len(content) or zlib.crc32(content) != crc:
         result.rest = []
         raise _DamageError
-    offsets, where = {}, end
-    for _ in range(len({message.channel for message in messages})):
-        if where + _INDEX.size > len(data):
-            return
-        opcode, length, channel, _ = _INDEX.unpack_from(data, where)
-        if opcode != Opcode.MESSAGE_INDEX or where + 9 + length > len(data):
-            return
-        offsets[channel] = where
-        where += 9 + length
+    offsets, where = _indexes(data, end)
+    if offsets.keys() != {message.channel for message in messages}:
+        return
     result.rest = []
     result.index.chunks.append(
         ChunkIndex(
@@ -171,6 +165,18 @@ def _chunk(result: Scan, data: bytes, at: int, end: int) -> None:
         counts = result.index.counts
         counts[message.channel] = counts.get(message.channel, 0) + 1
     result.end = where
+
+
+def _indexes(data: bytes, at: int) -> tuple[dict[int, int], int]:
+    """Whole message indexes at `at`: where they are by channel, and where they end [bytes]."""
+    offsets: dict[int, int] = {}
+    while at + _INDEX.size <= len(data):
+        opcode, length, channel, _ = _INDEX.unpack_from(data, at)
+        if opcode != Opcode.MESSAGE_INDEX or at + 9 + length > len(data):
+            break
+        offsets[channel] = at
+        at += 9 + length
+    return offsets, at
 
 
 def _skip(result: Scan, data: bytes, at: int, end: int) -> None:

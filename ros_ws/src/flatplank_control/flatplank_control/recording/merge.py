@@ -34,7 +34,7 @@ class MergedChunk(NamedTuple):
     data: bytes
     start_ns: int
     end_ns: int
-    index: dict[int, bytes]
+    entries: dict[int, bytes]
 
 
 def merge_blocks(blocks: Sequence[TopicBlock], channels: Mapping[str, int]) -> MergedChunk | None:
@@ -46,7 +46,7 @@ def merge_blocks(blocks: Sequence[TopicBlock], channels: Mapping[str, int]) -> M
     stamps = np.concatenate([np.asarray(block.stamps_ns, np.int64) for block in blocks])
     sizes = np.concatenate([np.full(len(r), r.shape[1], np.int64) for r in records])
     order = np.argsort(stamps, kind="stable")
-    offsets = np.empty(len(stamps), np.int64)
+    offsets: np.ndarray = np.empty(len(stamps), np.int64)
     ends = np.cumsum(sizes[order])
     offsets[order] = ends - sizes[order]
     data = np.empty(ends[-1], np.uint8)
@@ -82,7 +82,7 @@ def _records(block: TopicBlock, channel: int) -> np.ndarray:
     count = len(block.stamps_ns)
     payload = payload.view(np.uint8).reshape(count, -1)
     records = np.empty((count, _HEAD.itemsize + payload.shape[1]), np.uint8)
-    head = np.zeros(count, _HEAD)
+    head: np.ndarray = np.zeros(count, _HEAD)
     head["opcode"] = 5
     head["length"] = 22 + payload.shape[1]
     head["channel"] = channel

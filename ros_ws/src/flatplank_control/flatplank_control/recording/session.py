@@ -127,7 +127,7 @@ class RecordingSession:
         for block in blocks:
             self._stamp_ns = max(self._stamp_ns, int(np.max(block.stamps_ns, initial=0)))
             if block.topic == BUS_TOPIC:
-                last = block.payload["cycle"].astype(np.int64)
+                last: np.ndarray = block.payload["cycle"].astype(np.int64)
                 self.cycles.add_many(last - np.maximum(block.payload["count"], 1) + 1, last)
 
     def poll(self) -> None:
@@ -179,10 +179,11 @@ class RecordingSession:
         return image.trigger and not before
 
     def _begin(self) -> None:
-        assert self._bag is not None and self.record is not None
+        bag = self._bag
+        assert bag is not None and self.record is not None
         self.state = State.RECORDING
-        self.record = self.record.with_changes(status="recording")
-        self._guarded(lambda: self.record.save(self._bag.path))
+        self.record = record = self.record.with_changes(status="recording")
+        self._guarded(lambda: record.save(bag.path))
         while self._ring and self.state is State.RECORDING:
             topic, cdr, stamp_ns = self._ring.popleft()
             image = read_bus_image(cdr) if topic == BUS_TOPIC else None

@@ -41,7 +41,7 @@ class TwinWriter:
             raise RecordingError(f"{topic}: not a topic of this writer; give its layout")
         stamps_ns = np.asarray(stamps_ns, np.int64)
         messages = layout.new(len(stamps_ns))
-        names = layout.dtype.fields or {}
+        names = layout.dtype.names or ()
         if "header.stamp.sec" in names:
             set_stamps(messages, stamps_ns)
         for name, values in columns.items():
