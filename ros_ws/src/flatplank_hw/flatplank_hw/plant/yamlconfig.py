@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frozen dataclasses from YAML: an unknown key fails and names the nearest, a wrong type says where."""
+
+from __future__ import annotations
+
+import dataclasses
+import typing
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+
+T = TypeVar("T")
+
+
+class PlantConfigError(ValueError):
+    """A plant description that cannot be used: where, what, what to do, in one line."""
+
+
+def nearest(key: object, known: typing.Iterable[str]) -> str:
+    """The hint that ends a message about an unknown name."""
+    names = sorted(known)
+    match = get_close_matches(str(key), names, n=1, cutoff=0.3)
+    return f"; the nearest is '{match[0]}'" if match else f"; known are {', '.join(names)}"
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """A mapping from a YAML file."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise PlantConfigError(f"{path}: cannot be read ({error.strerror})") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise PlantConfigError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
+    if content is None:
+        return {}
+    if not isinstance(content, dict):
+        raise PlantConfigError(f"{path}: expected keys with values")
+    return content
+
+
+def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """`over` laid over `base`, folder by folder."""
+    result = dict(base)
+    for key, value in over.items():
+        old = result.get(key)
+        both = isinstance(old, Mapping) and isinstance(value, Mapping)
+        result[key] = merge(old, value) if both else value
+    return result
+
+
+def undot(mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """{'a.b': 1} as {'a': {'b': 1}}."""
+    result: dict[str, Any] = {}
+    for key, value in mapping.items():
+        inner = undot(value) if isinstance(value, Mapping) else value
+        for part in reversed(str(key).split(".")[1:]):
+            inner = {part: inner}
+        result = merge(result, {str(key).split(".")[0]: inner})
+    return result
+
+
+def build(cls: type[T], data: Any, where: str) -> T:
+    """An instance of a dataclass from plain data; nested dataclasses, floats, tuples of floats."""
+    if not isinstance(data, Mapping):
+        raise PlantConfigError(f"{where}: expected keys with values, found {data!r}")
+    hints = typing.get_type_hints(cls)
+    known = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+    for key in data:
+        if key not in known:
+            raise PlantConfigError(f"{where}: unknown key '{key}'{nearest(key, known)}")
+    values = {k: convert(hints[k], v, f"{where}: {k}") for k, v in data.items()}
+    for name, f in known.items():
+        required = f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
+        if required and name not in values:
+            raise PlantConfigError(f"{where}: '{name}' is missing")
+    return cls(**values)
+
+
+def convert(hint: Any, value: Any, where: str) -> Any:
+    """One value checked against the type of its field."""
+    if dataclasses.is_dataclass(hint):
+        return build(hint, value, where)  # type: ignore[arg-type]
+    if typing.get_origin(hint) is tuple:
+        if not isinstance(value, list | tuple):
+            raise PlantConfigError(f"{where}: expected a list, found {value!r}")
+        return tuple(convert(typing.get_args(hint)[0], v, where) for v in value)
+    if hint is float:
+        # YAML reads 1e5 as text
+        if isinstance(value, str):
+            try:
+                value = float(value)
+            except ValueError:
+                raise PlantConfigError(f"{where}: expected a number, found {value!r}") from None
+        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
+            raise PlantConfigError(f"{where}: expected a number, found {value!r}")
+        return float(value)
+    if hint in (int, bool, str):
+        if type(value) is not hint:
+            raise PlantConfigError(f"{where}: expected {hint.__name__}, found {value!r}")
+        return value
+    return value
+
+
+def to_plain(value: Any) -> Any:
+    """A dataclass as plain data for YAML."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {
+            f.name: to_plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init
+        }
+    if isinstance(value, Mapping):
+        return {k: to_plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [to_plain(v) for v in value]
+    return value
