@@ -44,6 +44,7 @@ class MeasurementHub:
         self._tare_zero = self._zero = NO_ZERO
         self._tare_cycle, self._tare_reason, self._tare_is_newer = -1, "", False
         self._fit: ParasiticFit | None = None
+        self._fit_coming = False
         self._signal = None
         self._filter_on = False
         if p.parasitic_fit:
@@ -70,7 +71,7 @@ class MeasurementHub:
 
     def set_filter(self, on: bool, at_cycle: int | None = None) -> Answer:
         """Switch the parasitic filter."""
-        if on and self._fit is None:
+        if on and self._fit is None and not self._fit_coming:
             return refused("no parasitic fit is loaded: load the file of this mounting first")
         return self._agenda.accept(lambda: self._switch(on), at_cycle)
 
@@ -84,7 +85,9 @@ class MeasurementHub:
 
     def use_fit(self, fit: ParasiticFit, at_cycle: int | None = None) -> Answer:
         """Take a fit that was just identified."""
-        return self._agenda.accept(lambda: self._use_fit(fit), at_cycle)
+        answer = self._agenda.accept(lambda: self._use_fit(fit), at_cycle)
+        self._fit_coming = self._fit_coming or answer.accepted
+        return answer
 
     # status
     @property
@@ -192,7 +195,7 @@ class MeasurementHub:
         self._choose_zero()
 
     def _switch(self, on: bool) -> None:
-        self._filter_on = on
+        self._filter_on = on and self._fit is not None
         self._choose_zero()
 
     def _choose_zero(self) -> None:

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Encoders: positions, velocities, trigger, motion of the plank, lost cycles, motor against wheel."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+from enc_inputs import OK, TRIGGER, image
+
+from flatplank_hw.encoders import EncoderParameters, Encoders
+
+P = EncoderParameters()
+COUNT = 2 * math.pi * P.pinion_pitch_radius / P.plank_counts_per_turn
+MOTOR = 2**23 * P.gear_ratio / (2 * math.pi)
+
+
+def plank_counts(t: float, speed: float) -> int:
+    return math.floor(speed * t / COUNT)
+
+
+def test_positions_velocities_and_angles():
+    e = Encoders(P)
+    for n in range(200):
+        t = n * 0.004
+        sample = e.step(
+            image(
+                n,
+                plank=plank_counts(t, 0.03092),
+                wheel=math.floor(0.1 * t / (2 * math.pi) * 20000),
+                motor=math.floor(0.1 * t * MOTOR),
+                steer_counts=100,
+                camber_counts=-50,
+            )
+        )
+    assert sample.plank_position == pytest.approx(0.03092 * t, abs=COUNT)
+    assert sample.plank_velocity == pytest.approx(0.03092, rel=0.005)
+    assert sample.wheel_angle == pytest.approx(0.1 * t, abs=2 * math.pi / 20000)
+    assert sample.wheel_velocity == pytest.approx(0.1, rel=0.02)
+    assert sample.motor_angle == pytest.approx(0.1 * t * P.gear_ratio, abs=1e-5)
+    assert sample.motor_velocity == pytest.approx(0.1 * P.gear_ratio, rel=1e-6)
+    assert sample.steer_angle == pytest.approx(100 * 2 * math.pi / 20000)
+    assert sample.road_camber == pytest.approx(-50 * 2 * math.pi / 20000)
+    assert math.isnan(sample.road_position)
+    assert abs(sample.mismatch) < 2 * 2 * math.pi / 20000
+    assert sample.plank_moving
+    assert not sample.trigger
+
+
+def test_offsets_and_turned_signs():
+    e = Encoders(EncoderParameters(slip_angle_offset_deg=1.0, plank_counts_per_turn=-20000))
+    e.step(image(0))
+    sample = e.step(image(1, plank=-100))
+    assert sample.plank_position == pytest.approx(100 * COUNT)
+    assert sample.steer_angle == pytest.approx(math.radians(1.0))
+
+
+def test_second_road_encoder():
+    p = EncoderParameters(road_encoder_fitted=True)
+    e = Encoders(p)
+    e.step(image(0))
+    for n in range(1, 30):
+        digital = TRIGGER if n >= 10 else OK
+        sample = e.step(image(n, plank=8 * n, road_counts=16 * n, digital=digital))
+    assert sample.road_position == pytest.approx(
+        16 * 19 * 2 * math.pi * p.road_encoder_radius / 20000
+    )
+    assert sample.plank_position == pytest.approx(8 * 19 * COUNT)
+
+
+def test_trigger_zeroes_once_until_armed_again():
+    e = Encoders(P)
+    n = 0
+
+    def go(steps, per_cycle, digital=OK):
+        nonlocal n, counts
+        for _ in range(steps):
+            counts += per_cycle
+            sample = e.step(image(n, plank=counts, digital=digital))
+            n += 1
+        return sample
+
+    counts = 1000
+    go(30, 8)
+    assert go(1, 8, TRIGGER).plank_position == 0.0
+    assert not e.armed
+    assert go(20, 8).plank_position == pytest.approx(160 * COUNT)
+    assert go(1, 8, TRIGGER).plank_position == pytest.approx(168 * COUNT)
+    assert e.arm().cycle == n
+    # on its way back the strip passes the sensor too: that is no start
+    go(20, -7)
+    assert go(1, -7, TRIGGER).plank_position == pytest.approx(21 * COUNT)
+    assert e.armed
+    go(20, -7)
+    go(30, 8)
+    assert go(1, 8, TRIGGER).plank_position == 0.0
+
+
+def test_a_trigger_that_is_on_from_the_beginning_is_no_edge():
+    e = Encoders(P)
+    for n in range(20):
+        sample = e.step(image(n, plank=8 * n, digital=TRIGGER))
+    assert sample.plank_position == pytest.approx(8 * 19 * COUNT)
+    assert sample.trigger
+
+
+@pytest.mark.parametrize(("speed", "within"), [(0.0015, 0.045), (0.03092, 0.01), (-0.03092, 0.01)])
+def test_start_and_stop_of_the_plank_are_seen_in_time(speed, within):
+    e = Encoders(P)
+    start, stop = 50, 400
+    flags = []
+    for n in range(600):
+        t = (min(max(n, start), stop) - start) * 0.004
+        flags.append(e.step(image(n, plank=plank_counts(t, speed))).plank_moving)
+    first, last = flags.index(True), 599 - flags[::-1].index(True)
+    assert 0 < (first - start) * 0.004 <= within
+    assert 0 <= (last - stop) * 0.004 <= 0.044
+    assert flags == [first <= n <= last for n in range(600)]
+
+
+def test_a_flickering_count_is_no_motion():
+    e = Encoders(P)
+    flags = [e.step(image(n, plank=1234 + n % 2)).plank_moving for n in range(500)]
+    assert not any(flags)
+
+
+def test_lost_cycles_leave_the_velocities_true():
+    e = Encoders(P)
+    for n in [*range(100), 104, 105, 106, 111, *range(112, 130)]:
+        sample = e.step(image(n, plank=16 * n, wheel=3 * n, motor=50_000 * n))
+        if n > 30:
+            assert sample.plank_velocity == pytest.approx(16 * 250 * COUNT, rel=0.002)
+            assert sample.motor_velocity == pytest.approx(
+                50_000 * 250 * 2 * math.pi / 2**23, rel=1e-9
+            )
+
+
+def test_a_long_gap_starts_from_rest():
+    e = Encoders(P)
+    for n in range(100):
+        e.step(image(n, plank=16 * n))
+    sample = e.step(image(5000, plank=16 * 5000))
+    assert sample.plank_position == pytest.approx(16 * 5000 * COUNT)
+
+
+def test_rate_of_the_bus_is_followed():
+    e = Encoders(P)
+    for n in range(200):
+        sample = e.step(image(n, plank=4 * n, period_ns=1_000_000))
+    assert sample.plank_velocity == pytest.approx(4 * 1000 * COUNT, rel=1e-9)
+
+
+def test_homing_of_the_motor_is_no_motion():
+    e = Encoders(P)
+    for n in range(50):
+        before = e.step(image(n, motor=3_000_000))
+    for n in range(50, 60):
+        sample = e.step(image(n, motor=0, mode=6))
+    assert sample.motor_velocity == 0.0
+    assert sample.motor_angle == before.motor_angle
+    for n in range(60, 90):
+        sample = e.step(image(n, motor=1000 * (n - 59)))
+    assert sample.motor_angle - before.motor_angle == pytest.approx(30_000 * 2 * math.pi / 2**23)
+
+
+def test_mismatch_shows_a_gear_that_slips():
+    e = Encoders(P)
+    for n in range(100):
+        sample = e.step(image(n, motor=math.floor(0.0004 * n * MOTOR)))
+    assert sample.mismatch == pytest.approx(0.0396, rel=1e-4)
+
+
+def test_a_cycle_is_cheap():
+    e = Encoders(P)
+    inputs = [image(n, plank=8 * n, wheel=n, motor=50_000 * n) for n in range(20000)]
+    start = time.process_time()
+    for i in inputs:
+        e.step(i)
+    # 3 us on the machine where it was written; the bound only catches a change of kind
+    assert (time.process_time() - start) / len(inputs) < 25e-6

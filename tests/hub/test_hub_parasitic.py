@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parasitic filter: identification from a three-turn run, file, switching, effect on the forces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hub_inputs import bus
+
+from flatplank_hw.hub import HubParameters, MeasurementHub, parasitic
+from flatplank_hw.hub.identify import identify
+from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, Sine, to_text
+
+TRUE = (
+    Sine(0.004, 1.0, 0.4, 0.01, 0.0),
+    Sine(0.15, 1.0, 0.3, -0.02, 0.0),
+    Sine(0.12, 1.0, -2.0, 0.03, 0.0),
+    Sine(0.09, 1.0, 1.3, 0.00, 0.0),
+    Sine(0.07, 1.0, 2.9, -0.05, 0.0),
+)
+FIT = ParasiticFit("Toyo on adapter 3", "2023-05-04", TRUE)
+
+
+def three_turns(noise: float, n: int = 6000):
+    rng = np.random.default_rng(1)
+    angle = 0.7 + np.linspace(0.0, 6.0 * math.pi, n)
+    volts = rng.normal(0.0, noise, (n, 6))
+    for column, s in zip(INDEX, TRUE, strict=True):
+        volts[:, column] += s.amplitude * np.sin(s.frequency * angle + s.phase) + s.offset
+    # the speeding up and slowing down in the first and last turn must not enter the fit
+    volts[:500] += 0.3
+    volts[-500:] -= 0.3
+    return angle, volts
+
+
+def test_identification_recovers_the_sines():
+    angle, volts = three_turns(noise=0.002)
+    fit = identify(angle, volts, "m", "2023-05-04")
+    for found, true in zip(fit.sines, TRUE, strict=True):
+        x = np.linspace(angle[0] + 2 * math.pi, angle[0] + 4 * math.pi, 200)
+        y = [s.amplitude * np.sin(s.frequency * x + s.phase) + s.offset for s in (found, true)]
+        assert np.max(np.abs(y[0] - y[1])) < 5e-4
+        assert found.residual_rms == pytest.approx(0.002, rel=0.1)
+
+
+def test_identification_of_a_wheel_that_turns_backwards():
+    angle, volts = three_turns(noise=0.0)
+    fit = identify(angle[::-1], volts[::-1], "m", "d")
+    assert fit.sines[1].amplitude == pytest.approx(0.15, rel=1e-6)
+
+
+def test_a_short_run_is_refused():
+    angle, volts = three_turns(noise=0.0)
+    with pytest.raises(ValueError, match="the wheel turned 360 deg and 720 deg are needed"):
+        identify(angle[:2001], volts[:2001], "m", "d")
+    with pytest.raises(ValueError, match="NaN"):
+        identify(np.full(10, np.nan), np.zeros((10, 6)), "m", "d")
+
+
+def test_file_round_trip(tmp_path):
+    path = tmp_path / "fit.yaml"
+    path.write_text(to_text(FIT), encoding="utf-8")
+    assert parasitic.load(path) == FIT
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("amplitude_v: 0.15", "amplitude_v: .nan", "C2: amplitude_v is nan"),
+        ("  C6:", "  C7:", "unknown key 'C7'"),
+        ("mounting:", "mountng:", "unknown key 'mountng'; the nearest is 'mounting'"),
+        ("flatplank-parasitic-fit/1", "else", "not a parasitic fit"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path, old, new, message):
+    path = tmp_path / "fit.yaml"
+    path.write_text(to_text(FIT).replace(old, new), encoding="utf-8")
+    answer = MeasurementHub(HubParameters()).load_fit(str(path))
+    assert not answer.accepted
+    assert message in answer.reason
+    assert str(path) in answer.reason
+
+
+def raw_volts(wheel_counts: int, load: float = 0.0):
+    """Volts of an unloaded wheel with the parasitic signal, plus a constant on C5."""
+    x = wheel_counts * 2 * math.pi / 20000
+    volts = [0.0] * 6
+    for column, s in zip(INDEX, TRUE, strict=True):
+        volts[column] = s.amplitude * math.sin(s.frequency * x + s.phase) + s.offset
+    volts[4] += load
+    return tuple(volts)
+
+
+def run(hub, cycles, load=0.0):
+    return [
+        hub.step(bus(n, wheel_counts=37 * n, bridge_volts=raw_volts(37 * n, load))) for n in cycles
+    ]
+
+
+def test_filter_takes_the_parasitic_force_away_and_can_be_switched():
+    hub = MeasurementHub(HubParameters())
+    before = run(hub, range(600))
+    assert max(abs(s.wheel.fx) for s in before) > 100.0
+    assert not hub.set_filter(True).accepted
+    assert hub.use_fit(FIT).cycle == 600
+    answer = hub.set_filter(True)
+    assert answer.cycle == 600
+    after = run(hub, range(600, 1200), load=0.1)
+    fz = 0.1 * 9.81 * 4e5 / (1000 * 1.9396)
+    assert all(s.filter_on for s in after)
+    assert max(abs(s.wheel.fx) for s in after) < 1e-9
+    assert all(s.wheel.fz == pytest.approx(fz) for s in after)
+    assert hub.set_filter(False, at_cycle=1210).cycle == 1210
+    again = run(hub, range(1200, 1220))
+    assert [s.filter_on for s in again] == [True] * 10 + [False] * 10
+
+
+def test_wheel_counter_may_wrap():
+    hub = MeasurementHub(HubParameters())
+    hub.use_fit(FIT)
+    hub.set_filter(True)
+    start = 2**31 - 100
+    for n in range(200):
+        counts = start + 3 * n
+        raw = (counts + 2**31) % 2**32 - 2**31
+        sample = hub.step(bus(n, wheel_counts=raw, bridge_volts=raw_volts(counts)))
+        assert abs(sample.wheel.fx) < 1e-6
+
+
+def test_a_tare_after_the_fit_replaces_its_offset():
+    hub = MeasurementHub(HubParameters(tare_samples=50))
+    hub.use_fit(FIT)
+    hub.set_filter(True)
+    run(hub, range(100), load=0.02)
+    assert hub.tare().accepted
+    run(hub, range(100, 150), load=0.02)
+    after = run(hub, range(150, 200), load=0.02)
+    assert max(abs(s.wheel.fz) for s in after) < 1e-9
+
+
+def test_parameters_can_switch_it_on_at_the_start(tmp_path):
+    path = tmp_path / "fit.yaml"
+    path.write_text(to_text(FIT), encoding="utf-8")
+    hub = MeasurementHub(HubParameters(filter_on=True, parasitic_fit=str(path)))
+    assert max(abs(s.wheel.fx) for s in run(hub, range(100))) < 1e-9
+    with pytest.raises(ValueError, match="filter_on needs parasitic_fit"):
+        MeasurementHub(HubParameters(filter_on=True))
