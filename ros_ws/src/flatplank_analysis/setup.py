@@ -2,15 +2,16 @@
 from setuptools import find_namespace_packages, setup
 
 NAME = "flatplank_analysis"
-# One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; its docstring's first line
-# is the help.
+# One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; the first
+# line of its docstring is the help.
 VERBS = [
+    # the verbs of the analysis
 ]
 
 setup(
     name=NAME,
     version="0.1.0",
-    description="From flat plank bags to tables, tire models, and the physical effect that a model lacks.",
+    description="From flat plank bags to tables, tire models, and the effect that a model lacks.",
     maintainer="Flat Plank maintainers",
     maintainer_email="maintainers@flatplank.example",
     license="Apache-2.0",
@@ -21,7 +22,16 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
     ],
     install_requires=[
-        "jinja2", "matplotlib", "mcap", "numba", "numpy", "pyarrow", "pyyaml", "rosbags", "scipy", "zstandard",
+        "jinja2",
+        "matplotlib",
+        "mcap",
+        "numba",
+        "numpy",
+        "pyarrow",
+        "pyyaml",
+        "rosbags",
+        "scipy",
+        "zstandard",
     ],
     entry_points={
         "console_scripts": ["flatplank = flatplank_analysis.cli.main:main"],

@@ -6,10 +6,17 @@ from setuptools import find_namespace_packages, setup
 NAME = "flatplank_control"
 # One line per node: `ros2 run flatplank_control NAME`.
 NODES = [
+    "free_rolling_controller = flatplank_control.nodes.free_rolling_controller:main",
+    "slip_sequencer = flatplank_control.nodes.slip_sequencer:main",
+    "recorder = flatplank_control.nodes.recorder:main",
+    "measurement_runner = flatplank_control.nodes.measurement_runner:main",
 ]
-# One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; its docstring's first line
-# is the help.
+# One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; the first
+# line of its docstring is the help.
 VERBS = [
+    "bench = flatplank_control.cli.bench:main",
+    "slip = flatplank_control.cli.slip:main",
+    "simulate = flatplank_control.cli.simulate:main",
     "doctor = flatplank_control.cli.doctor:main",
     "test = flatplank_control.cli.test:main",
 ]
