@@ -208,3 +208,20 @@ def test_poll_brings_the_last_messages_to_the_disk(tmp_path):
     session.poll()
     assert sum(file.stat().st_size for file in path.glob("*.mcap")) > size
     session.stop("complete")
+
+
+def test_a_message_stamped_by_another_clock_does_not_push_out_the_rest(session):
+    path = session.start(samples.toyo(), 0)
+    feed(session, range(100))
+    session.write(samples.WRENCH, samples.wrench_bytes(1.0), 1_700_000_000 * 10**9)
+    feed(session, range(100, 200), trigger_from=110)
+    session.stop("complete")
+    assert stored_cycles(path) == list(range(85, 200))
+
+
+def test_before_the_trigger_only_what_is_needed_is_kept(session):
+    session.start(samples.toyo(), 0)
+    feed(session, range(1000))
+    assert len(session._ring) == 2 * 26
+    feed(session, range(10))
+    assert len(session._ring) == 2 * 10

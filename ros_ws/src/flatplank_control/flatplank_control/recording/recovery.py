@@ -34,6 +34,9 @@ class Mended(NamedTuple):
     note: str
     """what was done, or why not"""
 
+    def __str__(self) -> str:
+        return f"{self.path.name}: {self.note}"
+
 
 def mend(folder: Path | str) -> list[Mended]:
     """Every bag of this recorder in the data folder; those that are being written are left."""

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from enum import Enum
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,20 @@ from flatplank_control.recording.run_record import RunRecord
 
 FREE_DISK = 200_000_000
 """less is a full disk [bytes]"""
+
+
+RING_LENGTH = 1_000_000
+"""messages kept before the trigger at most"""
+
+
+class _Waiting(NamedTuple):
+    """A message before the trigger."""
+
+    since_ns: int
+    """its stamp, or the time of the bus when it came if it is stamped by a clock ahead of it"""
+    topic: str
+    cdr: bytes
+    stamp_ns: int
 
 
 class State(Enum):
@@ -61,9 +76,9 @@ class RecordingSession:
         self._open_bag = open_bag
         self._free_disk = free_disk
         self._bag: BagWriter | None = None
-        self._ring: deque[tuple[str, bytes, int]] = deque()
+        self._ring: deque[_Waiting] = deque(maxlen=RING_LENGTH)
         self._trigger_before = True
-        self._stamp_ns = 0
+        self._bus_ns = 0
 
     def start(
         self,
@@ -84,7 +99,7 @@ class RecordingSession:
         self._bag, self.path, self.record = bag, bag.path, record
         self.cycles = CycleCount()
         self._ring.clear()
-        self._trigger_before, self._stamp_ns = True, stamp_ns
+        self._trigger_before, self._bus_ns = True, stamp_ns
         self.state = State.ARMED
         try:
             record.save(bag.path)
@@ -104,16 +119,20 @@ class RecordingSession:
         """
         if self.state is State.IDLE or topic not in self._names:
             return
-        self._stamp_ns = stamp_ns
         image = read_bus_image(cdr) if topic == BUS_TOPIC else None
-        if self.state is State.ARMED:
-            self._ring.append((topic, cdr, stamp_ns))
-            while self._ring[0][2] < stamp_ns - self._pre_trigger_ns:
-                self._ring.popleft()
-            if image and self._rising(image):
-                self._begin()
-        else:
+        if image is not None:
+            if stamp_ns < self._bus_ns:
+                self._ring.clear()  # another bus took over
+            self._bus_ns = stamp_ns
+        if self.state is State.RECORDING:
             self._put(topic, cdr, stamp_ns, image)
+            return
+        self._ring.append(_Waiting(min(stamp_ns, self._bus_ns), topic, cdr, stamp_ns))
+        if image is not None:
+            while self._ring[0].since_ns < self._bus_ns - self._pre_trigger_ns:
+                self._ring.popleft()
+            if self._rising(image):
+                self._begin()
 
     def write_blocks(self, blocks: Sequence[TopicBlock]) -> None:
         """The same for many messages of the twin; payloads are arrays of `CdrLayout`."""
@@ -125,8 +144,8 @@ class RecordingSession:
             return
         self._guarded(lambda: bag.write_blocks(blocks))
         for block in blocks:
-            self._stamp_ns = max(self._stamp_ns, int(np.max(block.stamps_ns, initial=0)))
             if block.topic == BUS_TOPIC:
+                self._bus_ns = int(np.max(block.stamps_ns, initial=self._bus_ns))
                 last: np.ndarray = block.payload["cycle"].astype(np.int64)
                 self.cycles.add_many(last - np.maximum(block.payload["count"], 1) + 1, last)
 
@@ -185,7 +204,7 @@ class RecordingSession:
         self.record = record = self.record.with_changes(status="recording")
         self._guarded(lambda: record.save(bag.path))
         while self._ring and self.state is State.RECORDING:
-            topic, cdr, stamp_ns = self._ring.popleft()
+            _, topic, cdr, stamp_ns = self._ring.popleft()
             image = read_bus_image(cdr) if topic == BUS_TOPIC else None
             self._put(topic, cdr, stamp_ns, image)
 
@@ -215,9 +234,9 @@ class RecordingSession:
         self._ring.clear()
         self.record = record = self._closed(status, reason, ended)
         if bag.error is None:
-            message = run_message.run_message(record, self._stamp_ns)
+            message = run_message.run_message(record, self._bus_ns)
             try:
-                bag.write(run_message.TOPIC.name, message, self._stamp_ns)
+                bag.write(run_message.TOPIC.name, message, self._bus_ns)
             except RecordingError as error:
                 self.record = record = self._closed("failed", str(error), ended)
         try:
