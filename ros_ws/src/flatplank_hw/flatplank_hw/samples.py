@@ -6,6 +6,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
+SOURCES = ("slip", "free_rolling")
+"""Sources of references; their place is their number in the message."""
+
+
 class Wrench(NamedTuple):
     """Forces [N] and moments [N m] on the tire."""
 

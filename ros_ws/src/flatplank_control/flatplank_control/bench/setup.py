@@ -83,12 +83,17 @@ class BenchSetup:
             },
             "ethercat_bus": {"rate_hz": self.rate_hz, "batch": self.batch},
             "encoders": {"rate_hz": rate},
-            "wheel_drive": {"rate_hz": graph_rate},
             "free_rolling_controller": {"rate_hz": graph_rate},
             "recorder": {"folder": self.data},
             "measurement_runner": {"held": self.pace == "hold"},
         }
         return shared.get(name, {})
+
+    def plant_record(self) -> dict[str, Any] | None:
+        """What the run record says of a simulated machine."""
+        if self.kind != "sim":
+            return None
+        return {"tire": self.tire, "preset": self.preset, "file": self.plant_file, "seed": self.seed}
 
     def write(self, folder: Path) -> dict[str, Path]:
         """One parameter file per node in `folder`; node name -> file."""

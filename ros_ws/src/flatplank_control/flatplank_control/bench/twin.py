@@ -9,7 +9,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_hw.bus.image import AxisCommand, BusInputs
-from flatplank_hw.drive import AxisDrive, AxisParameters
+from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.params import from_mapping
@@ -46,7 +46,7 @@ class Twin:
         self.plant = Plant(config, bus["seed"], bus["rate_hz"])
         self.hub = MeasurementHub(make(HubParameters, "measurement_hub"))
         self.encoders = Encoders(make(EncoderParameters, "encoders"))
-        self.drive = AxisDrive(make(AxisParameters, "wheel_drive"))
+        self.drive = AxisDrive(make(DriveParameters, "wheel_drive"))
         self.controller = FreeRollingController(
             make(FreeRollingParameters, "free_rolling_controller")
         )
@@ -65,6 +65,13 @@ class Twin:
             if source is not None and source is not self.source:
                 source.reset()
             self.source = source
+        return done
+
+    def move_to(self, angle: float):
+        """Turn the wheel to an angle [rad]; the drive goes to position mode."""
+        done = self.drive.move_to(angle)
+        if done.accepted:
+            self.source = None
         return done
 
     def cycle(self) -> Cycle:

@@ -6,10 +6,10 @@ from __future__ import annotations
 import datetime
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from struct import Struct
 
-from rosidl_runtime_py.utilities import get_message
 from std_srvs.srv import Trigger
 
 from flatplank_control.recording.errors import RecordingError
@@ -36,6 +36,12 @@ class RecorderParameters(Params):
     )
 
 
+def message_class(name: str) -> type:
+    """`package/msg/Type` -> class."""
+    package, _, kind = name.split("/")
+    return getattr(import_module(f"{package}.msg"), kind)
+
+
 def utc_now() -> str:
     return datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
 
@@ -59,10 +65,11 @@ class RecorderNode(BenchNode):
             latched = spec.qos.durability == "transient_local"
             with_header = not spec.type.startswith("std_msgs/")
             self.listen(
-                get_message(spec.type),
+                message_class(spec.type),
                 spec.name,
                 partial(self.on_message, spec.name, with_header),
                 LATCHED if latched else STREAM,
+                needed=spec.name != "/diagnostics",
                 raw=True,
             )
         self.every(0.25, self.poll)

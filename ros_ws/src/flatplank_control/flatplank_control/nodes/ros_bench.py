@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -218,17 +217,20 @@ class RosBench:
             self.batch = step.batch
 
     async def _wait(self, step: S.Wait) -> None:
-        first = self.snapshot()
-        patience = Patience(step, first.encoders.stamp_ns * 1e-9 if first else math.nan)
-        while True:
+        if self.snapshot() is None:
+            await self._look_again()
+        s = self.snapshot()
+        patience = Patience(step, s.encoders.stamp_ns * 1e-9)
+        while not patience.over(s, s.encoders.stamp_ns * 1e-9):
+            await self._look_again()
             s = self.snapshot()
-            if s and math.isnan(patience.start):
-                patience.start = s.encoders.stamp_ns * 1e-9
-            if patience.over(s, s.encoders.stamp_ns * 1e-9 if s else math.nan):
-                return
-            if self.held:
-                await self.advance(CHUNK * self.batch)
-            else:
+
+    async def _look_again(self) -> None:
+        if self.held:
+            await self.advance(CHUNK * self.batch)
+        else:
+            await self._next_message()
+            while self.snapshot() is None:
                 await self._next_message()
 
     async def _on_say(self, step: S.Say) -> None:

@@ -28,6 +28,11 @@ class SlipSequencerNode(SourceNode):
         self.serve(SetSlipStep, "~/set_slip_step", self.on_step)
         self.serve(SetWaveform, "~/set_waveform", self.on_waveform)
 
+    def on_encoders(self, msg) -> None:
+        super().on_encoders(msg)
+        if not self.active:
+            self.core.watch(msg.plank_position)
+
     def compute(self, latest):
         return self.core.step(latest["encoders"])
 

@@ -29,7 +29,6 @@ class SourceNode(BenchNode):
 
     def connect(self) -> None:
         self.message = ReferenceMsg()
-        self.message.header.frame_id = self.MODE
         self.active = False
         self.publish = self.speak(ReferenceMsg, "/wheel_drive/reference", REFERENCE, needed=True)
         self.listen(String, "/wheel_drive/mode", self.on_mode, LATCHED)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
-from flatplank_control.sequencer import WAVEFORMS
+from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_hw.params import nearest
 
 ROAD_LENGTH = 4.22

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from flatplank_control.runner.steps import PlanFailed, Snapshot, Wait
+from flatplank_hw.drive import REASONS
 
 CHUNK = 25
 """a held bench is looked at every so many batches of cycles"""
@@ -32,6 +33,4 @@ class Patience:
 
 def stop_text(snapshot: Snapshot) -> str:
     """Why the drive holds the wheel."""
-    from flatplank_hw.drive import reason_text
-
-    return reason_text(snapshot.drive.stop_reason)
+    return REASONS[snapshot.drive.stop_reason]

@@ -105,6 +105,10 @@ class SlipSequencer:
         """Forget where the plank was; the waveform stays."""
         self._position = None
 
+    def watch(self, plank_position: float) -> None:
+        """Where the plank is [m] while another mode is in force."""
+        self._position = plank_position
+
     # the cycle
     def step(self, encoders: EncoderSample) -> Reference:
         """Speed reference of this cycle [rad/s at the wheel]; about 2 us."""

@@ -27,7 +27,7 @@ class Pacer:
         self.batch = batch
         self.axes = axes
         self.timeout = timeout
-        self.cycle = 0
+        self.cycle = -1
         self.until: int | None = None
         self.missing: set[int] = set()
         self.absent = False
@@ -80,12 +80,12 @@ class Pacer:
     def due(self, wall: float, rate_hz: float) -> int:
         """Batches to make now, asked at every tick of the wall timer."""
         if self.pace == "lockstep":
-            if self.free() and self.cycle:
+            if self.free() and self.cycle >= 0:
                 return 0
             patience = self.timeout if not self.absent else min(self.timeout, IMPATIENT)
             if wall - self._last < patience:
                 return 0
-            self.absent = self.cycle > 0
+            self.absent = self.cycle >= 0
             return 1
         if self.pace == "realtime":
             if self._start is None:

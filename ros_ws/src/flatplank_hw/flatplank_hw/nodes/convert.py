@@ -13,10 +13,16 @@ from flatplank_msgs.msg import Reference as ReferenceMsg
 from geometry_msgs.msg import WrenchStamped
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
-from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference, Wrench
+from flatplank_hw.samples import (
+    SOURCES,
+    DriveSample,
+    EncoderSample,
+    HubSample,
+    Reference,
+    Wrench,
+)
 
 NO_WRENCH = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-SOURCES = ("slip", "free_rolling")
 CHANNELS = 6
 _AXES = len(AXES)
 

@@ -55,7 +55,7 @@ class SimulatedPlant(BenchNode):
         self.period_ns = 1_000_000_000 // p.rate_hz
         self.pacer = Pacer(p.pace, p.batch, frozenset(p.command_axes), p.wall_timeout)
         self.commands: dict[int, AxisCommand] = {}
-        self.cycle = 0
+        self.cycle = -1
         self.t0 = 0 if p.pace != "realtime" else time.time_ns() // self.period_ns * self.period_ns
         self.waiting: list[tuple[int, Future]] = []
 

@@ -11,6 +11,7 @@ import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
@@ -43,12 +44,25 @@ class BenchNode(LifecycleNode):
         """Make subscriptions, publishers and services with the helpers below."""
 
     # helpers
-    def listen(self, msg_type: type, topic: str, callback: Callable, qos, **kwargs: Any) -> None:
-        subscription = self.create_subscription(msg_type, topic, callback, qos, **kwargs)
-        self._links.append((subscription.get_publisher_count, topic))
+    def listen(
+        self,
+        msg_type: type,
+        topic: str,
+        callback: Callable,
+        qos: QoSProfile | int,
+        *,
+        needed: bool = True,
+        raw: bool = False,
+    ) -> None:
+        """Subscribe; a `needed` topic must have somebody who speaks before the graph is connected."""
+        subscription = self.create_subscription(msg_type, topic, callback, qos, raw=raw)
+        if needed:
+            self._links.append((subscription.get_publisher_count, topic))
         self._teardown.append(lambda: self.destroy_subscription(subscription))
 
-    def speak(self, msg_type: type, topic: str, qos, needed: bool = False) -> Callable:
+    def speak(
+        self, msg_type: type, topic: str, qos: QoSProfile | int, *, needed: bool = False
+    ) -> Callable:
         """A publish function; `needed` topics must have a listener before the graph is connected."""
         publisher = self.create_publisher(msg_type, topic, qos)
         if needed:

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The twin as a plan sees it: does the same steps at the same cycles as the held graph."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from flatplank_control.bench.log import RunLog
+from flatplank_control.bench.twin import Twin
+from flatplank_control.recording.run_record import record_from_dict
+from flatplank_control.runner import steps as S
+from flatplank_control.runner.performing import CHUNK, Patience
+from flatplank_control.runner.plans import safe_end
+from flatplank_control.runner.quantities import QUANTITIES
+
+
+class TwinBench:
+    """Performs plans in one process; `log` keeps what is recorded."""
+
+    def __init__(self, twin: Twin, log: RunLog, say: Callable[[str], None] = lambda _: None) -> None:
+        self.twin = twin
+        self.kept: list[Path] = []
+        self._log = log
+        self._say = say
+        self._recording = False
+        operator = twin.plant.operator
+        self._by_hand: dict[str, Callable[[float], Any]] = {
+            "unload": lambda _value: operator.unload(),
+            "load": operator.load_to,
+            "pressure_bar": operator.pressure,
+            "steer_deg": lambda deg: operator.steer(math.radians(deg)),
+            "road_camber_deg": lambda deg: operator.road_camber(math.radians(deg)),
+            "wheel_camber_deg": lambda deg: operator.wheel_camber(math.radians(deg)),
+        }
+        self._do: dict[type, Callable[[Any], None]] = {
+            S.Manual: self._manual,
+            S.Plank: lambda s: operator.plank(s.direction, s.fast, s.stop_at),
+            S.Enable: lambda s: _need(twin.drive.enable() if s.on else twin.drive.disable()),
+            S.Mode: lambda s: _need(twin.set_mode(s.mode, s.value)),
+            S.MoveTo: lambda s: _need(twin.move_to(math.radians(s.angle_deg))),
+            S.SlipWaveform: self._waveform,
+            S.Arm: lambda _s: _need(twin.encoders.arm()),
+            S.Tare: lambda _s: _need(twin.hub.tare()),
+            S.Record: self._record,
+            S.StopRecord: self._stop_record,
+            S.Quick: self._quick,
+            S.Wait: self._wait,
+            S.Say: lambda s: self._say(s.text),
+        }
+
+    def perform(self, plan: Iterable[S.Step]) -> None:
+        """A whole plan; whatever happens, nothing moves at its end and the record is closed."""
+        try:
+            for step in plan:
+                self._do[type(step)](step)
+        except BaseException as error:
+            for step in safe_end():
+                self._do[type(step)](step)
+            if self._recording:
+                self._stop_record(S.StopRecord("stopped", str(error)))
+            raise
+
+    def snapshot(self) -> S.Snapshot | None:
+        latest = self.twin.latest
+        return S.Snapshot(latest.encoders, latest.hub, latest.drive) if latest else None
+
+    def advance(self, batches: int) -> None:
+        twin = self.twin
+        if self._recording:
+            add = self._log.add
+            for _ in range(batches):
+                add(twin.cycle())
+        else:
+            for _ in range(batches):
+                twin.cycle()
+
+    def _manual(self, step: S.Manual) -> None:
+        quantity = QUANTITIES[step.quantity]
+        self._by_hand[step.quantity](step.value)
+        text = quantity.prompt.format(value=step.value)
+        self._wait(S.Wait(f"done: {text}", quantity.verify(step.value), quantity.timeout, 0.2))
+
+    def _waveform(self, step: S.SlipWaveform) -> None:
+        _need(
+            self.twin.sequencer.set_waveform(
+                step.name,
+                {k: float(v) for k, v in step.parameters.items()},
+                step.start_position,
+                step.effective_rolling_radius,
+            )
+        )
+
+    def _record(self, step: S.Record) -> None:
+        s = self.snapshot()
+        record = record_from_dict({**step.record, "plant": self.twin.setup.plant_record()})
+        self._log.start(record, s.encoders.stamp_ns if s else 0)
+        self._recording = True
+
+    def _stop_record(self, step: S.StopRecord) -> None:
+        self._recording = False
+        self.kept.append(self._log.stop(step.status, step.notes))
+
+    def _quick(self, step: S.Quick) -> None:
+        self.twin.batch = step.batch
+
+    def _wait(self, step: S.Wait) -> None:
+        first = self.snapshot()
+        if first is None:
+            self.advance(CHUNK)
+            first = self.snapshot()
+        patience = Patience(step, first.encoders.stamp_ns * 1e-9)
+        while not patience.over(s := self.snapshot(), s.encoders.stamp_ns * 1e-9):
+            self.advance(CHUNK)
+
+
+def _need(answer: Any) -> None:
+    if not answer.accepted:
+        raise S.PlanFailed(answer.reason)

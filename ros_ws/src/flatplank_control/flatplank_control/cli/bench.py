@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Start the bench: the nodes of the graph, on the simulated plant, the emulated bus or in the lab."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import threading
+from pathlib import Path
+
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.setup import BenchSetup
+
+
+def parser() -> argparse.ArgumentParser:
+    p = argparse.ArgumentParser(prog="flatplank bench", description=__doc__)
+    kind = p.add_mutually_exclusive_group(required=True)
+    for name, text in {
+        "sim": "simulated plant, no machine",
+        "emulated": "EtherCAT frames against the emulated bus",
+        "lab": "the machine, on --interface",
+    }.items():
+        option = "--emulated-bus" if name == "emulated" else f"--{name}"
+        kind.add_argument(option, dest="kind", action="store_const", const=name, help=text)
+    p.add_argument(
+        "--tire", default="toyo", help="simulated tire: toyo, continental, michelin, racing"
+    )
+    p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
+    p.add_argument("--plant", default="", help="YAML file laid over the plant's own")
+    p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
+    p.add_argument("--rate", type=int, default=250, help="bus rate [Hz]")
+    p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
+    p.add_argument("--pace", default="realtime", choices=("realtime", "lockstep", "hold"))
+    p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
+    return p
+
+
+def setup_of(options: argparse.Namespace) -> BenchSetup:
+    return BenchSetup(
+        kind=options.kind,
+        tire=options.tire,
+        preset=options.preset,
+        plant_file=options.plant,
+        seed=options.seed,
+        rate_hz=options.rate,
+        batch=options.batch,
+        pace=options.pace,
+        data=str(options.data),
+    )
+
+
+def main(argv: list[str]) -> int:
+    """Run until Ctrl-C or until a node ends."""
+    setup = setup_of(parser().parse_args(argv))
+    over = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: over.set())
+    with BenchProcesses(setup) as processes:
+        names = ", ".join(processes.running)
+        print(
+            f"bench: {names}\nbags go to {Path(setup.data).resolve()}; Ctrl-C ends it", flush=True
+        )
+        while not over.wait(0.5):
+            ended = processes.ended()
+            if ended:
+                what = ", ".join(f"{name} (exit code {code})" for name, code in ended.items())
+                print(f"flatplank bench: ended by itself: {what}", file=sys.stderr)
+                return 1
+    return 0

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Have a running bench make one measurement: a slip step, or free rolling."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from flatplank_control.runner.measurement import from_mapping
+
+
+def parser() -> argparse.ArgumentParser:
+    p = argparse.ArgumentParser(prog="flatplank slip", description=__doc__)
+    p.add_argument("kappa", type=float, nargs="?", help="slip [%%], driving > 0")
+    p.add_argument("--free-rolling", action="store_true", help="controller run, gives r_e")
+    p.add_argument("--re", type=float, default=0.3108, help="effective rolling radius [m]")
+    p.add_argument("--at", type=float, default=1.5, help="plank position of the step [m]")
+    p.add_argument("--end", type=float, default=4.1, help="plank position of the end [m]")
+    p.add_argument("--tire", default="TOY", help="name of the tire in the files")
+    p.add_argument("--fz", type=float, default=3700.0, help="vertical force [N]")
+    p.add_argument("--pressure", type=float, default=2.5, help="[bar]")
+    p.add_argument("--alpha", type=float, default=0.0, help="side slip angle [deg]")
+    p.add_argument("--gamma", type=float, default=0.0, help="camber [deg]")
+    p.add_argument("--start", type=int, default=1, choices=(1, 2, 3), help="0, 120, 240 deg")
+    p.add_argument("--lab", action="store_true", help="manual steps are asked for, not simulated")
+    return p
+
+
+def main(argv: list[str]) -> int:
+    """Exit code 0: the bag is there."""
+    options = parser().parse_args(argv)
+    if (options.kappa is None) != options.free_rolling:
+        print("flatplank slip: give a slip in %, or --free-rolling", file=sys.stderr)
+        return 2
+    plan = {
+        "measurement": "free_rolling" if options.free_rolling else "slip",
+        "kappa": (options.kappa or 0.0) / 100.0,
+        "effective_rolling_radius": options.re,
+        "step_position": options.at,
+        "end_position": options.end,
+        "tire": options.tire,
+        "fz": options.fz,
+        "pressure": options.pressure,
+        "alpha_deg": options.alpha,
+        "gamma_deg": options.gamma,
+        "start": options.start,
+    }
+    from_mapping(plan, "flatplank slip")
+    from flatplank_control.nodes.client import BenchClient, BenchError
+
+    try:
+        with BenchClient() as client:
+            for bag in client.measure(plan, simulated=not options.lab, say=print):
+                print(bag)
+    except BenchError as error:
+        print(f"flatplank slip: {error}", file=sys.stderr)
+        return 1
+    return 0

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A program that asks a running bench for something: connect, measure, call services."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from types import TracebackType
+from typing import Any
+
+import rclpy
+import yaml
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from flatplank_msgs.action import RunMeasurement
+
+Say = Callable[[str], None]
+
+
+class BenchError(Exception):
+    """The bench does not answer or says no."""
+
+
+class BenchClient:
+    """A short-lived node; a context manager."""
+
+    def __init__(self, name: str = "flatplank_client") -> None:
+        rclpy.init()
+        self.node = Node(name)
+        self._clients: dict[str, Any] = {}
+
+    def __enter__(self) -> BenchClient:
+        return self
+
+    def __exit__(
+        self, kind: type | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.node.destroy_node()
+        rclpy.try_shutdown()
+
+    def call(self, kind: type, name: str, timeout: float = 10.0, **fields: Any) -> Any:
+        """Call a service; BenchError when it does not answer in time [s of wall clock]."""
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(kind, name)
+        if not client.wait_for_service(timeout_sec=timeout):
+            raise BenchError(f"{name}: not there after {timeout:g} s; is the bench running?")
+        future = client.call_async(kind.Request(**fields))
+        rclpy.spin_until_future_complete(self.node, future, timeout_sec=timeout)
+        if not future.done():
+            raise BenchError(f"{name}: no answer within {timeout:g} s")
+        return future.result()
+
+    def wait_connected(self, nodes: Iterable[str], timeout: float = 30.0) -> None:
+        """Until every node says that its topics have somebody at the other end."""
+        end = time.monotonic() + timeout
+        for name in nodes:
+            while True:
+                left = end - time.monotonic()
+                if left <= 0.0:
+                    raise BenchError(f"{name}: not connected after {timeout:g} s")
+                response = self.call(Trigger, f"/{name}/connected", timeout=left)
+                if response.success:
+                    break
+                self.spin(0.05)
+
+    def spin(self, seconds: float) -> None:
+        """Let messages come for a while [s of wall clock]."""
+        rclpy.spin_once(self.node, timeout_sec=seconds)
+
+    def measure(
+        self,
+        plan: Mapping[str, Any],
+        *,
+        simulated: bool,
+        folder: str = "",
+        say: Say = lambda _text: None,
+    ) -> list[str]:
+        """Have the runner make a measurement; the bags. BenchError with the runner's reason."""
+        client = ActionClient(self.node, RunMeasurement, "/run_measurement")
+        try:
+            if not client.wait_for_server(timeout_sec=10.0):
+                raise BenchError("/run_measurement: not there; is the bench running?")
+            goal = RunMeasurement.Goal(
+                plan=yaml.safe_dump(dict(plan)), folder=folder, simulated=simulated
+            )
+            sent = client.send_goal_async(goal, lambda m: say(m.feedback.prompt or m.feedback.step))
+            rclpy.spin_until_future_complete(self.node, sent)
+            handle = sent.result()
+            if not handle.accepted:
+                raise BenchError("the runner is busy with another measurement")
+            result = handle.get_result_async()
+            try:
+                rclpy.spin_until_future_complete(self.node, result)
+            except KeyboardInterrupt:
+                cancelled = handle.cancel_goal_async()
+                rclpy.spin_until_future_complete(self.node, cancelled, timeout_sec=5.0)
+                rclpy.spin_until_future_complete(self.node, result, timeout_sec=20.0)
+                raise
+            answer = result.result().result
+        finally:
+            client.destroy()
+        if not answer.success:
+            raise BenchError(answer.message)
+        return list(answer.bags)

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One drive: the shell of `flatplank_hw.drive`. Other axes are this node with another name and file."""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+from flatplank_hw.drive import AxisDrive, DriveParameters
+from flatplank_hw.drive.modes import MODES
+from flatplank_hw.joining import CycleJoin
+from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
+from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.msg import Reference as ReferenceMsg
+from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode
+
+
+class DriveNode(BenchNode):
+    """/bus/inputs, hub, encoders and the active source's reference -> /bus/outputs, ~/status."""
+
+    PARAMETERS = DriveParameters
+
+    def configure(self, parameters: DriveParameters) -> None:
+        self.drive = AxisDrive(parameters)
+        self.linear = parameters.unit == "m"
+
+    def connect(self) -> None:
+        self.command, self.status, self.joints = BusOutputs(), DriveStatus(), JointState()
+        axis = self.parameters.axis
+        self.command.header.frame_id = self.status.header.frame_id = axis
+        self.joints.name = [axis]
+        self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
+        self.said = self.in_charge = ""
+        self.publish = self.speak(BusOutputs, "/bus/outputs", STREAM, needed=True)
+        self.publish_status = self.speak(DriveStatus, "~/status", STREAM)
+        self.publish_joints = self.speak(JointState, "~/joint_states", STREAM)
+        self.publish_mode = self.speak(String, "~/mode", LATCHED)
+        self.say_mode(self.drive.mode)
+        self.listen(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
+        self.listen(HubState, "/measurement_hub/state", self.on_hub, STREAM)
+        self.listen(EncoderState, "/encoders/state", self.on_encoders, STREAM)
+        self.listen(ReferenceMsg, "~/reference", self.on_reference, REFERENCE)
+        self.serve(SetOperationMode, "~/set_operation_mode", self.on_mode)
+        self.serve(SetBool, "~/enable", self.on_enable)
+        self.serve(MoveTo, "~/move_to", self.on_move)
+        for name, ask in {
+            "reset_fault": self.drive.reset_fault,
+            "home": self.drive.home,
+            "quick_stop": self.drive.quick_stop,
+        }.items():
+            self.serve(Trigger, f"~/{name}", lambda _, response, ask=ask: answer(response, *ask()))
+        self.serve(Claim, "/operator/claim", self.on_claim)
+        self.listen(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
+
+    # samples
+    def on_inputs(self, msg: BusInputs) -> None:
+        inputs = convert.inputs_from_msg(msg)[-1]
+        self.join.put("inputs", inputs.stamp_ns, inputs)
+
+    def on_hub(self, msg: HubState) -> None:
+        sample = convert.hub_from_msg(msg)
+        self.join.put("hub", sample.stamp_ns, sample)
+
+    def on_encoders(self, msg: EncoderState) -> None:
+        sample = convert.encoders_from_msg(msg)
+        self.join.put("encoders", sample.stamp_ns, sample)
+
+    def on_reference(self, msg: ReferenceMsg) -> None:
+        reference = convert.reference_from_msg(msg)
+        self.join.put("reference", reference.stamp_ns, reference)
+
+    def on_cycle(self, _at: int, latest) -> None:
+        command, sample = self.drive.step(
+            latest["inputs"], latest["encoders"], latest["hub"], latest["reference"]
+        )
+        convert.command_to_msg(command, sample.stamp_ns, self.command)
+        self.publish(self.command)
+        convert.drive_to_msg(sample, self.status)
+        self.publish_status(self.status)
+        joints = self.joints
+        joints.header.stamp = self.status.header.stamp
+        joints.position = array("d", (sample.position,))
+        joints.velocity = array("d", (sample.velocity,))
+        joints.effort = array("d", (sample.torque,))
+        self.publish_joints(joints)
+        if self.drive.mode != self.said:
+            self.say_mode(self.drive.mode)
+
+    def say_mode(self, mode: str) -> None:
+        """The sources work only in their own mode; a reference is waited for only then."""
+        (self.join.needed.add if MODES[mode].source else self.join.needed.discard)("reference")
+        self.said = mode
+        self.publish_mode(String(data=mode))
+
+    # requests
+    def on_mode(self, request, response):
+        done = self.drive.set_operation_mode(request.mode, request.value)
+        if done.accepted:
+            self.say_mode(request.mode)
+        return answer(response, *done)
+
+    def on_enable(self, request, response):
+        return answer(response, *(self.drive.enable() if request.data else self.drive.disable()))
+
+    def on_move(self, request, response):
+        target = request.angle_deg if self.linear else math.radians(request.angle_deg)
+        done = self.drive.move_to(target, request.velocity)
+        if done.accepted:
+            self.say_mode("position")
+        return answer(response, *done)
+
+    def on_claim(self, request, response):
+        client = request.client
+        done = self.drive.claim(client) if client else self.drive.release(self.in_charge)
+        if done.accepted:
+            self.in_charge = client
+        return answer(response, *done, token=client)
+
+    def on_heartbeat(self, msg: String) -> None:
+        self.drive.heartbeat(msg.data)
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: DriveNode("wheel_drive"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
