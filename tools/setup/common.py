@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -21,6 +22,7 @@ JAZZY = Path("/opt/ros/jazzy")
 HAS_JAZZY = (JAZZY / "setup.bash").exists()
 LOCK = ROOT / "requirements" / ("lock-jazzy.txt" if HAS_JAZZY else "lock.txt")
 SYSTEM_PATH = ("/usr/local/bin", "/usr/bin", "/bin")
+NO_NETWORK = r"name resolution|NewConnectionError|ProxyError|Network is unreachable|Read timed out"
 PATH_LIKE = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH")
 
 
@@ -50,14 +52,13 @@ class Stamp:
         self.path, self.value = path, digest(*made_from)
 
     def fresh(self) -> bool:
+        """Whether the step was finished, with what it would be made from now."""
         return self.path.exists() and self.path.read_text() == self.value
 
     def write(self) -> None:
+        """The step is finished."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.path.write_text(self.value)
-
-    def clear(self) -> None:
-        self.path.unlink(missing_ok=True)
 
 
 def run(command: list[str], log: Path, env: dict[str, str] | None = None) -> None:
@@ -74,31 +75,24 @@ def run(command: list[str], log: Path, env: dict[str, str] | None = None) -> Non
 def explain(log: Path, what: str) -> str:
     """The line of a failed step's log that says why."""
     text = log.read_text(errors="replace")
-    if re.search(
-        r"name resolution|NewConnectionError|ProxyError|Network is unreachable|Read timed out",
-        text,
-    ):
+    if re.search(NO_NETWORK, text):
         return f"the package index cannot be reached: connect the network and start again ({log})"
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    errors = (
-        [line for line in lines if re.search(r"error", line, re.IGNORECASE)] or lines or [what]
-    )
-    return f"{Path(what).name} failed: {errors[0][:300]} (all of it: {log})"
+    errors = [line for line in lines if re.search(r"error", line, re.IGNORECASE)]
+    reason = (errors or lines or ["no output"])[0][:300]
+    return f"{Path(what).name} failed: {reason} (all of it: {log})"
 
 
 @contextmanager
-def ticking(title: str, measure=None):
+def ticking(title: str, measure: Callable[[], str] | None = None) -> Iterator[None]:
     """Show a step: a line that counts on a terminal, one line at its start and end elsewhere."""
     done, start, live = threading.Event(), time.monotonic(), sys.stderr.isatty()
 
     def tick() -> None:
         while not done.wait(0.5):
             note = f" {measure()}" if measure else ""
-            print(
-                f"\rflatplank: {title}{note} ... {time.monotonic() - start:.0f} s ",
-                end="",
-                file=sys.stderr,
-            )
+            seconds = f"{time.monotonic() - start:.0f} s "
+            print(f"\rflatplank: {title}{note} ... {seconds}", end="", file=sys.stderr)
 
     if not live:
         say(f"{title} ...")
@@ -116,7 +110,7 @@ def ticking(title: str, measure=None):
 
 
 @contextmanager
-def only_one():
+def only_one() -> Iterator[None]:
     """Two starts at once must not build into the same folders."""
     CACHE.mkdir(exist_ok=True)
     with (CACHE / "setup.lock").open("w") as lock:

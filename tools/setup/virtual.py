@@ -51,7 +51,7 @@ def make_venv() -> None:
         begun.write()
     forget_half_installed()
     site, total = site_packages(), wanted_packages()
-    count = f"Python packages, {total} of them"
+    count = f"step 2 of 3, {total} Python packages"
     with ticking(count, lambda: f"({len(list(site.glob('*.dist-info')))} there)"):
         run([*pip, "install", *PIP_OPTIONS, "-r", str(LOCK)], CACHE / "pip.log", env)
     if not HAS_JAZZY:
@@ -71,7 +71,7 @@ def create_venv() -> None:
             raise SetupError(
                 f"{base} makes no virtual environments: install {version}, start again"
             )
-    with ticking("virtual environment .venv"):
+    with ticking("step 1 of 3, virtual environment .venv"):
         run(command, CACHE / "venv.log")
 
 

@@ -93,6 +93,6 @@ def build_workspace(stale: list[str]) -> list[str]:
     command = [python, "-m", "colcon", "build", "--symlink-install", "--packages-select", *stale]
     command += ["--cmake-args", f"-DPython3_EXECUTABLE={python}", *CMAKE_ARGUMENTS]
     env = os.environ | ros_setup() | {"PYTHONWARNINGS": "ignore"}
-    with ticking(f"ROS workspace: {' '.join(stale)}"):
+    with ticking(f"step 3 of 3, ROS workspace: {' '.join(stale)}"):
         run(command, CACHE / "colcon.log", env)
     return stale
