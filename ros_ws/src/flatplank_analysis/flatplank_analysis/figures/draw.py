@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures to SVG, PNG and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure as Canvas
+from matplotlib.ticker import MaxNLocator
+
+from flatplank_analysis.figures.spec import Figure, Panel, Series
+from flatplank_analysis.figures.style import INK, MUTED, PALETTE, RC
+
+MAX_POINTS = 700
+"""per line in a picture; the CSV has them all"""
+WIDTH, HEIGHT = 6.4, 3.7
+"""of one panel [inch]"""
+
+#: keyword arguments of `plot` per style
+STYLES: dict[str, dict] = {
+    "line": {"linewidth": 1.4},
+    "model": {"linewidth": 1.3, "linestyle": (0, (4, 2)), "color": INK},
+    "curve": {"linewidth": 1.6},
+    "points": {"linestyle": "none", "marker": "o", "markersize": 5},
+    "joined": {"linewidth": 1.2, "marker": "o", "markersize": 4.5},
+    "hollow": {"linestyle": "none", "marker": "o", "markersize": 6, "markerfacecolor": "white"},
+}
+
+
+def canvas(figure: Figure) -> Canvas:
+    """A matplotlib figure; no global state is touched."""
+    count = max(len(figure.panels), 1)
+    rows, columns = (count, 1) if figure.stacked else (1, count)
+    width = WIDTH if columns == 1 else 4.4 * columns
+    height = (2.4 if figure.stacked and rows > 1 else HEIGHT) * rows
+    out = Canvas(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(out)
+    axes = out.subplots(rows, columns, squeeze=False).ravel()
+    for axis, panel in zip(axes, figure.panels, strict=False):
+        _panel(axis, panel)
+    return out
+
+
+def _panel(axis: Axes, panel: Panel) -> None:
+    colors = iter(PALETTE * 4)
+    labels = []
+    for series in panel.series:
+        color = series.color or STYLES[series.style].get("color") or next(colors)
+        _series(axis, series, color)
+        if series.end_label:
+            labels.append((series, color))
+    for mark in panel.marks:
+        axis.axvline(mark, color=MUTED, linewidth=0.8, linestyle=(0, (2, 2)), zorder=0.5)
+    axis.set_xlabel(panel.x_label)
+    axis.set_ylabel(panel.y_label)
+    if panel.title:
+        axis.set_title(panel.title)
+    axis.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
+    if panel.x_range:
+        axis.set_xlim(*panel.x_range)
+    if panel.y_range:
+        axis.set_ylim(*panel.y_range)
+    _end_labels(axis, labels)
+    _legend(axis, panel)
+
+
+def _legend(axis: Axes, panel: Panel) -> None:
+    """Where there is more than one thing to tell apart; above the axes when lines fill them."""
+    shown = [s for s in panel.series if s.legend and not s.end_label and s.label]
+    if len(panel.series) < 2 or not shown:
+        return
+    if len(shown) == len(panel.series) or panel.title:
+        axis.legend(loc="best")
+    else:
+        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+        axis.legend(ncols=len(shown), **place)
+
+
+def _series(axis: Axes, series: Series, color: str) -> None:
+    x, y = thinned(series.x, series.y) if series.error is None else (series.x, series.y)
+    shown = series.legend and not series.end_label
+    label = series.label if shown else "_" + series.label
+    style = {**STYLES[series.style], "color": color}
+    if series.style == "hollow":
+        style["markeredgecolor"] = color
+    if series.error is None:
+        axis.plot(x, y, label=label, **style)
+    else:
+        axis.errorbar(x, y, yerr=series.error, label=label, capsize=2.5, elinewidth=1.0, **style)
+
+
+def _end_labels(axis: Axes, labels: list[tuple[Series, str]]) -> None:
+    """Texts at the right end of the lines, moved apart where they would overlap."""
+    if not labels:
+        return
+    low, high = axis.get_ylim()
+    left, right = axis.get_xlim()
+    gap = 0.052 * (high - low)
+    ends = sorted(((_last(s, right), s.label, c) for s, c in labels), key=lambda e: e[0])
+    places = [end for end, _, _ in ends]
+    for _ in range(200):
+        moved = False
+        for i in range(len(places) - 1):
+            short = gap - (places[i + 1] - places[i])
+            if short > 1e-9 * gap:
+                places[i] -= short / 2
+                places[i + 1] += short / 2
+                moved = True
+        if not moved:
+            break
+    axis.set_xlim(left, right)
+    for place, (_, text, color) in zip(places, ends, strict=True):
+        axis.annotate(
+            text,
+            (right, place),
+            xytext=(5, 0),
+            textcoords="offset points",
+            color=color,
+            va="center",
+            fontsize=8.5,
+            annotation_clip=False,
+        )
+
+
+def _last(series: Series, right: float) -> float:
+    good = np.isfinite(series.y) & (series.x <= right)
+    tail = series.y[good][-25:]
+    return float(np.mean(tail)) if tail.size else 0.0
+
+
+def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """At most MAX_POINTS points, evenly chosen; NaN left out."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    good = np.isfinite(x) & np.isfinite(y)
+    x, y = x[good], y[good]
+    if x.size <= MAX_POINTS:
+        return x, y
+    chosen = np.unique(np.linspace(0, x.size - 1, MAX_POINTS).round().astype(int))
+    return x[chosen], y[chosen]
+
+
+def svg(figure: Figure) -> str:
+    """An SVG element for a page; identifiers are the figure's own, so pages can hold many."""
+    stream = io.StringIO()
+    with matplotlib.rc_context({**RC, "svg.hashsalt": figure.name}):
+        canvas(figure).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    text = stream.getvalue()
+    text = text[text.index("<svg") :]
+    prefix = re.sub(r"\W", "-", figure.name)
+    for pattern in (r'id="', r'href="#', r"url\(#"):
+        text = re.sub(f"({pattern})", rf"\g<1>{prefix}-", text)
+    return re.sub(r'width="[\d.]+pt" height="[\d.]+pt" ', 'width="100%" ', text, count=1)
+
+
+FORMATS = ("svg", "png", "csv")
+
+
+def save(figure: Figure, folder: Path, formats: Iterable[str] = FORMATS) -> list[Path]:
+    """Write pictures and the CSV; returns the paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for suffix in formats:
+        path = folder / f"{figure.name}.{suffix}"
+        if suffix == "csv":
+            path.write_text(table_of(figure), encoding="utf-8")
+        else:
+            with matplotlib.rc_context({**RC, "svg.hashsalt": figure.name}):
+                metadata = {"Date": None} if suffix == "svg" else None
+                canvas(figure).savefig(path, format=suffix, dpi=160, metadata=metadata)
+        paths.append(path)
+    return paths
+
+
+def table_of(figure: Figure) -> str:
+    """All points of a figure as CSV: panel, series, x, y, error."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["panel", "series", "x", "y", "error"])
+    for number, panel in enumerate(figure.panels, start=1):
+        writer.writerow([f"# {number}", panel.title, panel.x_label, panel.y_label, ""])
+        for series in panel.series:
+            error = series.error if series.error is not None else [""] * len(series.x)
+            for x, y, e in zip(series.x, series.y, error, strict=True):
+                writer.writerow([number, series.label, f"{x:.10g}", f"{y:.10g}", _cell(e)])
+    return stream.getvalue()
+
+
+def _cell(value: object) -> str:
+    return value if isinstance(value, str) else f"{value:.10g}"

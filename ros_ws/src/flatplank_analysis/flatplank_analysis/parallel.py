@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One way to do many independent pieces of work: here, in processes, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, contextmanager
+from typing import Protocol, TypeVar
+
+from flatplank_analysis.errors import FlatplankError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+RETRIES = 3
+"""how often work is given out again when a worker has died"""
+
+
+class Executor(Protocol):
+    """Maps a module-level function over items; results come in the order of the items."""
+
+    def map(
+        self, function: Callable[[Item], Result], items: Iterable[Item]
+    ) -> Iterator[Result]: ...
+
+
+class Serial:
+    """In this process."""
+
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        return map(function, items)
+
+
+class Processes:
+    """In `jobs` processes; work of a process that died is given out again."""
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        waiting = list(items)
+        losses = 0
+        while waiting:
+            context = multiprocessing.get_context("spawn")
+            with ProcessPoolExecutor(min(self.jobs, len(waiting)), mp_context=context) as pool:
+                futures = [pool.submit(function, item) for item in waiting]
+                try:
+                    for future in futures:
+                        result = future.result()
+                        waiting.pop(0)
+                        yield result
+                except BrokenProcessPool as error:
+                    losses += 1
+                    if losses > RETRIES:
+                        raise FlatplankError(
+                            f"worker processes died {losses} times",
+                            f"{self.jobs} jobs",
+                            "use fewer --jobs (out of memory?)",
+                        ) from error
+
+
+class Dask:
+    """On a cluster whose scheduler is at an address; its own retries cover lost workers."""
+
+    def __init__(self, client) -> None:
+        self.client = client
+
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        futures = self.client.map(function, list(items), retries=RETRIES, pure=False)
+        for future in futures:
+            yield future.result()
+
+
+@contextmanager
+def _dask(address: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise FlatplankError(
+            "a scheduler needs the package distributed",
+            address,
+            "pip install 'flatplank-analysis[dask]'",
+        ) from error
+    try:
+        client = Client(address, timeout="20s", set_as_default=False)
+    except OSError as error:
+        what = f"no scheduler ({error})"
+        raise FlatplankError(what, address, "start one, or leave '--scheduler' out") from error
+    with client:
+        yield Dask(client)
+
+
+@contextmanager
+def _here(executor: Executor) -> Iterator[Executor]:
+    yield executor
+
+
+def open_executor(
+    jobs: int | None = None, scheduler: str | None = None
+) -> AbstractContextManager[Executor]:
+    """The executor for `--jobs N` (default: every core) or `--scheduler ADDRESS`."""
+    if scheduler:
+        return _dask(scheduler)
+    jobs = jobs if jobs is not None else len(os.sched_getaffinity(0))
+    if jobs < 1:
+        raise FlatplankError(f"{jobs} jobs", "--jobs", "use 1 or more")
+    return _here(Serial() if jobs == 1 else Processes(jobs))

@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a campaign to its results: one piece of work per operating point, done in parallel."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.data.campaign import Campaign, Run
+from flatplank_analysis.data.info import Condition
+from flatplank_analysis.data.problem import Problem, problem_of
+from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
+from flatplank_analysis.identify.linear import linear_run
+from flatplank_analysis.identify.quality import is_transient, rmse
+from flatplank_analysis.identify.runs import StepRun, step_run
+from flatplank_analysis.models.nonlinear import NonlinearX
+from flatplank_analysis.models.steady_law import table_law
+from flatplank_analysis.parallel import open_executor
+from flatplank_analysis.post.filtering import low_pass
+from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of, on_grid, repeat_std
+from flatplank_analysis.post.slip import StepFacts, step_facts
+from flatplank_analysis.report.extras import other_measurements
+from flatplank_analysis.report.results import (
+    CampaignResult,
+    ConditionResult,
+    ModelCurves,
+    PointResult,
+)
+from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
+
+COLUMNS = (
+    "time",
+    "plank_position",
+    "plank_velocity",
+    "wheel_angle",
+    "wheel_velocity",
+    "motor_velocity",
+    "motor_torque",
+    "fx",
+    "fy",
+    "fz",
+    "mz",
+    "loaded_radius",
+)
+SHOWN = ("fx", "fy", "fz", "plank_velocity")
+THIN = 20
+"""every 20th point of the 0.1 mm grid is kept after the filter: 2 mm"""
+TAIL = 0.5
+"""road over which a steady lateral force is averaged [m]"""
+ROLLING = ("slip", "free_rolling")
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class PointJob:
+    """The runs of one operating point."""
+
+    point: Condition
+    runs: Sequence[Run]
+    nonlinear: bool = True
+
+
+def analyse(
+    campaign: Campaign,
+    *,
+    jobs: int | None = 1,
+    scheduler: str | None = None,
+    nonlinear: bool = True,
+    progress: Progress | None = None,
+) -> CampaignResult:
+    """All results of a campaign. Raises when no run could be used."""
+    work = point_jobs(campaign, nonlinear)
+    points: list[PointResult] = []
+    with open_executor(jobs, scheduler) as executor:
+        for done, result in enumerate(executor.map(analyse_point, work), start=1):
+            points.append(result)
+            for problem in result.problems:
+                campaign.note(problem)
+            if progress:
+                progress(done, len(work), result.point.label())
+    extras = other_measurements(campaign)
+    if not any(p.conditions or p.radii for p in points) and not extras:
+        first = f" (first: {campaign.problems[0]})" if campaign.problems else ""
+        raise FlatplankError(
+            f"no run could be used{first}", campaign.path, "see the problems of its files"
+        )
+    return CampaignResult(campaign.path, _tire(campaign), points, tuple(campaign.problems), extras)
+
+
+def _tire(campaign: Campaign) -> str:
+    return campaign.tire or next((info.tire for info in campaign.infos if info.tire), "")
+
+
+def point_jobs(campaign: Campaign, nonlinear: bool = True) -> list[PointJob]:
+    """Rolling runs by operating point; free-rolling runs go with the slip runs of their point."""
+    groups: dict[Condition, list[Run]] = {}
+    for condition, runs in campaign.conditions().items():
+        if condition.measurement in ROLLING:
+            point = condition.operating_point._replace(measurement="slip")
+            groups.setdefault(point, []).extend(runs)
+    return [PointJob(point, tuple(runs), nonlinear) for point, runs in groups.items()]
+
+
+def analyse_point(job: PointJob) -> PointResult:
+    """Read the runs of one operating point, condition by condition, and fit the models."""
+    problems: list[Problem] = []
+    conditions: list[ConditionResult] = []
+    steps: list[StepRun] = []
+    radii: list[RadiusRun] = []
+    groups: dict[Condition, list[Run]] = {}
+    for run in job.runs:
+        groups.setdefault(run.info.condition, []).append(run)
+    for condition, runs in groups.items():
+        tables = _tables(runs, problems)
+        radii += _radii(tables, problems)
+        if condition.measurement == "slip" and tables:
+            found = _guarded(problems, condition_result, condition, tables)
+            if found is not None:
+                conditions.append(found)
+                steps += _steps(tables, problems)
+    carcass, why, models = None, "", {}
+    if conditions:
+        models["linear"] = linear_curves(conditions)
+    if job.nonlinear and steps:
+        try:
+            carcass = fit_carcass(steps)
+            models["nonlinear"] = nonlinear_curves(carcass, conditions, steps)
+        except FlatplankError as error:
+            why = str(error)
+    return PointResult(job.point, conditions, radii, carcass, why, models, tuple(problems))
+
+
+def _tables(runs: Sequence[Run], problems: list[Problem]) -> list[MeasurementTable]:
+    tables = []
+    for run in runs:
+        found = _guarded(problems, run.read, COLUMNS, file=run.info.file)
+        if found is not None:
+            tables.append(found[0])
+            problems.extend(found[1])
+    return tables
+
+
+def _guarded(problems: list[Problem], function: Callable, *args: object, file: str = ""):
+    """The result, or None with the reason among the problems."""
+    try:
+        return function(*args)
+    except FlatplankError as error:
+        problems.append(problem_of(error, file or error.where.split(",")[0]))
+        return None
+
+
+def _radii(tables: Sequence[MeasurementTable], problems: list[Problem]) -> list[RadiusRun]:
+    usable = [t for t in tables if t.has("wheel_angle") or t.has("motor_velocity")]
+    found = [_guarded(problems, radius_of_run, t, file=t.info.file) for t in usable]
+    return [r for r in found if r is not None and math.isfinite(r.radius)]
+
+
+def _steps(tables: Sequence[MeasurementTable], problems: list[Problem]) -> list[StepRun]:
+    found = [_guarded(problems, step_run, t, file=t.info.file) for t in tables]
+    return [s for s in found if s is not None]
+
+
+def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -> ConditionResult:
+    """Mean of the runs, low-passed (section 6.2), and its linear model (7.11, 7.12)."""
+    step = tables[0].info.step_position
+    if not math.isfinite(step):
+        file = tables[0].info.file
+        raise FlatplankError("no step_position", file, "add it to campaign.yaml [m]")
+    gridded = [on_grid(t, SHOWN) for t in tables]
+    mean = mean_of(gridded).map(low_pass)
+    facts = _mean_facts([step_facts(t) for t in tables])
+    kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else condition.kappa
+    good = np.isfinite(mean["fx"])
+    thin = slice(None, None, THIN)
+    starts = {t.info.start for t in tables}
+    return ConditionResult(
+        condition,
+        [t.info.name for t in tables],
+        facts,
+        step,
+        mean.position[thin],
+        {name: values[thin] for name, values in mean.columns.items()},
+        _scatter(gridded),
+        len(starts) == 1,
+        linear_run(mean.position[good] - step, mean["fx"][good], kappa),
+        {t.info.name: _run_fit(t, step) for t in tables},
+        _tail(mean),
+    )
+
+
+def _run_fit(table: MeasurementTable, step: float):
+    facts = step_facts(table)
+    kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else table.info.kappa
+    return linear_run(table["plank_position"] - step, table["fx"], kappa)
+
+
+def _scatter(gridded: Sequence[Gridded]) -> np.ndarray | None:
+    if len(gridded) < 2:
+        return None
+    smooth = [g.map(low_pass, ["fx"]) for g in gridded]
+    return repeat_std(smooth, "fx")[::THIN]
+
+
+def _tail(mean: Gridded) -> float:
+    if "fy" not in mean.columns:
+        return math.nan
+    last = mean["fy"][np.isfinite(mean["fy"])][-round(TAIL / SPACING) :]
+    return float(last.mean()) if last.size else math.nan
+
+
+def _mean_facts(facts: Sequence[StepFacts]) -> StepFacts:
+    names = [f.name for f in dataclasses.fields(StepFacts)]
+    values = {n: np.array([getattr(f, n) for f in facts]) for n in names}
+    return StepFacts(
+        **{
+            n: float(np.nanmean(v)) if np.isfinite(v).any() else math.nan
+            for n, v in values.items()
+        }
+    )
+
+
+def linear_curves(conditions: Sequence[ConditionResult]) -> ModelCurves:
+    """The linear model of every condition."""
+    curves, errors = {}, {}
+    for c in conditions:
+        x = c.since_step[(c.since_step >= 0.0) & np.isfinite(c.measured["fx"])]
+        curves[c.condition] = (x, c.linear.response(x))
+        errors[c.condition] = c.linear.rmse_transient
+    return ModelCurves("linear", "linear transient model", curves, errors)
+
+
+def nonlinear_curves(
+    fit: CarcassFit, conditions: Sequence[ConditionResult], steps: Sequence[StepRun]
+) -> ModelCurves:
+    """The nonlinear model of every condition: mean of its runs' responses."""
+    law = table_law(fit.curve.kappa, fit.curve.force)
+    load = float(np.mean([run.mean_load for run in steps]))
+    mu = float(np.max(np.abs(fit.curve.force))) / load
+    model = NonlinearX(lambda _: law, friction=mu)
+    curves, errors = {}, {}
+    for c in conditions:
+        runs = [s for s in steps if s.level == c.condition.kappa]
+        x = c.since_step[(c.since_step >= 0.0) & np.isfinite(c.measured["fx"])]
+        parts = []
+        for run in runs:
+            inputs = run.inputs(0.005, c.linear.start_force.value)
+            grid, _ = run.grid(0.005, run.fx[None])
+            force = model.simulate(np.array([[fit.c_cx.value]]), inputs)[0, 0]
+            parts.append(np.interp(x, grid, force))
+        response = np.mean(parts, axis=0)
+        curves[c.condition] = (x, response)
+        seen = c.measured["fx"][np.isin(c.position, x + c.step_position)]
+        if seen.size != x.size:
+            seen = np.interp(x, c.since_step, c.measured["fx"])
+        errors[c.condition] = rmse(seen, response, is_transient(x, c.linear.transient_end))
+    return ModelCurves("nonlinear", "nonlinear transient model", curves, errors)

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes a report: report.html, report.json, figures/ (PNG, SVG, CSV), tables/ (CSV)."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from flatplank_analysis.data.campaign import Campaign
+from flatplank_analysis.report.analysis import Progress, analyse
+from flatplank_analysis.report.results import CampaignResult
+
+PAGE = "report.html"
+
+
+def build(
+    campaign: str | os.PathLike[str] | Campaign,
+    out_dir: str | os.PathLike[str],
+    *,
+    jobs: int | None = 1,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Analyse a campaign folder and write its report; returns the page."""
+    if not isinstance(campaign, Campaign):
+        campaign = Campaign.load(campaign)
+    result = analyse(campaign, jobs=jobs, scheduler=scheduler, progress=progress)
+    return write(result, out_dir)
+
+
+def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
+    """Write the report of results; returns the page."""
+    # matplotlib and jinja2 load here, so that a fit does not wait for them
+    from flatplank_analysis.figures.draw import save
+    from flatplank_analysis.figures.registry import make_figures
+    from flatplank_analysis.report.page import render
+    from flatplank_analysis.report.tables import all_tables
+
+    out = Path(out_dir)
+    out.mkdir(parents=True, exist_ok=True)
+    figures = make_figures(result)
+    tables = all_tables(result)
+    for figure in (f for group in figures.values() for f in group):
+        save(figure, out / "figures")
+    (out / "tables").mkdir(exist_ok=True)
+    for table in tables:
+        _put(out / "tables" / f"{table.name}.csv", table.csv())
+    _put(out / "report.json", json.dumps(result.to_json(), indent=1))
+    _put(out / PAGE, render(result, figures, tables))
+    return out / PAGE
+
+
+def _put(path: Path, text: str) -> None:
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)

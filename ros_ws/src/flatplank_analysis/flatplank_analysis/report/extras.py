@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results of the measurements that are no slip steps: stiffness, footprints, unloaded turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.data.campaign import Campaign
+from flatplank_analysis.data.problem import problem_of
+from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.post.gridding import SPACING, on_grid
+from flatplank_analysis.post.settling import fit_exponential
+from flatplank_analysis.steady.contact import fit_contact_length
+from flatplank_analysis.steady.stiffness import vertical_stiffness
+from flatplank_analysis.steady.transmission import friction_torque
+
+FREE_RADIUS = 0.3173
+"""r_0 used with footprints when the run record has no `free_radius` (Toyo, Table I.1) [m]"""
+
+Found = dict[str, Any]
+Extra = Callable[[Campaign, list[MeasurementTable], Mapping[str, Any]], Found]
+#: kind of measurement -> what is made of it, in this order
+EXTRAS: dict[str, Extra] = {}
+
+
+def extra(measurement: str) -> Callable[[Extra], Extra]:
+    """Register the evaluation of a kind of measurement."""
+
+    def register(function: Extra) -> Extra:
+        EXTRAS[measurement] = function
+        return function
+
+    return register
+
+
+def other_measurements(campaign: Campaign) -> Found:
+    """Results by name; a run that cannot be used is noted among the campaign's problems."""
+    found: Found = {}
+    for kind, function in EXTRAS.items():
+        runs = campaign.where(lambda info, kind=kind: info.measurement == kind)
+        tables = list(runs.tables())
+        if tables:
+            found |= function(campaign, tables, found)
+    return found
+
+
+def _each(
+    campaign: Campaign,
+    tables: Iterable[MeasurementTable],
+    function: Callable[[MeasurementTable], Any],
+) -> list[tuple[MeasurementTable, Any]]:
+    out = []
+    for table in tables:
+        try:
+            out.append((table, function(table)))
+        except FlatplankError as error:
+            campaign.note(problem_of(error, table.info.file))
+    return out
+
+
+@extra("stiffness")
+def _stiffness(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+    runs = [
+        {
+            "run": table.info.name,
+            "pressure": table.info.pressure,
+            "loading": c.loading,
+            "unloading": c.unloading,
+            "mean": c.mean,
+            "window": c.window,
+            "loaded_radius": table["loaded_radius"][:: max(len(table) // 800, 1)],
+            "fz": table["fz"][:: max(len(table) // 800, 1)],
+        }
+        for table, c in _each(campaign, tables, vertical_stiffness)
+    ]
+    return {"vertical_stiffness": runs} if runs else {}
+
+
+@extra("footprint")
+def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mapping) -> Found:
+    """a over load; (7.20) is fitted where the vertical stiffness of that pressure is known."""
+    stiffness = {r["pressure"]: r["mean"] for r in found.get("vertical_stiffness", [])}
+    rows = []
+    for table in tables:
+        bar = table.get("pressure") / 1e5
+        bar = np.where(np.isfinite(bar), bar, table.info.pressure)
+        rows += list(zip(table["fz"], bar, table["half_length"], strict=True))
+    fz, bar, a = (np.array(v) for v in zip(*rows, strict=True))
+    out: Found = {"footprints": {"fz": fz, "pressure": bar, "half_length": a}}
+    cz = np.array([stiffness.get(round(float(p), 3), np.nan) for p in bar])
+    known = np.isfinite(cz)
+    if known.any():
+        radius = float(tables[0].info.extra.get("free_radius", FREE_RADIUS))
+        fit = fit_contact_length(fz[known], a[known], cz[known], radius)
+        out["contact_length"] = {
+            "q_ra1": fit.q_ra1,
+            "q_ra2": fit.q_ra2,
+            "r_0": fit.radius,
+            "rmse": fit.rmse,
+        }
+    return out
+
+
+@extra("unloaded_turn")
+def _unloaded(_: Campaign, tables: list[MeasurementTable], __: Mapping) -> Found:
+    curve = friction_torque(tables)
+    return {"friction_torque": {"speed": curve.speed, "torque": curve.torque}}
+
+
+@extra("free_rolling")
+def _settling(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+    """Settling distance (Appendix E) and steady error over the last 1.5 m (section 5.6)."""
+
+    def one(table: MeasurementTable) -> dict[str, Any]:
+        grid = on_grid(table, ["fx"])
+        fit = fit_exponential(grid.position, grid["fx"])
+        force = grid["fx"][np.isfinite(grid["fx"])]
+        last = force[-round(1.5 / SPACING) :]
+        return {
+            "run": table.info.name,
+            "fz": table.info.fz,
+            "settling_distance": fit.settles_at(),
+            "p1": fit.p1,
+            "p2": fit.p2,
+            "p3": fit.p3,
+            "steady_error": float(last.mean()) / 50.0 - 1.0,
+            "position": grid.position[::20],
+            "fx": grid["fx"][::20],
+        }
+
+    return {"free_rolling": [value for _, value in _each(campaign, tables, one)]}

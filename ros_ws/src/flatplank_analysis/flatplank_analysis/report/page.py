@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results, figures and tables as one page that opens offline."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment
+
+from flatplank_analysis.figures.draw import svg
+from flatplank_analysis.figures.spec import Figure
+from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report.tables import Table, radius_values
+
+LONG_TABLE = 30
+"""rows from which a table is folded"""
+FIGURE_WIDTH = 760
+
+SECTIONS: Mapping[str, tuple[str, str]] = {
+    "measurements": (
+        "Measurements",
+        "Signals over road displacement: interpolated to a common grid, averaged over the runs of "
+        "a condition, low-passed without phase at 323 1/m (10 Hz at 30.92 mm/s).",
+    ),
+    "repeatability": ("Repeatability", ""),
+    "models": (
+        "Models beside measurements",
+        "The linear transient model is fitted to every step by itself; the nonlinear model has "
+        "one carcass stiffness for all steps of an operating point.",
+    ),
+    "parameters": ("Parameters", ""),
+    "radius": ("Effective rolling radius", ""),
+    "machine": ("Tire at rest and machine", ""),
+}
+TABLES_OF = {
+    "measurements": ("steps",),
+    "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf"),
+    "parameters": ("linear", "carcass"),
+    "radius": ("rolling_radius", "settling"),
+}
+
+
+def render(
+    result: CampaignResult, figures: Mapping[str, Sequence[Figure]], tables: Sequence[Table]
+) -> str:
+    """The page as text."""
+    template = files("flatplank_analysis.report").joinpath("page.html.j2").read_text("utf-8")
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    tire = f"{result.tire}: " if result.tire else ""
+    return environment.from_string(template).render(
+        title=f"{tire}flat plank measurements",
+        subtitle=result.path,
+        sections=_sections(figures, tables),
+        cards=_cards(result),
+        statements=_statements(result),
+        problems=[str(p) for p in result.problems],
+        figure_width=FIGURE_WIDTH,
+        footer="SI units, ISO W axes; driving slip is positive. Numbers after ± are one standard "
+        "error. All figures and tables are beside this page as PNG, SVG, CSV and JSON.",
+    )
+
+
+def _sections(
+    figures: Mapping[str, Sequence[Figure]], tables: Sequence[Table]
+) -> list[dict[str, Any]]:
+    by_name = {t.name: t for t in tables}
+    out = []
+    for key, (title, lead) in SECTIONS.items():
+        shown = [_figure(f) for f in figures.get(key, ())]
+        mine = [_table(by_name[n]) for n in TABLES_OF.get(key, ()) if n in by_name]
+        if shown or mine:
+            out.append(
+                {"key": key, "title": title, "lead": lead, "figures": shown, "tables": mine}
+            )
+    return out
+
+
+def _figure(figure: Figure) -> dict[str, Any]:
+    return {
+        "name": figure.name,
+        "title": figure.title,
+        "caption": figure.caption,
+        "source": figure.source,
+        "wide": len(figure.panels) > 1 and not figure.stacked,
+        "svg": svg(figure),
+    }
+
+
+def _table(table: Table) -> dict[str, Any]:
+    rows = [
+        [cell if isinstance(cell, str) else number(cell) for cell in row] for row in table.rows
+    ]
+    return {
+        "name": table.name,
+        "title": table.title,
+        "header": table.header,
+        "rows": rows,
+        "note": table.note,
+        "long": len(rows) > LONG_TABLE,
+    }
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number for people: four digits, a true minus, nothing for NaN."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:.{min(places, 6)}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text and float(text).is_integer() else text
+    return text.replace("-", "−")
+
+
+def _cards(result: CampaignResult) -> list[dict[str, str]]:
+    runs = sum(len(c.names) for c in result.conditions)
+    cards = [
+        {"value": str(runs), "label": f"slip runs in {len(result.conditions)} conditions"},
+    ]
+    nominal = result.nominal()
+    radii = [v for v in radius_values(result) if nominal and v.point == nominal.point]
+    if radii:
+        value = number(1e3 * radii[0].corrected.value)
+        cards.append({"value": f"{value} mm", "label": "effective rolling radius at Fx = 0"})
+    if nominal is not None:
+        cards.append(_small_slip(nominal))
+        if nominal.carcass is not None:
+            fit = nominal.carcass
+            text = f"{number(1e-3 * fit.c_cx.value)} ± {number(1e-3 * fit.c_cx.std_error, 2)} kN/m"
+            cards.append({"value": text, "label": "carcass stiffness c_cx"})
+        for name, model in nominal.models.items():
+            mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
+            cards.append({"value": f"{number(mean, 3)} N", "label": f"mean RMSE, {name} model"})
+    return cards
+
+
+def _small_slip(nominal) -> dict[str, str]:
+    known = [c for c in nominal.conditions if c.linear.sigma.determined]
+    best = min(known, key=lambda c: (abs(c.condition.kappa), -c.condition.kappa), default=None)
+    if best is None:
+        return {"value": "–", "label": "no slip step to fit"}
+    fit = best.linear
+    text = f"{number(fit.sigma.value, 3)} ± {number(fit.sigma.std_error, 2)} m"
+    return {"value": text, "label": f"σx at {100 * best.condition.kappa:+g} % slip"}
+
+
+def _statements(result: CampaignResult) -> list[str]:
+    """What fits say they cannot know, each once."""
+    out: dict[str, None] = {}
+    for point in result.points:
+        where = point.point.label()
+        if point.why_no_carcass:
+            out[f"{where}: no carcass stiffness: {point.why_no_carcass}"] = None
+        for confusion in point.carcass.confusions if point.carcass else ():
+            out[f"{where}: {confusion.statement}; {confusion.remedy}."] = None
+        for c in point.conditions:
+            for confusion in c.linear.confusions:
+                text = f"{c.condition.label()}: {confusion.statement}"
+                out[f"{text} (correlation {confusion.correlation:.2f}); {confusion.remedy}."] = (
+                    None
+                )
+    return list(out)

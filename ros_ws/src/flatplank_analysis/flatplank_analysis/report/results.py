@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an analysis of a campaign finds; small enough to keep for thousands of runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.data.info import Condition
+from flatplank_analysis.data.problem import Problem
+from flatplank_analysis.identify.carcass import CarcassFit
+from flatplank_analysis.identify.linear import LinearFit
+from flatplank_analysis.identify.results import to_plain
+from flatplank_analysis.post.slip import StepFacts
+from flatplank_analysis.steady.rolling_radius import RadiusRun
+
+
+@dataclass(frozen=True)
+class ConditionResult:
+    """One slip level of one operating point: mean of its runs, low-passed, on a thinned grid."""
+
+    condition: Condition
+    names: Sequence[str]
+    facts: StepFacts
+    """mean over the runs"""
+    step_position: float
+    """[m]"""
+    position: np.ndarray
+    """road displacement [m], shape (n,)"""
+    measured: Mapping[str, np.ndarray]
+    """fx, fy, fz [N], plank_velocity [m/s], each of shape (n,)"""
+    scatter: np.ndarray | None
+    """standard deviation of Fx over the runs [N], shape (n,); None for one run"""
+    same_start: bool
+    """the scatter is over repeats from one start angle"""
+    linear: LinearFit
+    """of the mean, as in section 7.1"""
+    run_fits: Mapping[str, LinearFit]
+    """of every run"""
+    lateral_steady: float
+    """mean Fy over the last half metre [N]"""
+
+    @property
+    def since_step(self) -> np.ndarray:
+        """Road displacement since the step [m]."""
+        return self.position - self.step_position
+
+    def max_scatter(self) -> float:
+        """Largest standard deviation after the step [N]."""
+        if self.scatter is None:
+            return math.nan
+        after = self.scatter[(self.since_step >= 0) & np.isfinite(self.scatter)]
+        return float(after.max()) if after.size else math.nan
+
+    def to_json(self) -> dict[str, Any]:
+        """Numbers only."""
+        return {
+            "condition": to_plain(self.condition._asdict()),
+            "runs": list(self.names),
+            "facts": to_plain(self.facts) | {"load_change": to_plain(self.facts.load_change)},
+            "step_position": self.step_position,
+            "max_scatter": to_plain(self.max_scatter()),
+            "linear": self.linear.to_json(),
+            "run_fits": {name: fit.to_json() for name, fit in self.run_fits.items()},
+        }
+
+
+@dataclass(frozen=True)
+class ModelCurves:
+    """A model beside the measurement: force over `since_step` and errors, by condition."""
+
+    name: str
+    title: str
+    curves: Mapping[Condition, tuple[np.ndarray, np.ndarray]]
+    """condition -> (distance since the step [m], force [N])"""
+    rmse: Mapping[Condition, float]
+    """in the transient part [N]"""
+
+
+@dataclass(frozen=True)
+class PointResult:
+    """All slip levels of one operating point, with the carcass stiffness fitted to them."""
+
+    point: Condition
+    conditions: Sequence[ConditionResult]
+    radii: Sequence[RadiusRun]
+    carcass: CarcassFit | None
+    why_no_carcass: str = ""
+    models: Mapping[str, ModelCurves] = field(default_factory=dict)
+    problems: Sequence[Problem] = ()
+
+
+@dataclass(frozen=True)
+class CampaignResult:
+    """The whole campaign."""
+
+    path: str
+    tire: str
+    points: Sequence[PointResult]
+    problems: Sequence[Problem]
+    extras: Mapping[str, Any] = field(default_factory=dict)
+    """results of other measurements by name: vertical_stiffness, contact_length, ..."""
+
+    @property
+    def conditions(self) -> list[ConditionResult]:
+        """All of them, by operating point and slip."""
+        return [c for point in self.points for c in point.conditions]
+
+    @property
+    def radii(self) -> list[RadiusRun]:
+        """r_e of every run that rolls freely."""
+        return [r for point in self.points for r in point.radii]
+
+    def nominal(self) -> PointResult | None:
+        """The operating point with the most slip levels; without angles, at the middle load."""
+        points = [p for p in self.points if p.conditions]
+        if not points:
+            return None
+        loads = sorted({p.point.fz for p in points})
+        middle = loads[len(loads) // 2]
+        return max(
+            points,
+            key=lambda p: (
+                -abs(p.point.alpha_deg) - abs(p.point.gamma_deg),
+                len(p.conditions),
+                -abs(p.point.fz - middle),
+                p.point.pressure,
+            ),
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Numbers only, ready for json.dumps."""
+        return {
+            "format": "flatplank-report/1",
+            "campaign": self.path,
+            "tire": self.tire,
+            "points": [
+                {
+                    "point": to_plain(p.point._asdict()),
+                    "conditions": [c.to_json() for c in p.conditions],
+                    "carcass": p.carcass.to_json() if p.carcass else None,
+                    "why_no_carcass": p.why_no_carcass,
+                    "rmse": {
+                        name: {f"{c.kappa:g}": to_plain(v) for c, v in m.rmse.items()}
+                        for name, m in p.models.items()
+                    },
+                }
+                for p in self.points
+            ],
+            "radii": [to_plain(r) for r in self.radii],
+            "extras": to_plain(dict(self.extras)),
+            "problems": [str(p) for p in self.problems],
+        }

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of the thesis for any campaign; also as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from flatplank_analysis.data.info import Condition
+from flatplank_analysis.report.results import CampaignResult, PointResult
+from flatplank_analysis.steady.value import Value, mean_value
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of texts and numbers under a header."""
+
+    name: str
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str | float]]
+    note: str = ""
+
+    def csv(self) -> str:
+        """All digits."""
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(self.header)
+        for row in self.rows:
+            writer.writerow([f"{c:.10g}" if isinstance(c, float) else c for c in row])
+        return stream.getvalue()
+
+
+@dataclass(frozen=True)
+class RadiusValue:
+    """r_e of one operating point from one source."""
+
+    point: Condition
+    source: str
+    measured: Value
+    """as (5.22) gives it [m]"""
+    corrected: Value
+    """at Fx = 0 [m]"""
+    force: float
+    """mean Fx during it [N]"""
+
+
+def radius_values(result: CampaignResult) -> list[RadiusValue]:
+    """r_e by operating point and source; corrected with the slip stiffness of that point."""
+    groups: dict[tuple[Condition, str], list] = {}
+    for run in result.radii:
+        point = run.condition.operating_point._replace(measurement="slip")
+        groups.setdefault((point, run.source), []).append(run)
+    stiffness = {p.point: _slip_stiffness(p) for p in result.points}
+    known = [v for v in stiffness.values() if math.isfinite(v)]
+    out = []
+    for (point, source), runs in groups.items():
+        c = stiffness.get(point, math.nan)
+        if not math.isfinite(c) and known:
+            c = sum(known) / len(known)
+        corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
+        force = sum(r.force for r in runs) / len(runs)
+        note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
+        measured = mean_value([r.radius for r in runs])
+        known_c = mean_value(corrected, note)
+        out.append(RadiusValue(point, source, measured, known_c, force))
+    return out
+
+
+def _slip_stiffness(point: PointResult) -> float:
+    """C_Fk of a point: of the nonlinear fit's curve, else of the smallest slips."""
+    if point.carcass is not None and point.carcass.slip_stiffness.determined:
+        return point.carcass.slip_stiffness.value
+    fits = sorted(
+        (c for c in point.conditions if c.linear.slip_stiffness.determined),
+        key=lambda c: abs(c.condition.kappa),
+    )[:2]
+    values = [c.linear.slip_stiffness.value for c in fits]
+    return sum(values) / len(values) if values else math.nan
+
+
+def all_tables(result: CampaignResult) -> list[Table]:
+    """What there is to tell, in the order of the report."""
+    tables = [step_table(result), linear_table(result), *rmse_tables(result)]
+    tables += [carcass_table(result), radius_table(result), settling_table(result)]
+    return [t for t in tables if t.rows]
+
+
+def _point(point: Condition) -> list[str | float]:
+    return [point.fz, point.pressure, point.alpha_deg, point.gamma_deg]
+
+
+_POINT = ("Fz [N]", "p [bar]", "α [°]", "γ [°]")
+
+
+def step_table(result: CampaignResult) -> Table:
+    """Table 6.3."""
+    rows = [
+        [
+            *_point(c.condition),
+            100.0 * c.condition.kappa,
+            100.0 * c.facts.kappa_before,
+            100.0 * c.facts.kappa_actual,
+            100.0 * c.facts.load_change,
+            1e3 * c.facts.speed_before,
+            1e3 * c.facts.speed_after,
+            len(c.names),
+            c.max_scatter(),
+            "yes" if c.linear.settled else "no",
+        ]
+        for c in result.conditions
+    ]
+    header = (
+        *_POINT,
+        "κ desired [%]",
+        "κ before [%]",
+        "κ actual [%]",
+        "ΔFz [%]",
+        "V before [mm/s]",
+        "V after [mm/s]",
+        "runs",
+        "largest std of Fx [N]",
+        "settled",
+    )
+    note = "Slip from turned angle and travelled road; the standard deviation is over the runs."
+    return Table("steps", "Steps as they were (Table 6.3)", header, rows, note)
+
+
+def linear_table(result: CampaignResult) -> Table:
+    """Figure 7.3 and Table 7.1 as numbers."""
+    rows = []
+    for c in result.conditions:
+        fit = c.linear
+        rows.append(
+            [
+                *_point(c.condition),
+                100.0 * c.condition.kappa,
+                fit.sigma.value,
+                fit.sigma.std_error,
+                1e-3 * fit.slip_stiffness.value,
+                1e-3 * fit.slip_stiffness.std_error,
+                fit.steady_force.value,
+                fit.steady_force.std_error,
+                fit.correlation,
+                fit.rmse_transient,
+            ]
+        )
+    header = (
+        *_POINT,
+        "κ [%]",
+        "σx [m]",
+        "± [m]",
+        "C′Fκ [kN]",
+        "± [kN]",
+        "Fx,ss [N]",
+        "± [N]",
+        "corr(σ, F)",
+        "RMSE [N]",
+    )
+    note = (
+        "Linear transient model (7.11) of the mean of the runs. The asymptote is fitted together "
+        "with σx; ± is one standard error with autocorrelated noise. RMSE over the transient part."
+    )
+    return Table("linear", "Linear transient model (Table 7.1)", header, rows, note)
+
+
+def rmse_tables(result: CampaignResult) -> list[Table]:
+    """Tables 7.1, 7.3, 7.4 and Appendix H: RMSE per slip and operating point, one per model."""
+    names = list(dict.fromkeys(name for p in result.points for name in p.models))
+    levels = sorted({c.condition.kappa for c in result.conditions})
+    out = []
+    for name in names:
+        rows = []
+        for point in result.points:
+            model = point.models.get(name)
+            if model is None:
+                continue
+            errors = {c.kappa: value for c, value in model.rmse.items()}
+            rows.append([*_point(point.point), *(errors.get(k, math.nan) for k in levels)])
+        header = (*_POINT, *(f"{100 * k:+g} %" for k in levels))
+        title = f"RMSE of the {name} model [N]"
+        note = "Over the transient part of the mean response; at κ = 0 all that follows the step."
+        out.append(Table(f"rmse_{name}", title, header, rows, note))
+    return out
+
+
+def carcass_table(result: CampaignResult) -> Table:
+    """Figures 7.24, 7.25 as numbers."""
+    rows = []
+    for point in result.points:
+        fit = point.carcass
+        if fit is None:
+            continue
+        rows.append(
+            [
+                *_point(point.point),
+                1e-3 * fit.c_cx.value,
+                1e-3 * fit.c_cx.std_error,
+                1e-3 * fit.slip_stiffness.value,
+                fit.sigma_x.value,
+                fit.sigma_x.std_error,
+                1e3 * fit.half_length,
+                fit.c_cx.at_bound or "no",
+            ]
+        )
+    header = (
+        *_POINT,
+        "c_cx [kN/m]",
+        "± [kN/m]",
+        "CFκ [kN]",
+        "σx (7.27) [m]",
+        "± [m]",
+        "a [mm]",
+        "at bound",
+    )
+    note = "Nonlinear contact patch model, one carcass stiffness per operating point (7.25, 7.26)."
+    return Table("carcass", "Carcass stiffness", header, rows, note)
+
+
+def radius_table(result: CampaignResult) -> Table:
+    """Figures 6.1, 6.2 as numbers, sources side by side."""
+    rows = [
+        [
+            *_point(v.point),
+            v.source.replace("_", " "),
+            1e3 * v.measured.value,
+            1e3 * v.measured.std_error,
+            v.force,
+            1e3 * v.corrected.value,
+            v.measured.runs,
+        ]
+        for v in radius_values(result)
+    ]
+    header = (*_POINT, "source", "r_e [mm]", "± [mm]", "Fx [N]", "r_e at Fx = 0 [mm]", "runs")
+    note = "By (5.22). A force F makes a slip F/C_Fκ: r_e at Fx = 0 is r_e (1 + F/C_Fκ)."
+    return Table("rolling_radius", "Effective rolling radius", header, rows, note)
+
+
+def settling_table(result: CampaignResult) -> Table:
+    """Free-rolling runs: settling distance (Appendix E) and steady error."""
+    rows = [
+        [r["run"], r["fz"], r["settling_distance"], r["p3"], 100.0 * r["steady_error"]]
+        for r in result.extras.get("free_rolling", [])
+    ]
+    header = ("run", "Fz [N]", "settling distance [m]", "asymptote p3 [N]", "steady error [%]")
+    note = "Within 5 % of 50 N by the exponential fit (E.1); error over the last 1.5 m."
+    return Table("settling", "Free-rolling controller", header, rows, note)
