@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Encoders: positions, velocities, trigger, motion of the plank, lost cycles, motor against wheel."""
+"""Encoders: positions, velocities, trigger, motion of the plank, lost cycles, motor against
+wheel."""
 
 from __future__ import annotations
 

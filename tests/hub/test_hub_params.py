@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameter sets: unknown keys, ranges, files, and that the shipped files say what the code says."""
+"""Parameter sets: unknown keys, ranges, files, and that the shipped files say what the code
+says."""
 
 from __future__ import annotations
 
@@ -103,7 +104,7 @@ def test_every_parameter_has_note_unit_and_round_trip(cls):
 def test_bad_files_are_refused_in_one_line(tmp_path, text, message):
     path = tmp_path / "bad.yaml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ParameterError, match="bad.yaml") as caught:
+    with pytest.raises(ParameterError, match=r"bad\.yaml") as caught:
         load(Example, path)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parasitic filter: identification from a three-turn run, file, switching, effect on the forces."""
+"""Parasitic filter: identification from a three-turn run, file, switching, effect on the
+forces."""
 
 from __future__ import annotations
 

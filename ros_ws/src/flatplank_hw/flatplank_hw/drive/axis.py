@@ -76,9 +76,10 @@ class AxisDrive:
 
     @property
     def at_target(self) -> bool:
-        """A move or a homing has come to its end."""
+        """A move or a homing has come to its end and the axis stands."""
         mode = self._modes["position"]
-        return mode is self._mode and not self._agenda.due and mode.done
+        asked = mode is self._mode and not self._agenda.due and mode.done
+        return asked and self._turning() is None
 
     # requests
     def enable(self, at_cycle: int | None = None) -> Answer:

@@ -64,7 +64,7 @@ Check = Callable[[Situation, "DriveParameters"], bool]
 
 
 class Rule(NamedTuple):
-    """One rule: `check` is true when the axis must not move."""
+    """One rule: `check` is true when the axis must not move; NaN never passes for safe."""
 
     code: int
     name: str
@@ -117,11 +117,11 @@ def fz_high(s: Situation, p: DriveParameters) -> bool:
 
 
 def road_end(s: Situation, p: DriveParameters) -> bool:
-    return s.plank_position > p.road_length and not unloaded(s, p)
+    return not s.plank_position <= p.road_length and not unloaded(s, p)
 
 
 def steered_too_far(s: Situation, p: DriveParameters) -> bool:
-    return abs(s.steer_angle) > math.radians(p.steering_limit_deg)
+    return not abs(s.steer_angle) <= math.radians(p.steering_limit_deg)
 
 
 def plank_stopped(s: Situation, p: DriveParameters) -> bool:
@@ -133,7 +133,7 @@ def plank_stands(s: Situation, p: DriveParameters) -> bool:
 
 
 def plank_reverses(s: Situation, p: DriveParameters) -> bool:
-    return s.follows_plank and s.plank_velocity < REVERSE_SPEED
+    return s.follows_plank and not s.plank_velocity >= REVERSE_SPEED
 
 
 def reference_old(s: Situation, p: DriveParameters) -> bool:
