@@ -5,7 +5,10 @@ NAME = "flatplank_analysis"
 # One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; the first
 # line of its docstring is the help.
 VERBS = [
-    # the verbs of the analysis
+    "table = flatplank_analysis.cli.table:main",
+    "fit = flatplank_analysis.cli.fit:main",
+    "tire = flatplank_analysis.cli.tire:main",
+    "report = flatplank_analysis.cli.report:main",
 ]
 
 setup(

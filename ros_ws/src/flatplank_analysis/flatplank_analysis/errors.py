@@ -19,5 +19,9 @@ class FlatplankError(Exception):
         return f"{head}; {self.remedy}" if self.remedy else head
 
 
+class NothingUsableError(FlatplankError):
+    """Not one run could be used: programs see exit code 2."""
+
+
 def _one_line(text: str) -> str:
     return " ".join(str(text).split())

@@ -18,7 +18,7 @@ from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.data.readers import Request, describe, reader_for, suffixes
 from flatplank_analysis.data.store import Store, open_store
 from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
 
 FORMAT = "flatplank-measurement-table/1"
 CAMPAIGN_FILE = "campaign.yaml"
@@ -106,7 +106,7 @@ class Campaign:
         campaign._drop_doubles()
         if not campaign.runs:
             first = f" (first problem: {problems[0]})" if problems else ""
-            raise FlatplankError(
+            raise NothingUsableError(
                 f"no usable run{first}", os.fspath(path), "check the folder and its campaign.yaml"
             )
         return campaign

@@ -6,7 +6,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterable
 from pathlib import Path
 
 import matplotlib
@@ -147,36 +146,28 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x[chosen], y[chosen]
 
 
-def svg(figure: Figure) -> str:
-    """An SVG element for a page; identifiers are the figure's own, so pages can hold many."""
+def save(figure: Figure, folder: Path) -> str:
+    """Write NAME.svg, NAME.png and NAME.csv; returns the SVG element for a page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{figure.name}.csv").write_text(table_of(figure), encoding="utf-8")
     stream = io.StringIO()
     with matplotlib.rc_context({**RC, "svg.hashsalt": figure.name}):
-        canvas(figure).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        drawn = canvas(figure)
+        drawn.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        drawn.set_layout_engine("none")
+        drawn.savefig(folder / f"{figure.name}.png", dpi=160)
     text = stream.getvalue()
+    (folder / f"{figure.name}.svg").write_text(text, encoding="utf-8")
+    return _inline(text, figure.name)
+
+
+def _inline(text: str, name: str) -> str:
+    """The SVG element with identifiers of its own, so that a page can hold many."""
     text = text[text.index("<svg") :]
-    prefix = re.sub(r"\W", "-", figure.name)
-    for pattern in (r'id="', r'href="#', r"url\(#"):
+    prefix = re.sub(r"\W", "-", name)
+    for pattern in ('id="', 'href="#', r"url\(#"):
         text = re.sub(f"({pattern})", rf"\g<1>{prefix}-", text)
     return re.sub(r'width="[\d.]+pt" height="[\d.]+pt" ', 'width="100%" ', text, count=1)
-
-
-FORMATS = ("svg", "png", "csv")
-
-
-def save(figure: Figure, folder: Path, formats: Iterable[str] = FORMATS) -> list[Path]:
-    """Write pictures and the CSV; returns the paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for suffix in formats:
-        path = folder / f"{figure.name}.{suffix}"
-        if suffix == "csv":
-            path.write_text(table_of(figure), encoding="utf-8")
-        else:
-            with matplotlib.rc_context({**RC, "svg.hashsalt": figure.name}):
-                metadata = {"Date": None} if suffix == "svg" else None
-                canvas(figure).savefig(path, format=suffix, dpi=160, metadata=metadata)
-        paths.append(path)
-    return paths
 
 
 def table_of(figure: Figure) -> str:

@@ -14,7 +14,7 @@ from flatplank_analysis.data.campaign import Campaign, Run
 from flatplank_analysis.data.info import Condition
 from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
 from flatplank_analysis.identify.linear import linear_run
 from flatplank_analysis.identify.quality import is_transient, rmse
@@ -88,7 +88,7 @@ def analyse(
     extras = other_measurements(campaign)
     if not any(p.conditions or p.radii for p in points) and not extras:
         first = f" (first: {campaign.problems[0]})" if campaign.problems else ""
-        raise FlatplankError(
+        raise NothingUsableError(
             f"no run could be used{first}", campaign.path, "see the problems of its files"
         )
     return CampaignResult(campaign.path, _tire(campaign), points, tuple(campaign.problems), extras)

@@ -41,13 +41,13 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     out.mkdir(parents=True, exist_ok=True)
     figures = make_figures(result)
     tables = all_tables(result)
-    for figure in (f for group in figures.values() for f in group):
-        save(figure, out / "figures")
+    every = [figure for group in figures.values() for figure in group]
+    pictures = {figure.name: save(figure, out / "figures") for figure in every}
     (out / "tables").mkdir(exist_ok=True)
     for table in tables:
         _put(out / "tables" / f"{table.name}.csv", table.csv())
     _put(out / "report.json", json.dumps(result.to_json(), indent=1))
-    _put(out / PAGE, render(result, figures, tables))
+    _put(out / PAGE, render(result, figures, pictures, tables))
     return out / PAGE
 
 

@@ -10,7 +10,6 @@ from typing import Any
 
 from jinja2 import Environment
 
-from flatplank_analysis.figures.draw import svg
 from flatplank_analysis.figures.spec import Figure
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.tables import Table, radius_values
@@ -44,16 +43,19 @@ TABLES_OF = {
 
 
 def render(
-    result: CampaignResult, figures: Mapping[str, Sequence[Figure]], tables: Sequence[Table]
+    result: CampaignResult,
+    figures: Mapping[str, Sequence[Figure]],
+    pictures: Mapping[str, str],
+    tables: Sequence[Table],
 ) -> str:
-    """The page as text."""
+    """The page as text; `pictures` has the SVG element of every figure by name."""
     template = files("flatplank_analysis.report").joinpath("page.html.j2").read_text("utf-8")
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     tire = f"{result.tire}: " if result.tire else ""
     return environment.from_string(template).render(
         title=f"{tire}flat plank measurements",
         subtitle=result.path,
-        sections=_sections(figures, tables),
+        sections=_sections(figures, pictures, tables),
         cards=_cards(result),
         statements=_statements(result),
         problems=[str(p) for p in result.problems],
@@ -64,12 +66,14 @@ def render(
 
 
 def _sections(
-    figures: Mapping[str, Sequence[Figure]], tables: Sequence[Table]
+    figures: Mapping[str, Sequence[Figure]],
+    pictures: Mapping[str, str],
+    tables: Sequence[Table],
 ) -> list[dict[str, Any]]:
     by_name = {t.name: t for t in tables}
     out = []
     for key, (title, lead) in SECTIONS.items():
-        shown = [_figure(f) for f in figures.get(key, ())]
+        shown = [_figure(f, pictures[f.name]) for f in figures.get(key, ())]
         mine = [_table(by_name[n]) for n in TABLES_OF.get(key, ()) if n in by_name]
         if shown or mine:
             out.append(
@@ -78,14 +82,14 @@ def _sections(
     return out
 
 
-def _figure(figure: Figure) -> dict[str, Any]:
+def _figure(figure: Figure, picture: str) -> dict[str, Any]:
     return {
         "name": figure.name,
         "title": figure.title,
         "caption": figure.caption,
         "source": figure.source,
         "wide": len(figure.panels) > 1 and not figure.stacked,
-        "svg": svg(figure),
+        "svg": picture,
     }
 
 

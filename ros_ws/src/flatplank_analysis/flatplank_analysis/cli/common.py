@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the verbs of the analysis share."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import yaml
+
+from flatplank_analysis.data.campaign import Campaign
+from flatplank_analysis.data.problem import Problem
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
+
+NOTHING_USABLE = 2
+
+
+def campaign_parser(verb: str, text: str) -> argparse.ArgumentParser:
+    """A parser with the arguments that every verb on a campaign has."""
+    parser = argparse.ArgumentParser(prog=f"flatplank {verb}", description=text)
+    parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL")
+    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    parser.add_argument("--mapping", metavar="FILE", help="YAML with foreign topics or columns")
+    return parser
+
+
+def parallel_arguments(parser: argparse.ArgumentParser) -> None:
+    """`--jobs` and `--scheduler`."""
+    parser.add_argument("--jobs", type=int, default=None, help="processes (default: every core)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, instead")
+
+
+def load_campaign(arguments: argparse.Namespace) -> Campaign:
+    """The campaign of the command line."""
+    return Campaign.load(arguments.folder, mapping=_mapping(arguments.mapping))
+
+
+def _mapping(path: str | None) -> dict[str, Any] | None:
+    if path is None:
+        return None
+    try:
+        with open(path, encoding="utf-8") as stream:
+            found = yaml.safe_load(stream)
+    except yaml.YAMLError as error:
+        raise FlatplankError(f"not YAML ({error})", path, "mend the file") from error
+    if not isinstance(found, dict):
+        raise FlatplankError("no mapping", path, "write 'topics:' or 'columns:'")
+    return found
+
+
+def guarded(verb: str, work: Callable[[], int]) -> int:
+    """Exit code of `work`; 2 with one line on stderr when not one run could be used."""
+    try:
+        return work()
+    except NothingUsableError as error:
+        print(f"flatplank {verb}: {error}", file=sys.stderr)
+        return NOTHING_USABLE
+
+
+def tell(problems: Iterable[Problem]) -> None:
+    """Problems on stderr, one line each."""
+    for problem in problems:
+        print(f"warning: {problem}", file=sys.stderr)
+
+
+def show_progress(done: int, total: int, what: str) -> None:
+    """A line that is overwritten, only where a person looks on."""
+    if sys.stderr.isatty():
+        end = "\n" if done == total else ""
+        print(f"\r\x1b[2K{done}/{total} {what}", end=end, file=sys.stderr, flush=True)
+
+
+def print_json(value: Any) -> None:
+    """Strict JSON: numbers that are not finite become null."""
+    print(json.dumps(value, indent=1, allow_nan=False))
+
+
+def print_rows(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Columns as wide as they need to be; texts that look like numbers to the right."""
+    widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
+    right = [all(_numeric(row[i]) for row in rows) for i in range(len(header))]
+    for row in [header, *rows]:
+        cells = [
+            c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right, strict=True)
+        ]
+        print("  ".join(cells).rstrip())
+
+
+def _numeric(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return text in ("", "-")
+    return True

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a campaign folder holds: conditions, repeats, and what is missing for which parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from flatplank_analysis.cli import common
+from flatplank_analysis.data.campaign import Campaign
+from flatplank_analysis.data.exporters import EXPORTERS, export_campaign
+from flatplank_analysis.data.info import RunInfo
+from flatplank_analysis.data.needs import what_is_missing
+from flatplank_analysis.errors import NothingUsableError
+from flatplank_analysis.identify.results import to_plain
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank table DIR [--json] [--export DIR --as SUFFIX]`."""
+    parser = common.campaign_parser("table", __doc__)
+    parser.add_argument("--export", metavar="DIR", help="write the runs there as tables")
+    parser.add_argument("--as", dest="suffix", default=".parquet", choices=sorted(EXPORTERS))
+    arguments = parser.parse_args(argv)
+    return common.guarded("table", lambda: _run(arguments))
+
+
+def _run(arguments) -> int:
+    campaign = common.load_campaign(arguments)
+    infos, samples = _usable(campaign)
+    common.tell(campaign.problems)
+    if not infos:
+        raise NothingUsableError("no run could be used", campaign.path, "see the problems above")
+    if arguments.export:
+        export_campaign(campaign.tables(), arguments.export, arguments.suffix)
+    found = summary(campaign, infos, samples)
+    if arguments.json:
+        common.print_json(found)
+    else:
+        _print(found)
+    return 0
+
+
+def _usable(campaign: Campaign) -> tuple[list[RunInfo], int]:
+    """Read every run once, one at a time, so that all its problems are known."""
+    infos, samples = [], 0
+    for table in campaign.tables():
+        infos.append(table.info)
+        samples += len(table)
+    return infos, samples
+
+
+def summary(campaign: Campaign, infos: Sequence[RunInfo], samples: int) -> dict[str, Any]:
+    """The content of the folder as plain values."""
+    groups: dict[Any, list[RunInfo]] = {}
+    for info in infos:
+        groups.setdefault(info.condition, []).append(info)
+    conditions = [
+        {
+            **to_plain(condition._asdict()),
+            "runs": len(members),
+            "starts": sorted({m.start for m in members}),
+            "files": [m.file for m in members],
+        }
+        for condition, members in sorted(groups.items(), key=lambda item: item[0].sort_key)
+    ]
+    return {
+        "format": "flatplank-table/1",
+        "campaign": campaign.path,
+        "tire": campaign.tire or infos[0].tire,
+        "runs": len(infos),
+        "samples": samples,
+        "conditions": conditions,
+        "parameters": what_is_missing(infos),
+        "problems": [str(p) for p in campaign.problems],
+    }
+
+
+def _print(found: dict[str, Any]) -> None:
+    print(f"{found['campaign']}: {found['runs']} runs, tire {found['tire'] or 'not named'}\n")
+    header = ("measurement", "Fz [N]", "p [bar]", "alpha", "gamma", "kappa [%]", "runs", "starts")
+    rows = [
+        (
+            c["measurement"],
+            _text(c["fz"]),
+            _text(c["pressure"]),
+            _text(c["alpha_deg"]),
+            _text(c["gamma_deg"]),
+            _text(None if c["kappa"] is None else 100.0 * c["kappa"]),
+            str(c["runs"]),
+            " ".join(str(s) for s in c["starts"]),
+        )
+        for c in found["conditions"]
+    ]
+    common.print_rows(header, rows)
+    print("\nparameters that these runs can tell:")
+    for item in found["parameters"]:
+        if not item["missing"]:
+            print(f"  {item['parameters']}: {item['meaning']}")
+    print("\nmissing:")
+    for item in found["parameters"]:
+        if item["missing"]:
+            print(f"  {item['parameters']} ({item['meaning']}): {item['missing']}")
+
+
+def _text(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"

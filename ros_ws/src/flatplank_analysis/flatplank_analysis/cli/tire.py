@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Forces, radius and stiffnesses of a tire property file (`.tir`) at one operating point."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from flatplank_analysis.cli import common
+from flatplank_analysis.models.tir import read_tir
+from flatplank_analysis.models.tire_state import tire_state
+
+UNITS = {
+    "fx": "N",
+    "fy": "N",
+    "mz": "Nm",
+    "re": "m",
+    "a": "m",
+    "sigma_x": "m",
+    "sigma_y": "m",
+    "kx": "N",
+    "ky": "N/rad",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank tire FILE.tir --fz N ... [--json]`; ISO W, SI."""
+    parser = argparse.ArgumentParser(prog="flatplank tire", description=__doc__)
+    parser.add_argument("file", metavar="FILE.tir")
+    parser.add_argument("--fz", type=float, required=True, help="vertical force [N]")
+    parser.add_argument("--kappa", type=float, default=0.0, help="slip, driving > 0 [-]")
+    parser.add_argument("--alpha", type=float, default=0.0, help="side slip angle [rad]")
+    parser.add_argument("--gamma", type=float, default=0.0, help="camber angle [rad]")
+    parser.add_argument("--pressure", type=float, help="[Pa] (default: nominal)")
+    parser.add_argument("--vx", type=float, default=0.03, help="speed [m/s]")
+    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    arguments = parser.parse_args(argv)
+    tire = read_tir(arguments.file)
+    for warning in getattr(tire, "warnings", ()) or ():
+        print(f"warning: {warning}", file=sys.stderr)
+    names = ("fz", "kappa", "alpha", "gamma", "pressure", "vx")
+    state = tire_state(tire, **{name: getattr(arguments, name) for name in names}).to_json()
+    if arguments.json:
+        common.print_json(state)
+    else:
+        rows = [(k, "-" if v is None else f"{v:.6g}", UNITS[k]) for k, v in state.items()]
+        common.print_rows(("", "value", "unit"), rows)
+    return 0
