@@ -48,7 +48,7 @@ MACHINE = _record(
     "noise_bridge noise_lvdt noise_torque hum hum_frequency "
     # kinematic chain
     "road_gap road_friction rack_gap rack_friction gap_damping mesh_tooth mesh_pitch mesh_turn "
-    "mesh_phase speed_error droop "
+    "mesh_phase speed_error scale_error droop "
     "support_gap_y support_gap_z support_from support_to support_friction "
     "wander wander_period wander_phase "
     "steer_error steer_play steer_friction steer_damping steer_arm "

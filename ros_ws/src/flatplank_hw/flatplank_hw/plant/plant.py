@@ -95,6 +95,10 @@ class Plant:
             n[0], n[1], n[2], n[3], n[4], n[5], _OK, axes,
         )  # fmt: skip
 
+    def set_run(self, run: int) -> None:
+        """How many runs the road has seen; for wear."""
+        self._state["run"] = run
+
     @property
     def truth(self) -> Truth:
         """Hidden truth of the last cycle."""

@@ -94,7 +94,7 @@ def move_road(m, s, ts, v_pinion, dt):
     s.pinion += v_pinion * dt
     s.pinion_velocity = v_pinion
     rack_gap(m, s, stiffness, v_pinion, dt)
-    s.plank = s.pinion + mesh(m, s.pinion) - mesh(m, 0.0) + s.w_rack
+    s.plank = s.pinion * (1.0 + m.scale_error) + mesh(m, s.pinion) - mesh(m, 0.0) + s.w_rack
     s.w_road = slack(s.w_road, m.road_gap, m.road_friction, m.gap_damping, s.push, stiffness, dt)
     road = s.plank + s.w_road
     step = road - s.road
