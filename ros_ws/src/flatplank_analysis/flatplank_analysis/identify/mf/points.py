@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a Magic Formula is fitted to: steady measurements, one row per point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import FlatplankError
+from ...models.magic_formula import Coefficients, OperatingPoint, operating_point
+from ..runs import StepRun
+
+AXES = ("fz", "kappa", "alpha", "gamma", "pressure")
+
+
+@dataclass(frozen=True)
+class SteadyPoints:
+    """Operating points (n,) and what was measured there (NaN: not measured). SI, ISO W.
+
+    `fz` [N], `kappa` [-], `alpha`, `gamma` [rad], `pressure` [Pa]; `run` tells which rows share a
+    run; `measured` maps an output (fx, fy [N], mz [Nm], re, a, b, rho [m], cx, cy [N/m]) to (n,).
+    """
+
+    fz: np.ndarray
+    kappa: np.ndarray
+    alpha: np.ndarray
+    gamma: np.ndarray
+    pressure: np.ndarray
+    run: np.ndarray
+    measured: Mapping[str, np.ndarray]
+
+    def __len__(self) -> int:
+        return len(self.fz)
+
+    def rows(self, mask: np.ndarray) -> SteadyPoints:
+        """Some of the points."""
+        axes = {name: getattr(self, name)[mask] for name in (*AXES, "run")}
+        return SteadyPoints(**axes, measured={k: v[mask] for k, v in self.measured.items()})
+
+    def with_output(self, output: str) -> SteadyPoints:
+        """The points at which this output was measured."""
+        values = self.measured.get(output)
+        return self.rows(np.zeros(len(self), bool) if values is None else np.isfinite(values))
+
+    def operating(self, c: Coefficients, speed: float = 0.03) -> OperatingPoint:
+        """As the Magic Formula takes them."""
+        return operating_point(
+            c, self.fz, self.kappa, self.alpha, self.gamma, self.pressure, speed
+        )
+
+
+def steady_points(
+    measured: Mapping[str, np.ndarray],
+    *,
+    fz: np.ndarray,
+    pressure: np.ndarray | float,
+    kappa: np.ndarray | float = 0.0,
+    alpha: np.ndarray | float = 0.0,
+    gamma: np.ndarray | float = 0.0,
+    run: np.ndarray | None = None,
+) -> SteadyPoints:
+    """Points from arrays or single numbers; every row is a run of its own unless told."""
+    fz = np.atleast_1d(np.asarray(fz, float))
+    run = np.arange(len(fz)) if run is None else np.asarray(run)
+    axes = {"fz": fz, "kappa": kappa, "alpha": alpha, "gamma": gamma, "pressure": pressure}
+    full = {k: np.broadcast_to(np.asarray(v, float), fz.shape).copy() for k, v in axes.items()}
+    return SteadyPoints(
+        **full, run=run, measured={k: np.asarray(v, float) for k, v in measured.items()}
+    )
+
+
+def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
+    """Steady Fx (asymptote fitted with sigma), Fy and Mz of slip-step runs."""
+    if not runs:
+        raise FlatplankError("no run to take steady forces from", "", "give slip-step runs")
+    fx, fy, mz = (np.array([_asymptote(run, name) for run in runs]) for name in ("fx", "fy", "mz"))
+    return steady_points(
+        {"fx": fx, "fy": fy, "mz": mz},
+        fz=np.array([r.mean_load for r in runs]),
+        kappa=np.array([r.kappa for r in runs]),
+        alpha=np.array([r.alpha for r in runs]),
+        gamma=np.array([r.gamma for r in runs]),
+        pressure=np.array([r.pressure for r in runs]),
+    )
+
+
+def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
+    """Points of several campaigns or kinds of measurement; their runs stay apart."""
+    outputs = list(dict.fromkeys(k for part in parts for k in part.measured))
+    axes = {name: np.concatenate([getattr(p, name) for p in parts]) for name in AXES}
+    blank = [np.full(len(p), np.nan) for p in parts]
+    measured = {
+        k: np.concatenate([p.measured.get(k, b) for p, b in zip(parts, blank, strict=True)])
+        for k in outputs
+    }
+    numbers, first = [], 0
+    for part in parts:
+        index = np.unique(part.run, return_inverse=True)[1]
+        numbers.append(index + first)
+        first += int(index.max(initial=-1)) + 1
+    return SteadyPoints(**axes, run=np.concatenate(numbers), measured=measured)
+
+
+def _asymptote(run: StepRun, output: str) -> float:
+    """Fx: asymptote of the step. Fy, Mz (no step in alpha): mean of the last half metre."""
+    values = getattr(run, output)
+    if output == "fx":
+        return run.linear().steady_force.value
+    tail = run.distance > run.distance[-1] - 0.5
+    return float(np.mean(values[tail])) if np.any(values[tail] != 0.0) else float("nan")

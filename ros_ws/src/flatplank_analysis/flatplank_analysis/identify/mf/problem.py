@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Residuals of one output of the Magic Formula over its free coefficients, as lanes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...models.magic_formula import Coefficients, operating_point
+from ..least_squares import Solution, solve
+from .parameters import COEFFICIENTS, Coefficient
+from .points import SteadyPoints
+from .stages import PREDICTIONS, SCALE
+
+WEAK = 10.0
+"""Every coefficient has a prior this many sizes wide, so that nothing undetermined drifts away."""
+PENALTY = 1e3
+"""Weight of E - 1 where a curvature factor passes 1."""
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Knowledge from elsewhere: value with its standard deviation."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True)
+class OutputProblem:
+    """One output, its points, its free coefficients; `base` holds all the others."""
+
+    output: str
+    points: SteadyPoints
+    free: tuple[str, ...]
+    base: Coefficients
+    limits: dict[str, Coefficient] = field(default_factory=dict)
+    priors: dict[str, Prior] = field(default_factory=dict)
+    weight: float = 1.0
+    scatter: float = 1.0
+    """Scatter in units of the first guess."""
+
+    def limit(self, name: str) -> Coefficient:
+        """Bounds and size of one coefficient."""
+        return self.limits.get(name) or COEFFICIENTS[name]
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Size that matters per free coefficient (p,)."""
+        return np.array([self.limit(n).size for n in self.free])
+
+    def start(self) -> np.ndarray:
+        """Start values: those of the base inside the bounds, else the table's."""
+        values = []
+        for name in self.free:
+            limit, given = self.limit(name), float(getattr(self.base, name))
+            usable = np.isfinite(given) and given != 0.0
+            values.append(np.clip(given if usable else limit.start, limit.lower, limit.upper))
+        return np.array(values)
+
+    def predict(self, lanes: np.ndarray, points: SteadyPoints | None = None) -> np.ndarray:
+        """Output (lanes, n) for free coefficients (lanes, p)."""
+        points = self.points if points is None else points
+        c = self.base.replaced({n: lanes[:, i : i + 1] for i, n in enumerate(self.free)})
+        o = operating_point(
+            c, points.fz, points.kappa, points.alpha, points.gamma, points.pressure, 0.03
+        )
+        value = PREDICTIONS[self.output](c, o)
+        return np.broadcast_to(value, (len(lanes), len(points)))
+
+    def error_scale(self, points: SteadyPoints | None = None) -> np.ndarray:
+        """Standard deviation that one point is taken to have (n,)."""
+        points = self.points if points is None else points
+        return SCALE[self.output](points) * (self.scatter / self.weight)
+
+    def residuals(self, lanes: np.ndarray) -> np.ndarray:
+        """Measurements, penalties, priors: (lanes, n + penalties + p)."""
+        error = (self.predict(lanes) - self.points.measured[self.output]) / self.error_scale()
+        rows = [error, self._penalties(lanes), self._prior_rows(lanes)]
+        return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
+
+    def solve(self) -> Solution:
+        """Search; twice, the second time with the scatter that the first has found."""
+        low = np.array([self.limit(n).lower for n in self.free])
+        high = np.array([self.limit(n).upper for n in self.free])
+        return solve(self.residuals, self.start(), low, high, self.sizes, 1e-9, 200)
+
+    def prior_information(self, fixed: np.ndarray) -> np.ndarray:
+        """Information of stated priors on the coefficients that are not `fixed` (q, q)."""
+        names = [n for n, f in zip(self.free, fixed, strict=True) if not f]
+        given = [1.0 / self.priors[n].std ** 2 if n in self.priors else 0.0 for n in names]
+        return np.diag(given)
+
+    def _prior_rows(self, lanes: np.ndarray) -> np.ndarray:
+        middle, width = self.start(), WEAK * self.sizes
+        for i, name in enumerate(self.free):
+            if name in self.priors:
+                middle[i], width[i] = self.priors[name].value, self.priors[name].std
+        return (lanes - middle) / width
+
+    def _penalties(self, lanes: np.ndarray) -> np.ndarray:
+        c = self.base.replaced({n: lanes[:, i : i + 1] for i, n in enumerate(self.free)})
+        make = _CURVATURES.get(self.output)
+        if make is None or not len(self.points):
+            return np.zeros((len(lanes), 0))
+        dfz = np.array([self.points.fz.min(), self.points.fz.max()])
+        dfz = (dfz - c.LFZO * c.FNOMIN) / (c.LFZO * c.FNOMIN)
+        gamma = np.array([self.points.gamma.min(), self.points.gamma.max()])
+        values = make(c, dfz, gamma)
+        flat = [np.broadcast_to(v, (len(lanes), 2)) for v in values]
+        return PENALTY * np.maximum(np.hstack(flat) - 1.0, 0.0)
+
+
+def _curvature_x(c: Coefficients, dfz: np.ndarray, gamma: np.ndarray) -> list[np.ndarray]:
+    e = (c.PEX1 + (c.PEX2 + c.PEX3 * dfz) * dfz) * c.LEX
+    return [e * (1.0 - c.PEX4), e * (1.0 + c.PEX4), c.REX1 + c.REX2 * dfz]
+
+
+def _curvature_y(c: Coefficients, dfz: np.ndarray, gamma: np.ndarray) -> list[np.ndarray]:
+    e = (c.PEY1 + c.PEY2 * dfz) * c.LEY
+    tilt = 1.0 + c.PEY5 * gamma**2
+    skew = c.PEY3 + c.PEY4 * gamma
+    return [e * (tilt - skew), e * (tilt + skew), c.REY1 + c.REY2 * dfz]
+
+
+def _curvature_trail(c: Coefficients, dfz: np.ndarray, gamma: np.ndarray) -> list[np.ndarray]:
+    e = c.QEZ1 + (c.QEZ2 + c.QEZ3 * dfz) * dfz
+    skew = c.QEZ4 + c.QEZ5 * gamma
+    return [e * (1.0 - skew), e * (1.0 + skew)]
+
+
+_CURVATURES = {"fx": _curvature_x, "fy": _curvature_y, "mz": _curvature_trail}
