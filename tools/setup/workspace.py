@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -89,10 +90,27 @@ def build_workspace(stale: list[str]) -> list[str]:
         stale = [name for name in stale if name != MESSAGES]
     if not stale:
         return []
+    unfinished = WORKSPACE / "build" / "flatplank.unfinished"
+    forget_interrupted(unfinished)
+    unfinished.parent.mkdir(exist_ok=True)
+    unfinished.write_text("\n".join(stale))
     python = str(VENV / "bin" / "python")
     command = [python, "-m", "colcon", "build", "--symlink-install", "--packages-select", *stale]
     command += ["--cmake-args", f"-DPython3_EXECUTABLE={python}", *CMAKE_ARGUMENTS]
     env = os.environ | ros_setup() | {"PYTHONWARNINGS": "ignore"}
     with ticking(f"step 3 of 3, ROS workspace: {' '.join(stale)}"):
-        run(command, CACHE / "colcon.log", env)
+        try:
+            run(command, CACHE / "colcon.log", env)
+        except SetupError:
+            unfinished.unlink()  # an error of the sources leaves whole files behind
+            raise
+    unfinished.unlink()
     return stale
+
+
+def forget_interrupted(unfinished: Path) -> None:
+    """A killed build leaves cut-off files that make takes for finished: build these again."""
+    if unfinished.exists():
+        for name in unfinished.read_text().split():
+            for folder in (WORKSPACE / "build" / name, WORKSPACE / "install" / name):
+                shutil.rmtree(folder, ignore_errors=True)
