@@ -41,8 +41,36 @@ DEVICES = (
     "generic",
 )
 _BUS_KEYS = ("format", "name", "rate_hz", "watchdog_ms", "command_timeout_ms", "slaves")
-_SLAVE_KEYS = ["name", "device", "vendor", "product", "revision", "check_revision", "serial", "placeholder", "axis", "dc", "mailbox", "sync_managers", "outputs", "inputs", "write_assignment", "write_mapping", "sdos", "objects"]
-_ENTRY_KEYS = ["object", "type", "pad", "name", "channel", "full_scale_volts", "full_scale_counts", "unit_nm"]
+_SLAVE_KEYS = [
+    "name",
+    "device",
+    "vendor",
+    "product",
+    "revision",
+    "check_revision",
+    "serial",
+    "placeholder",
+    "axis",
+    "dc",
+    "mailbox",
+    "sync_managers",
+    "outputs",
+    "inputs",
+    "write_assignment",
+    "write_mapping",
+    "sdos",
+    "objects",
+]
+_ENTRY_KEYS = [
+    "object",
+    "type",
+    "pad",
+    "name",
+    "channel",
+    "full_scale_volts",
+    "full_scale_counts",
+    "unit_nm",
+]
 
 
 def read_bus_file(path: str | Path) -> BusFile:

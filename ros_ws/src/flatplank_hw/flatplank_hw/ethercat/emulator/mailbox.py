@@ -12,6 +12,8 @@ from flatplank_hw.ethercat.emulator.sdo_info import SdoInfo
 
 ERROR, COE = 0, 3
 EMERGENCY, SDO_REQUEST, SDO_RESPONSE, SDO_INFO = 1, 2, 3, 8
+ABORT = 0x80
+"""an abort travels as a request, whoever sends it"""
 UNSUPPORTED_PROTOCOL, INVALID_HEADER = 2, 5
 
 
@@ -50,7 +52,7 @@ class Mailbox:
         if service == SDO_REQUEST:
             answer = self.sdo.serve(body[2:])
             if answer:
-                self._post(COE, _coe(SDO_RESPONSE) + answer)
+                self._post(COE, _coe(SDO_REQUEST if answer[0] == ABORT else SDO_RESPONSE) + answer)
         elif service == SDO_INFO:
             for part in self.info.serve(body[2:]):
                 self._post(COE, _coe(SDO_INFO) + part)

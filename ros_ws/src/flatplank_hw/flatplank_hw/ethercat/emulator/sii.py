@@ -38,12 +38,10 @@ def type_code(kind: str) -> int:
 def build_sii(slave: Slave) -> bytes:
     """The whole EEPROM image."""
     names = _Strings([slave.name])
-    pdos = b"".join(
-        [
-            *(_pdo(TX_PDO, pdo, slave, names) for pdo in slave.inputs),
-            *(_pdo(RX_PDO, pdo, slave, names) for pdo in slave.outputs),
-        ]
-    )
+    pdos = b""
+    for category, group in ((TX_PDO, slave.inputs), (RX_PDO, slave.outputs)):
+        data = b"".join(_pdo(category, pdo, slave, names) for pdo in group)
+        pdos += _category(category, data) if data else b""
     body = b"".join(
         [
             names.category(),
@@ -123,7 +121,7 @@ def _pdo(category: int, pdo: Pdo, slave: Slave, names: _Strings) -> bytes:
         data += bytes(
             [entry.subindex, names.add(entry.name), type_code(entry.kind), entry.bits, 0, 0]
         )
-    return _category(category, bytes(data))
+    return bytes(data)
 
 
 def output_manager(slave: Slave) -> int:

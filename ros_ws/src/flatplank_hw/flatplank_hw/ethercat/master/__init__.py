@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The EtherCAT master: a process that owns pysoem, and `BusClient`, the way to it."""
+
+from flatplank_hw.ethercat.master.client import BusClient
+from flatplank_hw.ethercat.master.errors import BusError
+
+__all__ = ["BusClient", "BusError"]

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bus process; started by `BusClient`, which holds the other ends of the sockets."""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+import signal
+import sys
+from dataclasses import replace
+
+from flatplank_hw.ethercat.master.errors import BusError
+from flatplank_hw.ethercat.master.interface import (
+    InterfaceLock,
+    check_interface,
+    check_permission,
+)
+from flatplank_hw.ethercat.master.link import ParentLink
+from flatplank_hw.ethercat.master.loop import BusLoop
+from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_hw.ethercat.realtime import prepare
+
+
+def parse(arguments: list[str] | None) -> argparse.Namespace:
+    """Command line."""
+    parser = argparse.ArgumentParser(prog="ethercat_master")
+    parser.add_argument("--interface", required=True)
+    parser.add_argument("--bus", required=True)
+    parser.add_argument("--rate", type=int, default=0)
+    parser.add_argument("--data-fd", type=int, required=True)
+    parser.add_argument("--control-fd", type=int, required=True)
+    parser.add_argument("--fifo", action="store_true")
+    return parser.parse_args(arguments)
+
+
+def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> BusLoop:
+    """Everything up to OP; BusError or BusFileError when it cannot be."""
+    bus = read_bus_file(options.bus)
+    if options.rate:
+        bus = replace(bus, rate_hz=options.rate)
+    check_interface(options.interface)
+    check_permission()
+    lock.acquire()
+    try:
+        from flatplank_hw.ethercat.master.soem import SoemBus
+    except ImportError as error:
+        raise BusError(f"{error}; install it: pip install pysoem") from None
+    soem = SoemBus(bus, options.interface)
+    soem.open()
+    loop = BusLoop(bus, soem, link, prepare(options.fifo, priority=50))
+    try:
+        loop.start()
+    except ValueError:
+        soem.close()
+        raise
+    return loop
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Tell the parent 'ready' or 'failed', cycle, stop."""
+    options = parse(arguments)
+    link = ParentLink(options.data_fd, options.control_fd)
+    lock = InterfaceLock(options.interface)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        loop = make(options, link, lock)
+    except ValueError as error:
+        link.tell({"event": "failed", "reason": str(error)})
+        print(f"ethercat_master: {error}", file=sys.stderr)
+        return 2
+    signal.signal(signal.SIGTERM, lambda *_: setattr(loop, "running", False))
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    link.tell({"event": "ready", "pid": os.getpid(), "scheduling": loop.scheduling})
+    loop.run()
+    loop.soem.close()
+    lock.release()
+    link.tell({"event": "stopped", "diagnostics": loop.report()})
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

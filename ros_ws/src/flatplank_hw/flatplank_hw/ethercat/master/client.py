@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node's side of the bus: starts the bus process, takes images, gives commands, asks questions.
+
+When the bus process is silent or dead, images go on with the last values and health LOST, so that
+everybody's safety rules act.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import select
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Health
+from flatplank_hw.ethercat.master import messages
+from flatplank_hw.ethercat.master.errors import BusError
+from flatplank_hw.ethercat.reader import read_bus_file
+
+SILENCE_S = 0.05
+"""without an image for so long the client makes its own, with health LOST [s]"""
+_NO_AXIS = AxisInputs(0, 0, 0, 0, 0, 0)
+_NOTHING = BusInputs(
+    0, 0, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, 0, int(Health.LOST), (_NO_AXIS,) * len(AXES)
+)
+
+
+class BusClient:
+    """One bus process and the way to it. Images are for one thread; requests may come from any."""
+
+    def __init__(
+        self,
+        bus_file: str | Path,
+        interface: str,
+        rate_hz: int = 0,
+        fifo: bool = True,
+        launch: Sequence[str] = (),
+        on_event: Callable[[dict[str, Any]], None] | None = None,
+    ) -> None:
+        """rate_hz 0: as in the bus file; launch: words in front of the interpreter, for instance
+        those of `BenchNamespace.enter`; on_event: told of emergencies and recoveries."""
+        self.bus = read_bus_file(bus_file)
+        self.interface = interface
+        self.rate_hz = rate_hz or self.bus.rate_hz
+        self.period_ns = 1_000_000_000 // self.rate_hz
+        self.process: subprocess.Popen[bytes] | None = None
+        self.last_report: dict[str, Any] = {}
+        """diagnostics that the bus process left at its end"""
+        self._bus_file = str(bus_file)
+        self._fifo = fifo
+        self._launch = list(launch)
+        self._on_event = on_event or (lambda _event: None)
+        self._lock = threading.Lock()
+        self._ids = itertools.count(1)
+        self._last = _NOTHING
+        self._last_wall = 0.0
+        self.invented = 0
+        """images made here because none came"""
+
+    # --- life ------------------------------------------------------------------------------
+
+    def start(self, timeout: float = 5.0) -> None:
+        """Start the bus process and wait until the bus is in OP; BusError with the reason."""
+        self._data, data = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._control, control = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        for end in (self._data, data):
+            end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 20)
+        words = [*self._launch, sys.executable, "-m", "flatplank_hw.ethercat.master"]
+        words += ["--interface", self.interface, "--bus", self._bus_file]
+        words += ["--rate", str(self.rate_hz)]
+        words += ["--data-fd", str(data.fileno()), "--control-fd", str(control.fileno())]
+        words += ["--fifo"] * self._fifo
+        self.process = subprocess.Popen(
+            words,
+            pass_fds=(data.fileno(), control.fileno()),
+            stdin=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        data.close()
+        control.close()
+        self._await_ready(timeout)
+        self._data.setblocking(False)
+        self._last_wall = time.monotonic()
+
+    def stop(self, timeout: float = 3.0) -> None:
+        """Stop the axes and the bus; the process is gone afterwards."""
+        if self.process is None:
+            return
+        self._tell({"do": "stop", "id": 0})
+        end = time.monotonic() + timeout
+        while self.process.poll() is None and time.monotonic() < end:
+            self._drain_events(0.02)
+        self._drain_events(0.0)
+        self._abandon()
+
+    def _abandon(self) -> None:
+        self._data.close()
+        self._control.close()
+        if self.process is not None:
+            try:
+                self.process.wait(1.0)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+        self.process = None
+
+    @property
+    def alive(self) -> bool:
+        """Whether the bus process runs."""
+        return self.process is not None and self.process.poll() is None
+
+    def __enter__(self) -> BusClient:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    # --- cycle -----------------------------------------------------------------------------
+
+    def fileno(self) -> int:
+        """Readable when an image is there."""
+        return self._data.fileno()
+
+    def poll(self, timeout: float = SILENCE_S) -> list[BusInputs]:
+        """Images since the last call, oldest first; waits for one, at most `timeout` [s].
+
+        After a silence of 50 ms one image with the last values and health LOST.
+        """
+        found = self._take()
+        if not found and timeout > 0:
+            select.select([self._data], [], [], timeout)
+            found = self._take()
+        now = time.monotonic()
+        if found:
+            self._last, self._last_wall = found[-1], now
+            return found
+        if now - self._last_wall < SILENCE_S:
+            return []
+        return [self._invent(now)]
+
+    def send(self, command: AxisCommand) -> None:
+        """A command in answer to an image; what the bus process cannot take is lost."""
+        try:
+            self._data.send(messages.pack_command(command))
+        except OSError:
+            return
+
+    def _take(self) -> list[BusInputs]:
+        found = []
+        while True:
+            try:
+                data = self._data.recv(messages.MAX_MESSAGE)
+            except OSError:
+                break
+            if not data:
+                time.sleep(self.period_ns * 1e-9)
+                break
+            inputs = messages.unpack_inputs(data)
+            if inputs.cycle > self._last.cycle:
+                found.append(inputs)
+        return found
+
+    def _invent(self, now: float) -> BusInputs:
+        """As many cycles on as the wall says; the bus process will count likewise."""
+        self.invented += 1
+        gone = max(round((now - self._last_wall) * self.rate_hz), 1)
+        cycle = self._last.cycle + gone
+        self._last = self._last._replace(
+            cycle=cycle, stamp_ns=cycle * self.period_ns, health=int(Health.LOST)
+        )
+        self._last_wall = now
+        return self._last
+
+    # --- requests --------------------------------------------------------------------------
+
+    def sdo_read(self, slave: str, index: int, subindex: int = 0, timeout: float = 1.0) -> bytes:
+        """Object of a slave; LookupError with the reason (abort text, no answer)."""
+        answer = self._ask(timeout, do="sdo_read", slave=slave, index=index, subindex=subindex)
+        return bytes.fromhex(answer["data"])
+
+    def sdo_write(
+        self, slave: str, index: int, subindex: int, data: bytes, timeout: float = 1.0
+    ) -> None:
+        """Write an object of a slave; LookupError with the reason."""
+        self._ask(
+            timeout,
+            do="sdo_write",
+            slave=slave,
+            index=index,
+            subindex=subindex,
+            data=data.hex(),
+        )
+
+    def diagnostics(self, timeout: float = 1.0) -> dict[str, Any]:
+        """Health with reason, counts, histograms, recoveries, stops, emergencies."""
+        return self._ask(timeout, do="diagnostics")["diagnostics"]
+
+    def _ask(self, timeout: float, **request: Any) -> dict[str, Any]:
+        with self._lock:
+            number = next(self._ids)
+            self._tell({"id": number, **request})
+            end = time.monotonic() + timeout
+            while time.monotonic() < end and self.alive:
+                message = self._receive(max(end - time.monotonic(), 0.0))
+                if message is None:
+                    continue
+                if message.get("id") != number:
+                    self._event(message)
+                elif message["ok"]:
+                    return message
+                else:
+                    raise LookupError(message["reason"])
+        raise LookupError("the bus process is gone" if not self.alive else "no answer in time")
+
+    def _tell(self, message: dict[str, Any]) -> None:
+        try:
+            self._control.send(messages.pack_json(message))
+        except OSError:
+            return
+
+    def _receive(self, timeout: float) -> dict[str, Any] | None:
+        ready, _, _ = select.select([self._control], [], [], timeout)
+        if not ready:
+            return None
+        data = self._control.recv(messages.MAX_MESSAGE)
+        return messages.unpack_json(data) if data else None
+
+    def _event(self, message: dict[str, Any]) -> None:
+        if message.get("event") == "stopped":
+            self.last_report = message["diagnostics"]
+        if "event" in message:
+            self._on_event(message)
+
+    def events(self) -> None:
+        """Hand out events that have come; call now and then."""
+        if self._lock.acquire(blocking=False):
+            try:
+                self._drain_events(0.0)
+            finally:
+                self._lock.release()
+
+    def _drain_events(self, timeout: float) -> None:
+        message = self._receive(timeout)
+        while message is not None:
+            self._event(message)
+            message = self._receive(0.0)
+
+    def _await_ready(self, timeout: float) -> None:
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            message = self._receive(0.05)
+            if message is not None and message.get("event") == "ready":
+                return
+            if message is not None and message.get("event") == "failed":
+                self._abandon()
+                raise BusError(message["reason"])
+            if self.process is not None and self.process.poll() is not None:
+                code = self.process.returncode
+                self._abandon()
+                raise BusError(f"the bus process ended with code {code} before it was ready")
+        if self.process is not None:
+            os.kill(self.process.pid, 15)
+        self._abandon()
+        raise BusError(f"the bus is not in OP after {timeout:g} s")

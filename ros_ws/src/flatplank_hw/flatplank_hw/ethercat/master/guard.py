@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The last word before the wire: no command passes that would move a bench that is not well.
+
+A stop is latched. It is lifted only by the rising edge of the fault reset bit once its cause is gone;
+until then the axis shows the state FAULT with the error code of the cause, as a drive would.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
+
+QUICK_STOP, DISABLE_VOLTAGE, FAULT_RESET = 0x0002, 0x0000, 0x0080
+FAULT_STATUS = 0x0218
+STATE_MASK = 0x006F
+BRAKING_S = 0.25
+"""quick stop for so long, then the voltage is taken away [s]"""
+
+
+class Cause(IntEnum):
+    """Why an axis is held; the value is its error code (CiA 402, manufacturer's part for our own)."""
+
+    NONE = 0x0000
+    BUS = 0x7500
+    STALE_COMMAND = 0x8130
+    EMERGENCY_STOP = 0xFF01
+    LIMIT_SWITCH = 0xFF02
+
+
+# status (masked) -> words (masked) that would bring the drive nearer to motion
+_UPWARD = {
+    0x40: (0x06, 0x07, 0x0F),
+    0x60: (0x06, 0x07, 0x0F),
+    0x21: (0x07, 0x0F),
+    0x23: (0x0F,),
+}
+_ENERGISED = (0x27, 0x07)
+_LIMITS = {
+    AXES.index("wheel"): Digital.LIMIT_FRONT,
+    AXES.index("plank"): Digital.LIMIT_FRONT | Digital.LIMIT_REAR,
+}
+"""switches whose closing stops an axis; an open way back is left, so only the edge counts"""
+
+
+class Guard:
+    """One per bus; a step per cycle."""
+
+    def __init__(self, rate_hz: int, timeout_ms: int) -> None:
+        self.timeout = max(timeout_ms * rate_hz // 1000, 1)
+        """oldest command that is obeyed [cycles]"""
+        self.braking = round(BRAKING_S * rate_hz)
+        self.latched: dict[int, Cause] = {}
+        self.stops: dict[str, int] = {}
+        """how often each cause has stopped something"""
+        self._since: dict[int, int] = {}
+        self._reset_seen: dict[int, bool] = {}
+        self._digital = ~0
+
+    def step(
+        self, cycle: int, commands: dict[int, AxisCommand], inputs: BusInputs | None, health: int
+    ) -> list[AxisCommand]:
+        """Commands as they may go out in `cycle`; inputs and health are those of the last cycle."""
+        common = self._common(inputs, health)
+        digital = inputs.digital if inputs is not None else self._digital
+        closed, self._digital = digital & ~self._digital, digital
+        out = []
+        for axis, command in commands.items():
+            cause = common or self._own(axis, cycle, command, closed)
+            status = self._status(axis, inputs)
+            if cause and axis not in self.latched and _wants_motion(status, command.control_word):
+                self._latch(axis, cause, cycle)
+            reset = bool(command.control_word & FAULT_RESET)
+            if reset and not self._reset_seen.get(axis, True) and not cause:
+                self.latched.pop(axis, None)
+            self._reset_seen[axis] = reset
+            if axis in self.latched:
+                out.append(_held(command, self._word(axis, cycle)))
+            elif cause:
+                out.append(_held(command, DISABLE_VOLTAGE))
+            else:
+                out.append(command)
+        return out
+
+    def overlay(self, inputs: BusInputs) -> BusInputs:
+        """Inputs as the drive nodes see them: a held axis is in FAULT."""
+        if not self.latched:
+            return inputs
+        axes = list(inputs.axes)
+        for axis, cause in self.latched.items():
+            shown: AxisInputs = axes[axis]
+            code = shown.error_code or int(cause)
+            axes[axis] = shown._replace(status_word=FAULT_STATUS, error_code=code)
+        return inputs._replace(axes=tuple(axes))
+
+    def hold_all(self, cycle: int, cause: Cause) -> None:
+        """Stop every axis, for the end of the bus."""
+        for axis in range(len(AXES)):
+            if axis not in self.latched:
+                self._latch(axis, cause, cycle)
+
+    def _common(self, inputs: BusInputs | None, health: int) -> Cause:
+        if inputs is None or health not in (Health.OK, Health.DEGRADED):
+            return Cause.BUS
+        if not inputs.digital & Digital.EMERGENCY_STOP_OK:
+            return Cause.EMERGENCY_STOP
+        return Cause.NONE
+
+    def _own(self, axis: int, cycle: int, command: AxisCommand, closed: int) -> Cause:
+        if cycle - command.cycle > self.timeout:
+            return Cause.STALE_COMMAND
+        return Cause.LIMIT_SWITCH if closed & _LIMITS.get(axis, 0) else Cause.NONE
+
+    def _latch(self, axis: int, cause: Cause, cycle: int) -> None:
+        self.latched[axis] = cause
+        self._since[axis] = cycle
+        self.stops[cause.name] = self.stops.get(cause.name, 0) + 1
+
+    def _word(self, axis: int, cycle: int) -> int:
+        return QUICK_STOP if cycle - self._since[axis] < self.braking else DISABLE_VOLTAGE
+
+    @staticmethod
+    def _status(axis: int, inputs: BusInputs | None) -> int:
+        return inputs.axes[axis].status_word & STATE_MASK if inputs is not None else 0x27
+
+
+def _wants_motion(status: int, word: int) -> bool:
+    """Whether the drive is energised or the command would bring it nearer to that."""
+    return status in _ENERGISED or word & 0x0F in _UPWARD.get(status, ())
+
+
+def _held(command: AxisCommand, word: int) -> AxisCommand:
+    return command._replace(
+        control_word=word, target_velocity=0, target_torque=0, digital_outputs=0
+    )

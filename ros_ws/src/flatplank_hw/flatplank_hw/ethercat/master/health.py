@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What to think of the image of a cycle. Pure: what was seen goes in, a verdict comes out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from flatplank_hw.bus.image import Health
+
+TOLERATED = 2
+"""so many bad cycles in a row are only counted"""
+
+
+class Seen(NamedTuple):
+    """One cycle on the wire."""
+
+    arrived: bool
+    counter: int
+    """working counter"""
+    echo_ok: bool
+
+
+class SlaveState(NamedTuple):
+    """AL state of one slave as last read; state 0: no answer."""
+
+    name: str
+    state: int
+    code: int
+    text: str
+
+
+OPERATIONAL = 8
+
+
+@dataclass
+class HealthMonitor:
+    """Keeps count and judges."""
+
+    expected: int
+    sent: int = 0
+    received: int = 0
+    lost: int = 0
+    wrong_counter: int = 0
+    stale: int = 0
+    in_a_row: int = 0
+    faulty: tuple[SlaveState, ...] = ()
+    """slaves that were not in OP when last looked at"""
+    reason: str = ""
+    history: dict[str, int] = field(default_factory=dict)
+    """cycles spent in each health"""
+
+    def observe(self, seen: Seen) -> Health:
+        """Verdict on one cycle."""
+        self.sent += 1
+        good = seen.arrived and seen.counter == self.expected
+        if seen.arrived:
+            self.received += 1
+        else:
+            self.lost += 1
+        if seen.arrived and not good:
+            self.wrong_counter += 1
+        self.in_a_row = 0 if good else self.in_a_row + 1
+        verdict = self._verdict(seen)
+        self.history[verdict.name] = self.history.get(verdict.name, 0) + 1
+        return verdict
+
+    def states(self, states: tuple[SlaveState, ...]) -> None:
+        """AL states were read."""
+        self.faulty = tuple(s for s in states if s.state != OPERATIONAL)
+
+    @property
+    def suspicious(self) -> bool:
+        """Worth looking at the AL states now."""
+        return self.in_a_row > 0
+
+    def _verdict(self, seen: Seen) -> Health:
+        if seen.arrived and not seen.echo_ok:
+            self.stale += 1
+            self.reason = "answers belong to an older cycle"
+            return Health.STALE
+        if self.in_a_row > TOLERATED:
+            self.reason = (
+                f"working counter {seen.counter} of {self.expected}"
+                if seen.arrived
+                else f"no answer for {self.in_a_row} cycles"
+            )
+            if self.faulty:
+                self.reason += "; " + describe(self.faulty)
+            return Health.LOST
+        if self.faulty:
+            self.reason = describe(self.faulty)
+            return Health.SLAVE_FAULT
+        if self.in_a_row:
+            return Health.DEGRADED
+        self.reason = ""
+        return Health.OK
+
+
+_STATES = {0: "no answer", 1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
+
+
+def describe(states: tuple[SlaveState, ...]) -> str:
+    """Slaves with their states and codes, for people."""
+    parts = []
+    for s in states:
+        text = _STATES.get(s.state & 0x0F, hex(s.state))
+        if s.state & 0x10:
+            text += f" with error 0x{s.code:04X} ({s.text})"
+        parts.append(f"{s.name}: {text}")
+    return ", ".join(parts)

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks before the first frame: name, existence, permission, and that nobody else is on the wire."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+import sys
+import tempfile
+from pathlib import Path
+
+from flatplank_hw.ethercat.master.errors import BusError
+
+NAME_LIMIT = 15
+ETHERCAT = 0x88A4
+
+
+def check_interface(name: str) -> None:
+    """A longer name crashes the library below; a missing one only gives 'could not open'."""
+    if not name:
+        raise BusError("no interface given; 'ip link' lists what there is")
+    if len(name.encode()) > NAME_LIMIT:
+        raise BusError(
+            f"interface '{name}': names have at most {NAME_LIMIT} characters; 'ip link' lists them"
+        )
+    known = [n for _, n in socket.if_nameindex()]
+    if name not in known:
+        raise BusError(f"interface '{name}' is not there; found: {', '.join(known) or 'none'}")
+
+
+def check_permission() -> None:
+    """Raw sockets need CAP_NET_RAW."""
+    try:
+        socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERCAT)).close()
+    except PermissionError:
+        python = os.path.realpath(sys.executable)
+        raise BusError(
+            "no permission for raw Ethernet; once: sudo setcap"
+            f" cap_net_raw,cap_net_admin,cap_sys_nice+ep {python} (or run as root)"
+        ) from None
+
+
+class InterfaceLock:
+    """One master per interface (and network namespace), held by a lock on a file."""
+
+    def __init__(self, interface: str, folder: str | Path | None = None) -> None:
+        namespace = os.stat("/proc/self/ns/net").st_ino
+        folder = Path(folder) if folder else Path(tempfile.gettempdir())
+        self.path = folder / f"flatplank-ethercat-{namespace}-{interface}.lock"
+        self.interface = interface
+        self._file: int | None = None
+
+    def acquire(self) -> None:
+        """Take the lock, or say who has it."""
+        handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            owner = os.read(handle, 20).decode().strip() or "unknown"
+            os.close(handle)
+            raise BusError(
+                f"interface '{self.interface}' is in use by process {owner}; stop it first"
+                " (two masters on one wire corrupt each other)"
+            ) from None
+        os.ftruncate(handle, 0)
+        os.pwrite(handle, f"{os.getpid()}\n".encode(), 0)
+        self._file = handle
+
+    def release(self) -> None:
+        """Give the lock back; the file stays, as removing it would race with the next owner."""
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None

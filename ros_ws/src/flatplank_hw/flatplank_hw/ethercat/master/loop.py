@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bus process: one thread, one loop; outputs are written just before they are sent."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, NamedTuple
+
+from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
+from flatplank_hw.ethercat.busfile import BusFile
+from flatplank_hw.ethercat.master.errors import BusError
+from flatplank_hw.ethercat.master.guard import Cause, Guard
+from flatplank_hw.ethercat.master.health import HealthMonitor, Seen
+from flatplank_hw.ethercat.master.histogram import Histogram
+from flatplank_hw.ethercat.master.image import InputImage, OutputImage
+from flatplank_hw.ethercat.master.ladder import Ladder, Rung
+from flatplank_hw.ethercat.master.link import ParentLink
+from flatplank_hw.ethercat.master.pacing import CycleClock
+from flatplank_hw.ethercat.master.sdo import SdoQueue
+from flatplank_hw.ethercat.master.soem import SoemBus
+
+STATE_POLL = 10
+"""AL states are read every so many cycles, and at once when something looks wrong"""
+MAILBOX_POLL = 5
+STOP_S = 0.4
+"""longest time that the axes get to stop before the bus is taken down [s]"""
+TURNING = 2000
+"""motor speed over which an axis counts as turning [counts/s]"""
+
+
+class Emergency(NamedTuple):
+    """An emergency message of a slave."""
+
+    cycle: int
+    slave: str
+    code: int
+    register: int
+
+
+class BusLoop:
+    """Everything of one running bus."""
+
+    def __init__(self, bus: BusFile, soem: SoemBus, link: ParentLink, scheduling: str) -> None:
+        self.bus = bus
+        self.soem = soem
+        self.link = link
+        self.scheduling = scheduling
+        self.running = True
+        self.outputs = OutputImage(bus)
+        self.decoder = InputImage(bus)
+        self.monitor = HealthMonitor(soem.expected)
+        self.guard = Guard(bus.rate_hz, bus.command_timeout_ms)
+        self.ladder = Ladder()
+        self.sdos = SdoQueue(bus, link.tell)
+        self.cycle_times, self.round_trips = Histogram(), Histogram()
+        self.emergencies: list[Emergency] = []
+        self.health = Health.LOST
+        self.inputs: BusInputs | None = None
+        self.commands: dict[int, AxisCommand] = {}
+        self.clock = CycleClock(bus.period_ns, time.perf_counter_ns())
+        self._mailboxes = [i for i, s in enumerate(bus.slaves) if s.mailbox is not None]
+        self._last_start = 0
+        self._blank = [bytes((s.input_bits + 7) // 8) for s in bus.slaves]
+        self._trouble = ""
+        soem.emergency = self._emergency
+
+    def start(self) -> None:
+        """Bring the bus to OP; BusError when it cannot be."""
+        self.soem.scan()
+        self.soem.configure()
+        self.soem.to_op(self.outputs.encode((), 0, 0))
+        self.clock = CycleClock(self.bus.period_ns, time.perf_counter_ns())
+
+    def run(self) -> None:
+        """Cycle until told to stop or the parent is gone; then stop the axes."""
+        while self.running and not self.link.parent_gone:
+            self.turn()
+        self._stop_axes()
+
+    def turn(self) -> None:
+        """One cycle, and what it leaves time for."""
+        pause = (self.clock.due() - time.perf_counter_ns()) * 1e-9
+        if pause > 0:
+            time.sleep(pause)
+        now = time.perf_counter_ns()
+        if self._last_start:
+            self.cycle_times.add(now - self._last_start)
+        self._last_start = now
+        cycle = self.clock.advance(now)
+        for command in self.link.commands():
+            self.commands[command.axis] = command
+        self._exchange(cycle)
+        self.link.publish(self.guard.overlay(self.inputs))
+        self._housekeeping(cycle)
+
+    def _exchange(self, cycle: int) -> None:
+        asked = self.guard.step(cycle, self.commands, self.inputs, self.health)
+        digital = 0
+        for command in asked:
+            digital |= command.digital_outputs
+        data = self.outputs.encode(asked, digital, cycle)
+        timeout = min(self.bus.period_ns * 0.6e-9, 0.002)
+        result = self.soem.exchange(data, timeout)
+        echo_ok = True
+        if result.arrived:
+            self.round_trips.add(result.round_trip_ns)
+            if self.outputs.echo is not None:
+                echo_ok = self.soem.output_byte(*self.outputs.echo) == cycle & 0xFF
+        self.health = self.monitor.observe(Seen(result.arrived, result.counter, echo_ok))
+        good = self.health in (Health.OK, Health.DEGRADED) and result.arrived
+        self._decode(cycle, self.soem.inputs() if good or self.inputs is None else None)
+
+    def _decode(self, cycle: int, data: list[bytes] | None) -> None:
+        """New inputs, or the last good ones with a new number and the present health."""
+        stamp = cycle * self.bus.period_ns
+        if data is not None and len(data) == len(self._blank):
+            self.inputs = self.decoder.decode(data, cycle, stamp, int(self.health))
+        elif self.inputs is None:
+            self.inputs = self.decoder.decode(self._blank, cycle, stamp, int(self.health))
+        else:
+            self.inputs = self.inputs._replace(
+                cycle=cycle, stamp_ns=stamp, health=int(self.health)
+            )
+
+    def _housekeeping(self, cycle: int) -> None:
+        """One thing per cycle: states when in doubt, else in turn states, mailboxes, SDOs."""
+        for request in self.link.requests():
+            self._serve(request)
+        bad = self.health not in (Health.OK, Health.DEGRADED)
+        if cycle % STATE_POLL == 0 or (self.monitor.suspicious and cycle % 2 == 0):
+            self.monitor.states(self.soem.states())
+        elif cycle % MAILBOX_POLL == 0 and self._mailboxes and not bad:
+            self.soem.poll_mailbox(self._mailboxes[cycle // MAILBOX_POLL % len(self._mailboxes)])
+        else:
+            self.sdos.serve(self.soem)
+        if bad or self.health != Health.OK:
+            self._recover()
+        else:
+            self.ladder.step(time.monotonic(), self.health, ())
+
+    def _recover(self) -> None:
+        states = tuple(s.state for s in self.monitor.faulty)
+        rung = self.ladder.step(time.monotonic(), self.health, states)
+        if rung == Rung.NONE:
+            return
+        self.link.tell({"event": "recovery", "rung": rung.name, "reason": self.monitor.reason})
+        try:
+            _RUNGS[rung](self)
+        except BusError as error:
+            self._trouble = str(error)
+        else:
+            self._trouble = ""
+
+    def _reopen(self) -> None:
+        self.soem.reopen()
+
+    def _acknowledge(self) -> None:
+        self.soem.acknowledge()
+
+    def _reconfigure(self) -> None:
+        if self.soem.mapped and self.soem.reconfigure():
+            self.monitor.states(self.soem.states())
+            self.soem.acknowledge()
+
+    def _rescan(self) -> None:
+        self.soem.scan()
+        self.soem.configure()
+        self.soem.to_op(self.outputs.encode((), 0, 0))
+
+    def _serve(self, request: dict[str, Any]) -> None:
+        word = request.get("do")
+        if word in ("sdo_read", "sdo_write"):
+            self.sdos.put(request)
+        elif word == "diagnostics":
+            self.link.tell({"id": request["id"], "ok": True, "diagnostics": self.report()})
+        elif word == "stop":
+            self.running = False
+        else:
+            self.link.tell({"id": request["id"], "ok": False, "reason": f"unknown '{word}'"})
+
+    def report(self) -> dict[str, Any]:
+        """All that diagnostics show."""
+        m = self.monitor
+        return {
+            "health": self.health.name,
+            "reason": self._trouble or m.reason,
+            "cycle": self.clock.cycle,
+            "rate_hz": self.bus.rate_hz,
+            "scheduling": self.scheduling,
+            "sent": m.sent,
+            "received": m.received,
+            "lost": m.lost,
+            "missed": self.clock.missed,
+            "wrong_counter": m.wrong_counter,
+            "stale": m.stale,
+            "unread": self.link.unread,
+            "history": dict(m.history),
+            "recovery": dict(self.ladder.taken),
+            "stops": dict(self.guard.stops),
+            "held": {axis: cause.name for axis, cause in self.guard.latched.items()},
+            "emergencies": [e._asdict() for e in self.emergencies[-20:]],
+            "cycle_time": self.cycle_times.report(),
+            "round_trip": self.round_trips.report(),
+            "echo": self.outputs.echo is not None,
+        }
+
+    def _emergency(self, slave: str, code: int, register: int) -> None:
+        self.emergencies.append(Emergency(self.clock.cycle, slave, code, register))
+        self.link.tell({"event": "emergency", "slave": slave, "code": code, "register": register})
+
+    def _stop_axes(self) -> None:
+        """Quick stop, wait until nothing turns, then let the voltage go."""
+        self.guard.hold_all(self.clock.cycle, Cause.STALE_COMMAND)
+        until = self.clock.cycle + round(STOP_S * self.bus.rate_hz)
+        while self.clock.cycle < until and self._turning():
+            self.turn()
+        self.guard.braking = 0
+        for _ in range(5):
+            self.turn()
+
+    def _turning(self) -> bool:
+        if self.inputs is None or not self.soem.mapped:
+            return False
+        return any(abs(axis.velocity) > TURNING for axis in self.inputs.axes)
+
+
+_RUNGS = {
+    Rung.REOPEN: BusLoop._reopen,
+    Rung.ACKNOWLEDGE: BusLoop._acknowledge,
+    Rung.RECONFIGURE: BusLoop._reconfigure,
+    Rung.RESCAN: BusLoop._rescan,
+}

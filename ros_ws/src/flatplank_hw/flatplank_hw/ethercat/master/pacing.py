@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""When the next cycle is due. Pure; the wall clock is an argument."""
+
+from __future__ import annotations
+
+CATCH_UP = 5
+"""so many late cycles are made up for; more are given up and counted"""
+
+
+class CycleClock:
+    """Cycle n is due at start + n * period; a number is never used twice."""
+
+    def __init__(self, period_ns: int, start_ns: int) -> None:
+        self.period = period_ns
+        self.start = start_ns
+        self.cycle = 0
+        self.missed = 0
+        """cycles that were given up"""
+
+    def due(self) -> int:
+        """Wall time of the next cycle [ns]."""
+        return self.start + (self.cycle + 1) * self.period
+
+    def advance(self, now_ns: int) -> int:
+        """Begin the next cycle at wall time `now`; returns its number."""
+        late = (now_ns - self.due()) // self.period
+        if late > CATCH_UP:
+            self.cycle += late
+            self.missed += late
+        self.cycle += 1
+        return self.cycle
