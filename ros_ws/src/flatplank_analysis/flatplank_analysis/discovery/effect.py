@@ -37,6 +37,8 @@ class Effect:
     """what removes it"""
     main: ClassVar[str] = ""
     """parameter that is the size; empty: the first one"""
+    generic: ClassVar[bool] = False
+    """a free form that explains nothing: only the law of the model is incomplete"""
     instances: ClassVar[int] = 1
     """how often it may be present at different places"""
     order: ClassVar[int] = 0
@@ -59,9 +61,22 @@ class Effect:
         return tuple(p for p in cls.parameters() if p.screen != 0.0)
 
     @classmethod
-    def variants(cls, runs: RunSet) -> list[dict[str, float]]:
-        """Settings of the parameters that do not exist at the null (position, period)."""
+    def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        """Settings of the parameters that do not exist at the null (position, period).
+
+        residual (channels, runs, samples) may suggest them; see `scanned`.
+        """
         return [{}]
+
+    @classmethod
+    def scanned(cls, runs: RunSet) -> int:
+        """How many settings were looked at to find the variants: the price of looking."""
+        return 1
+
+    @classmethod
+    def held(cls) -> tuple[str, ...]:
+        """Parameters that a variant sets and no fit moves."""
+        return ()
 
     @classmethod
     def starts(cls) -> tuple[float, ...]:

@@ -35,6 +35,6 @@ class Model(Protocol):
         """Predicted channels, shape (lanes, channels, runs, samples)."""
         ...
 
-    def stiff(self) -> tuple[str, ...]:
-        """Base parameters that scatter from run to run (a gain, an offset)."""
+    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
+        """Directions that scatter from run to run (a gain, an offset): changes by parameter."""
         ...

@@ -53,7 +53,9 @@ class RunSet:
     def __post_init__(self) -> None:
         shape = self.measured.shape
         if len(shape) != 3 or shape[0] != len(self.channels) or shape[1] != len(self.names):
-            raise FlatplankError(f"measured has shape {shape}", "RunSet", "channels, runs, samples")
+            raise FlatplankError(
+                f"measured has shape {shape}", "RunSet", "channels, runs, samples"
+            )
         if not np.isfinite(self.measured[:, self.used]).all():
             raise FlatplankError("measured holds NaN", "RunSet", "mark such samples as not used")
 

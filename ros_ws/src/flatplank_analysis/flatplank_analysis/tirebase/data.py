@@ -130,8 +130,7 @@ def _common_ends(tables: list[MeasurementTable], smooth: list[dict]) -> list[flo
     keys = [_grid_key(t) for t in tables]
     ends = [float(s["plank_position"].max()) for s in smooth]
     return [
-        min(e for e, other in zip(ends, keys, strict=True) if other == key) - 0.004
-        for key in keys
+        min(e for e, other in zip(ends, keys, strict=True) if other == key) - 0.004 for key in keys
     ]
 
 

@@ -21,13 +21,17 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
+    "play_rest", "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-) = range(23)  # fmt: skip
-WIDTH = 23
+    PLAY_REST, LAW,
+) = range(25)  # fmt: skip
+WIDTH = len(NAMES)
+LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
+"""contact slips of the free law; negative first, falling, then positive, rising"""
 
 _TINY = 0.01
 
@@ -64,6 +68,37 @@ def steady(k, stiff, peak, shape, fall, rounding):
 
 
 @njit(cache=True, nogil=True)
+def free_law(k, p):
+    """Factor on the force at a contact slip and its slope: straight pieces over |k|."""
+    first = LAW if k < 0.0 else LAW + 4
+    any_law = False
+    for i in range(4):
+        if p[first + i] != 0.0:
+            any_law = True
+    if not any_law:
+        return 1.0, 0.0
+    size = abs(k)
+    # heights from the largest slip to the smallest
+    if k < 0.0:
+        h0, h1, h2, h3 = p[LAW], p[LAW + 1], p[LAW + 2], p[LAW + 3]
+    else:
+        h3, h2, h1, h0 = p[LAW + 4], p[LAW + 5], p[LAW + 6], p[LAW + 7]
+    if size >= LAW_LEVELS[0]:
+        return 1.0 + h0, 0.0
+    if size < LAW_LEVELS[3]:
+        return 1.0 + h3, 0.0
+    if size >= LAW_LEVELS[1]:
+        a, b, ha, hb = LAW_LEVELS[1], LAW_LEVELS[0], h1, h0
+    elif size >= LAW_LEVELS[2]:
+        a, b, ha, hb = LAW_LEVELS[2], LAW_LEVELS[1], h2, h1
+    else:
+        a, b, ha, hb = LAW_LEVELS[3], LAW_LEVELS[2], h3, h2
+    slope = (hb - ha) / (b - a)
+    sign = -1.0 if k < 0.0 else 1.0
+    return 1.0 + ha + slope * (size - a), slope * sign
+
+
+@njit(cache=True, nogil=True)
 def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
     """Force and slope with load, friction, asymmetry, sliding speed and cross slip taken in."""
     peak = p[PEAK] * friction * load
@@ -74,6 +109,10 @@ def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
     if p[SLIDE] != 0.0:
         ratio = abs(k) * speed_ratio / 0.05
         peak *= 1.0 - p[SLIDE] * ratio / (1.0 + ratio)
+    change, turn = free_law(k, p)
+    if cross == 0.0 and (change != 1.0 or turn != 0.0):
+        force, slope = steady(k, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
+        return force * change, slope * change + force * turn
     if cross == 0.0:
         return steady(k, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
     total = (k * k + cross * cross) ** 0.5
@@ -87,11 +126,21 @@ def deflection(force, p):
     """Deflection of carcass and play at a force [m], and its slope."""
     c = p[CARCASS]
     soft = 1.0 + p[SOFTEN] * abs(force) / 4000.0
-    x = (force - p[PLAY_AT]) / p[PLAY_SOFT]
-    root = (1.0 + x * x) ** 0.5
-    value = force * soft / c + 0.5 * p[PLAY] * x / root
-    slope = (2.0 * soft - 1.0) / c + 0.5 * p[PLAY] / (p[PLAY_SOFT] * root * root * root)
+    value = force * soft / c
+    slope = (2.0 * soft - 1.0) / c
+    if p[PLAY] != 0.0:
+        x = (force - p[PLAY_AT]) / p[PLAY_SOFT]
+        root = (1.0 + x * x) ** 0.5
+        value += 0.5 * p[PLAY] * x / root
+        slope += 0.5 * p[PLAY] / (p[PLAY_SOFT] * root * root * root)
     return value, slope
+
+
+@njit(cache=True, nogil=True)
+def start_deflection(p):
+    """Deflection at standstill: the plank rests somewhere in its play."""
+    value, _ = deflection(0.0, p)
+    return value + 0.5 * p[PLAY] * p[PLAY_REST]
 
 
 @njit(cache=True, nogil=True)
@@ -105,9 +154,11 @@ def patch_length(k, load, friction, p, nominal):
 
 
 @njit(cache=True, nogil=True)
-def advance(k0, f0, x0, creep0, ds, dw, dt, load, friction, p, nominal, speed_ratio, cross):
-    """New contact slip, force, deflection and creep after one node."""
-    load = load * (1.0 + (p[LOSS_BRAKE] * min(f0, 0.0) + p[LOSS_DRIVE] * max(f0, 0.0)) / nominal)
+def advance(k0, f0, x0, creep0, slope0, ds, dw, dt, load, friction, p, nominal, ratio, cross):
+    """New contact slip, force, deflection, creep and slope of the law after one node."""
+    if p[LOSS_BRAKE] != 0.0 or p[LOSS_DRIVE] != 0.0:
+        loss = p[LOSS_BRAKE] * min(f0, 0.0) + p[LOSS_DRIVE] * max(f0, 0.0)
+        load = load * (1.0 + loss / nominal)
     dw = dw - (p[GIVE] * f0 + p[FOLLOW] * f0 / (f0 * f0 + 900.0) ** 0.5) * ds
     creep = creep0
     if p[CREEP] != 0.0:
@@ -116,17 +167,18 @@ def advance(k0, f0, x0, creep0, ds, dw, dt, load, friction, p, nominal, speed_ra
         dw = dw - (creep - creep0)
     ds = max(ds + p[DENOM] * dw, 0.0)
     sigma = patch_length(k0, load, friction, p, nominal)
-    _, slope = tire_force(k0, load, friction, p, nominal, speed_ratio, cross)
-    _, flex = deflection(f0, p)
     weight = 0.5
     if ds > 0.0:
-        weight = max(0.5, 1.0 - (sigma + max(slope, 0.0) * flex) / ds)
+        weight = max(0.5, 1.0 - (sigma + max(slope0, 0.0) / p[CARCASS]) / ds)
     k1 = k0
     low, high = -1.0e3, 1.0e3
+    fk = f0
+    xk = x0
+    slope = slope0
     # safeguarded Newton: the left side grows with k1 as long as the law does not fall steeply
     for _ in range(60):
         sig = 0.5 * (sigma + patch_length(k1, load, friction, p, nominal))
-        fk, slope = tire_force(k1, load, friction, p, nominal, speed_ratio, cross)
+        fk, slope = tire_force(k1, load, friction, p, nominal, ratio, cross)
         xk, flex = deflection(fk, p)
         miss = sig * (k1 - k0) + ds * (weight * k1 + (1.0 - weight) * k0) + xk - x0 - dw
         if miss > 0.0:
@@ -137,20 +189,21 @@ def advance(k0, f0, x0, creep0, ds, dw, dt, load, friction, p, nominal, speed_ra
         trial = k1 - miss / rate
         if (trial <= low or trial >= high) and high - low < 1.0e3:
             trial = 0.5 * (low + high)
-        done = abs(trial - k1) < 1e-9
+        move = trial - k1
         k1 = trial
-        if done:
+        if abs(move) < 1e-6:
+            # the last step is so small that force and deflection follow their slopes
+            fk += slope * move
+            xk += slope * flex * move
             break
-    fk, _ = tire_force(k1, load, friction, p, nominal, speed_ratio, cross)
-    xk, _ = deflection(fk, p)
-    return k1, fk, xk, creep
+    return k1, fk, xk, creep, slope
 
 
 @njit(cache=True, nogil=True)
 def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
     """One node of all elements in x (axis 0 index 0) and y (1).
 
-    state (4, 2, elements) is updated in place; dw (2, elements); params (2, elements, WIDTH).
+    state (5, 2, elements) is updated in place; dw (2, elements); params (2, elements, WIDTH).
     """
     for e in range(ds.shape[0]):
         rate = abs(ds[e]) / dt[e] / speed if dt[e] > 0.0 else 0.0
@@ -160,21 +213,21 @@ def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
             other = params[1 - axis, e]
             kc = ky if axis == 0 else kx
             cross = p[COMBINE] * kc * other[STIFF] / p[STIFF]
-            k, f, x, creep = advance(
+            k, f, x, creep, slope = advance(
                 state[0, axis, e], state[1, axis, e], state[2, axis, e], state[3, axis, e],
-                ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross,
+                state[4, axis, e], ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross,
             )  # fmt: skip
             state[0, axis, e], state[1, axis, e] = k, f
-            state[2, axis, e], state[3, axis, e] = x, creep
+            state[2, axis, e], state[3, axis, e], state[4, axis, e] = x, creep, slope
 
 
 @njit(cache=True, nogil=True)
 def rest(params):
-    """State at standstill without force, shape (4, 2, elements)."""
-    state = np.zeros((4, 2, params.shape[1]))
+    """State at standstill without force, shape (5, 2, elements)."""
+    state = np.zeros((5, 2, params.shape[1]))
     for axis in range(2):
         for e in range(params.shape[1]):
-            state[2, axis, e] = deflection(0.0, params[axis, e])[0]
+            state[2, axis, e] = start_deflection(params[axis, e])
     return state
 
 
@@ -192,21 +245,21 @@ def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first
         both = cross_x != 0.0 or cross_y != 0.0
         do_x = todo[0, e] or both
         do_y = todo[1, e] or both
-        kx = ky = fx = fy = cx = cy = 0.0
-        xx = deflection(0.0, px)[0]
-        xy = deflection(0.0, py)[0]
+        kx = ky = fx = fy = cx = cy = gx = gy = 0.0
+        xx = start_deflection(px)
+        xy = start_deflection(py)
         for n in range(ds.shape[1]):
             step, s, w, mu = dt[e, n], ds[e, n], load[e, n], friction[e, n]
             rate = abs(s) / step / speed if step > 0.0 else 0.0
             if do_x:
-                kx, fx, xx, cx = advance(
-                    kx, fx, xx, cx, s, dw[0, e, n], step, w, mu, px, nominal[e], rate,
+                kx, fx, xx, cx, gx = advance(
+                    kx, fx, xx, cx, gx, s, dw[0, e, n], step, w, mu, px, nominal[e], rate,
                     cross_x * ky,
                 )  # fmt: skip
                 force[0, e, n] = fx
             if do_y:
-                ky, fy, xy, cy = advance(
-                    ky, fy, xy, cy, s, dw[1, e, n], step, w, mu, py, nominal[e], rate,
+                ky, fy, xy, cy, gy = advance(
+                    ky, fy, xy, cy, gy, s, dw[1, e, n], step, w, mu, py, nominal[e], rate,
                     cross_y * kx,
                 )  # fmt: skip
                 force[1, e, n] = fy

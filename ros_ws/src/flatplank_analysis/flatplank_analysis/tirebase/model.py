@@ -36,13 +36,10 @@ class TireModel:
         self._pressure = float(np.median(data.pressure))
         self._moving = 1.0 - np.exp(-np.maximum(data.position, 0.0) / 0.005)
 
-    def subset(self, keep: np.ndarray) -> TireModel:
-        """The same model for fewer runs (held-out checks use all runs instead)."""
-        raise FlatplankError("a tire model is made for all runs", "TireModel", "use weights")
-
-    def stiff(self) -> tuple[dict[str, float], ...]:
+    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions in which a tire scatters from run to run: gain and slip offset."""
-        return ({"stiff": 1.0, "peak": 1.0}, {"slip_offset": 0.0})
+        value = dict(zip(self._names, base, strict=True))
+        return ({"stiff": value["stiff"], "peak": value["peak"]}, {"slip_offset": 1.0})
 
     def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
         """Predicted channels (lanes, channels, runs, samples)."""

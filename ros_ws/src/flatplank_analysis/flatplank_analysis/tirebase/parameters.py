@@ -30,7 +30,9 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     if "fy" in data.runs.channels:
         prior = np.inf if varied_alpha else 6.0 * load
         out += [
-            Parameter("stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior),
+            Parameter(
+                "stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior
+            ),
             Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
             Parameter("angle_offset", "rad", 0.0, -0.06, 0.06, 1e-3),
         ]

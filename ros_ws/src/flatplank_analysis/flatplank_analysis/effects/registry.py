@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where effects come from: the files of this folder, entry points, and files of the user."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pkgutil
+import sys
+from collections.abc import Iterable
+from functools import lru_cache
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.effects.base import TireEffect
+from flatplank_analysis.errors import FlatplankError
+
+GROUP = "flatplank.effects"
+_NOT_EFFECTS = {"base", "registry", "checks", "waves"}
+
+
+def effects_in(module) -> list[type[Effect]]:
+    """Effects that a module defines itself."""
+    return [
+        value
+        for value in vars(module).values()
+        if isinstance(value, type)
+        and issubclass(value, Effect)
+        and value.__module__ == module.__name__
+        and value.identifier
+    ]
+
+
+@lru_cache(maxsize=1)
+def _shipped() -> tuple[type[Effect], ...]:
+    folder = Path(__file__).parent
+    found: list[type[Effect]] = []
+    for item in sorted(pkgutil.iter_modules([str(folder)]), key=lambda i: i.name):
+        if item.name not in _NOT_EFFECTS:
+            module = importlib.import_module(f"flatplank_analysis.effects.{item.name}")
+            found += effects_in(module)
+    for point in sorted(entry_points(group=GROUP), key=lambda p: p.name):
+        found += _from_entry(point)
+    return tuple(found)
+
+
+def _from_entry(point) -> list[type[Effect]]:
+    try:
+        loaded = point.load()
+    except Exception as error:  # a broken plug-in must not stop the others
+        raise FlatplankError(
+            f"cannot be loaded ({error})",
+            f"entry point {point.name}",
+            "mend or remove the package",
+        ) from error
+    return [loaded] if isinstance(loaded, type) else effects_in(loaded)
+
+
+def load_file(path: str | Path) -> list[type[Effect]]:
+    """Effects of a user's Python file."""
+    path = Path(path)
+    if not path.is_file():
+        raise FlatplankError("no such file", str(path), "give the path of a Python file")
+    name = f"flatplank_user_effects_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise FlatplankError("is not a Python file", str(path), "give a file that ends in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise FlatplankError(
+            f"cannot be read ({type(error).__name__}: {error})", str(path), "mend the file"
+        ) from error
+    found = effects_in(module)
+    if not found:
+        raise FlatplankError(
+            "holds no effect", str(path), "define a frozen dataclass of TireEffect with identifier"
+        )
+    return found
+
+
+def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
+    """All effects by identifier: shipped ones, entry points, and those of the given files."""
+    out: dict[str, type[Effect]] = {}
+    for effect in [*_shipped(), *(e for f in files for e in load_file(f))]:
+        other = out.get(effect.identifier)
+        if other is not None and other is not effect:
+            raise FlatplankError(
+                f"identifier '{effect.identifier}' is taken by {other.__module__}",
+                effect.__module__,
+                "choose another identifier",
+            )
+        out[effect.identifier] = effect
+    return out
+
+
+def find(identifier: str, files: Iterable[str | Path] = ()) -> type[TireEffect]:
+    """One effect; an unknown name is answered with the nearest ones."""
+    import difflib
+
+    known = library(files)
+    if identifier not in known:
+        near = difflib.get_close_matches(identifier, known, n=3, cutoff=0.4)
+        raise FlatplankError(
+            f"no effect '{identifier}'",
+            "effects",
+            f"nearest: {', '.join(near)}" if near else "flatplank effects lists them",
+        )
+    return known[identifier]

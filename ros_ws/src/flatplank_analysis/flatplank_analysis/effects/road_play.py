@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Play of the road (plank) in the direction of travel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.effects.base import Tire, TireEffect
+
+
+@dataclass(frozen=True)
+class RoadPlay(TireEffect):
+    """The plank slides through its play while the force passes zero.
+
+    Source: thesis 3.1 and 7.2: 1.15 mm of longitudinal play, cut to 0.05 mm later
+    """
+
+    identifier = "road_play"
+    title = "Play of the road in x"
+    kind = "machine"
+    coordinate = "slip travel"
+    source = "thesis 3.1 and 7.2: 1.15 mm of longitudinal play, cut to 0.05 mm later"
+    what = (
+        "The plank can slide by the gap between its drive and its stop. The force of the tire "
+        "holds it on one side; when the force changes its sign the plank crosses the gap and "
+        "the force rests at zero meanwhile."
+    )
+    check = (
+        "Dial gauge between plank and rack, push and pull the plank by hand with the drive "
+        "locked. A driving step out of a driving preload shows no dead travel."
+    )
+    removes = "Shim or preload the coupling between plank and rack; or keep the force on one side."
+    main = "gap"
+
+    gap: float = param(
+        0.0,
+        unit="m",
+        bounds=(0.0, 3e-3),
+        screen=3e-4,
+        matters=1e-4,
+        note="free travel of the plank",
+    )
+    rest: float = param(
+        0.0,
+        unit="1",
+        bounds=(-1.0, 1.0),
+        note="where in the gap a run starts: -1 braking side, +1 driving side",
+    )
+
+    @classmethod
+    def starts(cls) -> tuple[float, ...]:
+        return (1.0, 2.5)
+
+    def tire(self, tire: Tire) -> None:
+        tire.x.play += self.per_run.gap
+        tire.x.play_rest += self.per_run.rest
