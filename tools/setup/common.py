@@ -69,10 +69,10 @@ def run(command: list[str], log: Path, env: dict[str, str] | None = None) -> Non
             command, stdout=out, stderr=out, stdin=subprocess.DEVNULL, env=env, cwd=WORKSPACE
         ).returncode
     if code:
-        raise SetupError(explain(log, command[0]))
+        raise SetupError(explain(log))
 
 
-def explain(log: Path, what: str) -> str:
+def explain(log: Path) -> str:
     """The line of a failed step's log that says why."""
     text = log.read_text(errors="replace")
     if re.search(NO_NETWORK, text):
@@ -80,7 +80,7 @@ def explain(log: Path, what: str) -> str:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     errors = [line for line in lines if re.search(r"error", line, re.IGNORECASE)]
     reason = (errors or lines or ["no output"])[0][:300]
-    return f"{Path(what).name} failed: {reason} (all of it: {log})"
+    return f"{log.stem} failed: {reason} (all of it: {log})"
 
 
 @contextmanager

@@ -84,10 +84,11 @@ def package_stamps() -> dict[str, Stamp]:
 
 def build_workspace(stale: list[str]) -> list[str]:
     """Build the stale packages, without a compiler all but the messages. What was built."""
-    lacking = missing_for_build()
+    lacking, without = missing_for_build(), []
     if MESSAGES in stale and lacking:
         say(f"no {', '.join(lacking)}: {MESSAGES} is not built, so no ROS graph; the rest works")
         stale = [name for name in stale if name != MESSAGES]
+        without = ["--packages-ignore", MESSAGES]  # else the others wait for its files
     if not stale:
         return []
     unfinished = WORKSPACE / "build" / "flatplank.unfinished"
@@ -95,7 +96,8 @@ def build_workspace(stale: list[str]) -> list[str]:
     unfinished.parent.mkdir(exist_ok=True)
     unfinished.write_text("\n".join(stale))
     python = str(VENV / "bin" / "python")
-    command = [python, "-m", "colcon", "build", "--symlink-install", "--packages-select", *stale]
+    command = [python, "-m", "colcon", "build", "--symlink-install", *without]
+    command += ["--packages-select", *stale]
     command += ["--cmake-args", f"-DPython3_EXECUTABLE={python}", *CMAKE_ARGUMENTS]
     env = os.environ | ros_setup() | {"PYTHONWARNINGS": "ignore"}
     with ticking(f"step 3 of 3, ROS workspace: {' '.join(stale)}"):
