@@ -18,10 +18,11 @@ from flatplank_analysis.errors import FlatplankError, NothingUsableError
 NOTHING_USABLE = 2
 
 
-def campaign_parser(verb: str, text: str) -> argparse.ArgumentParser:
+def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.ArgumentParser:
     """A parser with the arguments that every verb on a campaign has."""
     parser = argparse.ArgumentParser(prog=f"flatplank {verb}", description=text)
-    parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL")
+    many = {"nargs": "*"} if several else {}
+    parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL", **many)
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     parser.add_argument("--mapping", metavar="FILE", help="YAML with foreign topics or columns")
     return parser
@@ -35,7 +36,12 @@ def parallel_arguments(parser: argparse.ArgumentParser) -> None:
 
 def load_campaign(arguments: argparse.Namespace) -> Campaign:
     """The campaign of the command line."""
-    return Campaign.load(arguments.folder, mapping=_mapping(arguments.mapping))
+    return load_folder(arguments.folder, arguments.mapping)
+
+
+def load_folder(folder: str, mapping: str | None = None) -> Campaign:
+    """The campaign in a folder, with the mapping file when there is one."""
+    return Campaign.load(folder, mapping=_mapping(mapping))
 
 
 def _mapping(path: str | None) -> dict[str, Any] | None:

@@ -1,27 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fit a tire model to a campaign; every number with its standard error."""
+"""Fit a tire model to campaigns; every number with its standard error."""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
+import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.data.campaign import Campaign
-from flatplank_analysis.identify.results import to_plain
-from flatplank_analysis.report.analysis import analyse
-from flatplank_analysis.report.results import CampaignResult
-from flatplank_analysis.report.tables import carcass_table, linear_table
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.identify.campaign import FITTERS, ConditionFits, fit_campaign
+from flatplank_analysis.identify.carcass import CarcassFit
+from flatplank_analysis.identify.fit_file import FitFile, read_fit_file
+from flatplank_analysis.identify.mf.fit import MFFit
+from flatplank_analysis.identify.repeats import LinearCondition
+from flatplank_analysis.identify.results import Estimate
+from flatplank_analysis.models.tir import write_tir
+from flatplank_analysis.parallel import open_executor
+from flatplank_analysis.report.steps import extra_points, read_steps
 
 FORMAT = "flatplank-fit/1"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank fit DIR --model linear|nonlinear|mf [--json]`."""
-    parser = common.campaign_parser("fit", __doc__)
-    parser.add_argument("--model", choices=sorted(MODELS), default="linear")
+    """`flatplank fit DIR... --model linear|nonlinear|mf [--json]`."""
+    parser = common.campaign_parser("fit", __doc__, several=True)
+    parser.add_argument("--model", choices=sorted(FITTERS), help="default: linear")
+    parser.add_argument("--settings", metavar="FILE", help="fit file: free, fixed, bounds, prior")
+    parser.add_argument("--stage", action="append", help="mf: this stage only (again for more)")
+    parser.add_argument("--tire", metavar="FILE.tir", help="mf: what is not fitted")
+    parser.add_argument("--out", metavar="FILE.tir", help="mf: write the fitted tire")
     common.parallel_arguments(parser)
     arguments = parser.parse_args(argv)
     return common.guarded("fit", lambda: _run(arguments))
@@ -29,63 +42,108 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(arguments: argparse.Namespace) -> int:
     begin = time.perf_counter()
-    campaign = common.load_campaign(arguments)
-    found, show = MODELS[arguments.model](campaign, arguments)
-    common.tell(campaign.problems)
+    settings = _settings(arguments)
+    campaigns = _campaigns(arguments, settings)
+    with open_executor(arguments.jobs, arguments.scheduler) as executor:
+        steps, radii = read_steps(campaigns, executor)
+        extra = extra_points(campaigns, steps, radii) if settings.model == "mf" else []
+        result = fit_campaign(steps, settings, extra=extra, mapper=executor.map)
+    problems = [p for campaign in campaigns for p in campaign.problems]
+    common.tell(problems)
+    if arguments.out:
+        _write_tire(result, arguments.out)
     if arguments.json:
-        head = {"format": FORMAT, "model": arguments.model, "campaign": campaign.path}
-        tail = {
-            "problems": [str(p) for p in campaign.problems],
-            "seconds": round(time.perf_counter() - begin, 3),
+        head = {
+            "format": FORMAT,
+            "model": settings.model,
+            "campaigns": [c.path for c in campaigns],
+            "runs": len(steps),
         }
+        found = {k: v for k, v in result.to_json().items() if k not in ("model", "problems")}
+        told = [str(p) for p in problems] + list(getattr(result, "problems", ()))
+        tail = {"problems": told, "seconds": round(time.perf_counter() - begin, 3)}
         common.print_json(head | found | tail)
     else:
-        show()
+        SHOW[type(result)](result)
     return 0
 
 
-Fitted = tuple[dict[str, Any], Callable[[], None]]
+def _settings(arguments: argparse.Namespace) -> FitFile:
+    """The fit file, with what the command line says over it."""
+    base = read_fit_file(arguments.settings) if arguments.settings else FitFile()
+    changes: dict[str, Any] = {}
+    if arguments.model:
+        changes["model"] = arguments.model
+    if arguments.stage:
+        changes["stages"] = tuple(arguments.stage)
+    if arguments.tire:
+        changes["tire"] = arguments.tire
+    return dataclasses.replace(base, **changes)
 
 
-def _analyse(campaign: Campaign, arguments: argparse.Namespace, nonlinear: bool) -> CampaignResult:
-    return analyse(
-        campaign,
-        jobs=arguments.jobs,
-        scheduler=arguments.scheduler,
-        nonlinear=nonlinear,
-        progress=common.show_progress,
-    )
+def _campaigns(arguments: argparse.Namespace, settings: FitFile) -> list[Campaign]:
+    folders = list(arguments.folder)
+    if not folders and arguments.settings:
+        here = Path(arguments.settings).parent
+        folders = [str(here / name) for name in settings.campaigns]
+    if not folders:
+        raise FlatplankError("no campaign", "command line", "name a folder")
+    return [common.load_folder(folder, arguments.mapping) for folder in folders]
 
 
-def _linear(campaign: Campaign, arguments: argparse.Namespace) -> Fitted:
-    result = _analyse(campaign, arguments, nonlinear=False)
-    found = {"tire": result.tire, "conditions": [c.to_json() for c in result.conditions]}
-    return found, lambda: _print(linear_table(result))
+def _write_tire(result: object, path: str) -> None:
+    if not isinstance(result, MFFit):
+        raise FlatplankError("this model has no .tir", "--out", "use --model mf")
+    write_tir(result.tir, path)
 
 
-def _nonlinear(campaign: Campaign, arguments: argparse.Namespace) -> Fitted:
-    result = _analyse(campaign, arguments, nonlinear=True)
-    points = [
-        {
-            "point": to_plain(p.point._asdict()),
-            "carcass": p.carcass.to_json() if p.carcass else None,
-            "why_no_carcass": p.why_no_carcass,
-            "rmse": {f"{c.kappa:g}": to_plain(v) for c, v in p.models["nonlinear"].rmse.items()}
-            if "nonlinear" in p.models
-            else {},
-        }
-        for p in result.points
+def _conditions(result: ConditionFits) -> None:
+    rows = [row for fit in result.fits for row in ROWS[type(fit)](fit)]
+    common.print_rows(("condition", "slip", "parameter", "value", "±", "unit", "remark"), rows)
+    statements = [c for fit in result.fits for c in fit.confusions]
+    _say([f"{c.statement}; {c.remedy}" for c in statements])
+    for text in result.problems:
+        print(f"warning: {text}", file=sys.stderr)
+
+
+def _linear_rows(fit: LinearCondition) -> list[tuple[str, ...]]:
+    name = fit.condition.label()
+    return [
+        _row(name, f"{100.0 * level.level:+g} %", estimate)
+        for level in fit.levels
+        for estimate in (level.sigma, level.slip_stiffness, level.steady_force)
     ]
-    return {"tire": result.tire, "points": points}, lambda: _print(carcass_table(result))
 
 
-def _print(table) -> None:
-    rows = [[c if isinstance(c, str) else f"{c:.5g}" for c in row] for row in table.rows]
-    common.print_rows(table.header, rows)
-    print(f"\n{table.note}")
+def _carcass_rows(fit: CarcassFit) -> list[tuple[str, ...]]:
+    estimates = (fit.c_cx, fit.slip_stiffness, fit.sigma_x)
+    return [_row(fit.condition.label(), "", estimate) for estimate in estimates]
 
 
-MODELS: dict[str, Callable[[Campaign, argparse.Namespace], Fitted]] = {
-    "linear": _linear,
-    "nonlinear": _nonlinear,
+def _row(condition: str, slip: str, e: Estimate) -> tuple[str, ...]:
+    if not e.determined:
+        remark = e.note or "not determined"
+    else:
+        remark = f"at its {e.at_bound} bound" if e.at_bound else e.note
+    return (condition, slip, e.name, f"{e.value:.5g}", f"{e.std_error:.2g}", e.unit, remark)
+
+
+def _magic_formula(result: MFFit) -> None:
+    rows = [_row("", "", e)[2:] for e in result.estimates.values()]
+    common.print_rows(("parameter", "value", "±", "unit", "remark"), rows)
+    errors = ", ".join(f"{k} {100.0 * v:.2g} %" for k, v in result.relative_errors.items())
+    print(f"\nrelative error (7.28): {errors}")
+    _say([f"{c.statement}; {c.remedy}" for c in result.confusions])
+    _say([f"not fitted: {text}" for text in result.skipped])
+
+
+def _say(lines: Sequence[str]) -> None:
+    for line in dict.fromkeys(lines):
+        print(f"note: {line}")
+
+
+ROWS: dict[type, Callable[[Any], list[tuple[str, ...]]]] = {
+    LinearCondition: _linear_rows,
+    CarcassFit: _carcass_rows,
 }
+SHOW: dict[type, Callable[[Any], None]] = {ConditionFits: _conditions, MFFit: _magic_formula}

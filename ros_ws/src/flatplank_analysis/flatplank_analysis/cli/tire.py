@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     arguments = parser.parse_args(argv)
     tire = read_tir(arguments.file)
-    for warning in getattr(tire, "warnings", ()) or ():
+    for warning in tire.warnings(arguments.vx):
         print(f"warning: {warning}", file=sys.stderr)
     names = ("fz", "kappa", "alpha", "gamma", "pressure", "vx")
     state = tire_state(tire, **{name: getattr(arguments, name) for name in names}).to_json()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,7 +11,8 @@ import numpy as np
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
-from flatplank_analysis.figures.style import INK
+from flatplank_analysis.figures.style import INK, PALETTE
+from flatplank_analysis.models.magic_formula import operating_point, steady
 from flatplank_analysis.report.results import CampaignResult, PointResult
 
 OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
@@ -171,6 +173,38 @@ def _steady_lateral(result: CampaignResult) -> Iterator[Figure]:
         caption = "Mean lateral force over the last half metre of road."
         panel = Panel("side slip angle α [°]", "steady Fy [N]", lines)
         yield Figure("steady_fy", "Steady lateral force", caption, (panel,), "7.14")
+
+
+@maker("parameters")
+def magic_curves(result: CampaignResult) -> Iterator[Figure]:
+    """Figures 7.26, 7.27: steady forces, points measured, lines by the Magic Formula."""
+    if result.magic is None:
+        return
+    coefficients = result.magic.tir.coefficients
+    points = pieces.varied(result, "fz") or [p for p in [result.nominal()] if p is not None]
+    series = []
+    for point, color in zip(points, PALETTE, strict=False):
+        conditions = pieces.slips(point)
+        kappa = np.array([c.facts.kappa_actual for c in conditions])
+        force = np.array([c.linear.steady_force.value for c in conditions])
+        load = float(np.mean([c.facts.fz_after for c in conditions]))
+        label = pieces.level("fz", point.point.fz)
+        series.append(Series(label, 100.0 * kappa, force, "points", color))
+        fine = np.linspace(kappa.min(), kappa.max(), 201)
+        o = operating_point(
+            coefficients,
+            load,
+            fine,
+            math.radians(point.point.alpha_deg),
+            math.radians(point.point.gamma_deg),
+            1e5 * point.point.pressure,
+            0.03,
+        )
+        curve = np.broadcast_to(steady(coefficients, o).fx, fine.shape)
+        series.append(Series(label, 100.0 * fine, curve, "curve", color, legend=False))
+    caption = "Points: asymptotes of the runs. Lines: the fitted Magic Formula at the mean load."
+    panel = Panel("slip κ [%]", "steady Fx [N]", series)
+    yield Figure("magic_formula_fx", "Magic Formula, Fx", caption, (panel,), "7.26")
 
 
 @maker("parameters")

@@ -17,6 +17,7 @@ from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
 from flatplank_analysis.identify.linear import linear_run
+from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.quality import is_transient, rmse
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.nonlinear import NonlinearX
@@ -73,6 +74,7 @@ def analyse(
     jobs: int | None = 1,
     scheduler: str | None = None,
     nonlinear: bool = True,
+    magic: bool = True,
     progress: Progress | None = None,
 ) -> CampaignResult:
     """All results of a campaign. Raises when no run could be used."""
@@ -91,7 +93,24 @@ def analyse(
         raise NothingUsableError(
             f"no run could be used{first}", campaign.path, "see the problems of its files"
         )
-    return CampaignResult(campaign.path, _tire(campaign), points, tuple(campaign.problems), extras)
+    problems = tuple(campaign.problems)
+    result = CampaignResult(campaign.path, _tire(campaign), points, problems, extras)
+    return _with_magic(result) if magic else result
+
+
+def _with_magic(result: CampaignResult) -> CampaignResult:
+    """The Magic Formula fitted to all points, and its response beside every step."""
+    extra = extras_as_points(result.extras, result.radii, result.points)
+    found = fit_points(result.points, extra)
+    if isinstance(found, str):
+        return dataclasses.replace(result, why_no_magic=found)
+    points = [
+        dataclasses.replace(p, models={**p.models, "mf": mf_curves(found, p)})
+        if p.conditions
+        else p
+        for p in result.points
+    ]
+    return dataclasses.replace(result, points=points, magic=found)
 
 
 def _tire(campaign: Campaign) -> str:
@@ -134,7 +153,8 @@ def analyse_point(job: PointJob) -> PointResult:
             models["nonlinear"] = nonlinear_curves(carcass, conditions, steps)
         except FlatplankError as error:
             why = str(error)
-    return PointResult(job.point, conditions, radii, carcass, why, models, tuple(problems))
+    steady = points_from_runs(steps) if steps else None
+    return PointResult(job.point, conditions, radii, carcass, why, models, tuple(problems), steady)
 
 
 def _tables(runs: Sequence[Run], problems: list[Problem]) -> list[MeasurementTable]:

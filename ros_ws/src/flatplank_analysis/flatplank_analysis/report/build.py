@@ -8,6 +8,7 @@ import os
 from pathlib import Path
 
 from flatplank_analysis.data.campaign import Campaign
+from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.results import CampaignResult
 
@@ -46,6 +47,8 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     (out / "tables").mkdir(exist_ok=True)
     for table in tables:
         _put(out / "tables" / f"{table.name}.csv", table.csv())
+    if result.magic is not None:
+        write_tir(result.magic.tir, out / "fitted.tir")
     _put(out / "report.json", json.dumps(result.to_json(), indent=1))
     _put(out / PAGE, render(result, figures, pictures, tables))
     return out / PAGE

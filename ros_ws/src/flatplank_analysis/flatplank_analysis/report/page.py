@@ -28,7 +28,8 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
     "models": (
         "Models beside measurements",
         "The linear transient model is fitted to every step by itself; the nonlinear model has "
-        "one carcass stiffness for all steps of an operating point.",
+        "one carcass stiffness for all steps of an operating point; MF-Tyre has one set of "
+        "coefficients for the whole campaign.",
     ),
     "parameters": ("Parameters", ""),
     "radius": ("Effective rolling radius", ""),
@@ -37,7 +38,7 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
 TABLES_OF = {
     "measurements": ("steps",),
     "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf"),
-    "parameters": ("linear", "carcass"),
+    "parameters": ("linear", "carcass", "magic_formula"),
     "radius": ("rolling_radius", "settling"),
 }
 
@@ -115,7 +116,6 @@ def number(value: float, digits: int = 4) -> str:
         return "0"
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:.{min(places, 6)}f}"
-    text = text.rstrip("0").rstrip(".") if "." in text and float(text).is_integer() else text
     return text.replace("-", "−")
 
 
@@ -154,6 +154,10 @@ def _small_slip(nominal) -> dict[str, str]:
 def _statements(result: CampaignResult) -> list[str]:
     """What fits say they cannot know, each once."""
     out: dict[str, None] = {}
+    if result.why_no_magic:
+        out[f"No Magic Formula: {result.why_no_magic}."] = None
+    for confusion in result.magic.confusions if result.magic else ():
+        out[f"Magic Formula: {confusion.statement}; {confusion.remedy}."] = None
     for point in result.points:
         where = point.point.label()
         if point.why_no_carcass:

@@ -14,6 +14,8 @@ from flatplank_analysis.data.info import Condition
 from flatplank_analysis.data.problem import Problem
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.linear import LinearFit
+from flatplank_analysis.identify.mf.fit import MFFit
+from flatplank_analysis.identify.mf.points import SteadyPoints
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.post.slip import StepFacts
 from flatplank_analysis.steady.rolling_radius import RadiusRun
@@ -92,6 +94,8 @@ class PointResult:
     why_no_carcass: str = ""
     models: Mapping[str, ModelCurves] = field(default_factory=dict)
     problems: Sequence[Problem] = ()
+    steady: SteadyPoints | None = None
+    """steady forces of its runs"""
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,8 @@ class CampaignResult:
     problems: Sequence[Problem]
     extras: Mapping[str, Any] = field(default_factory=dict)
     """results of other measurements by name: vertical_stiffness, contact_length, ..."""
+    magic: MFFit | None = None
+    why_no_magic: str = ""
 
     @property
     def conditions(self) -> list[ConditionResult]:
@@ -153,5 +159,7 @@ class CampaignResult:
             ],
             "radii": [to_plain(r) for r in self.radii],
             "extras": to_plain(dict(self.extras)),
+            "mf": self.magic.to_json() if self.magic else None,
+            "why_no_mf": self.why_no_magic,
             "problems": [str(p) for p in self.problems],
         }

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flatplank_analysis.data.info import Condition
-from flatplank_analysis.report.results import CampaignResult, PointResult
+from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report.steps import slip_stiffness
 from flatplank_analysis.steady.value import Value, mean_value
 
 
@@ -54,7 +55,7 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
     for run in result.radii:
         point = run.condition.operating_point._replace(measurement="slip")
         groups.setdefault((point, run.source), []).append(run)
-    stiffness = {p.point: _slip_stiffness(p) for p in result.points}
+    stiffness = {p.point: slip_stiffness(p) for p in result.points}
     known = [v for v in stiffness.values() if math.isfinite(v)]
     out = []
     for (point, source), runs in groups.items():
@@ -70,27 +71,17 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
     return out
 
 
-def _slip_stiffness(point: PointResult) -> float:
-    """C_Fk of a point: of the nonlinear fit's curve, else of the smallest slips."""
-    if point.carcass is not None and point.carcass.slip_stiffness.determined:
-        return point.carcass.slip_stiffness.value
-    fits = sorted(
-        (c for c in point.conditions if c.linear.slip_stiffness.determined),
-        key=lambda c: abs(c.condition.kappa),
-    )[:2]
-    values = [c.linear.slip_stiffness.value for c in fits]
-    return sum(values) / len(values) if values else math.nan
-
-
 def all_tables(result: CampaignResult) -> list[Table]:
     """What there is to tell, in the order of the report."""
     tables = [step_table(result), linear_table(result), *rmse_tables(result)]
-    tables += [carcass_table(result), radius_table(result), settling_table(result)]
+    tables += [carcass_table(result), magic_table(result)]
+    tables += [radius_table(result), settling_table(result)]
     return [t for t in tables if t.rows]
 
 
 def _point(point: Condition) -> list[str | float]:
-    return [point.fz, point.pressure, point.alpha_deg, point.gamma_deg]
+    values = (point.fz, point.pressure, point.alpha_deg, point.gamma_deg)
+    return [f"{v:.10g}" for v in values]
 
 
 _POINT = ("Fz [N]", "p [bar]", "α [°]", "γ [°]")
@@ -101,13 +92,13 @@ def step_table(result: CampaignResult) -> Table:
     rows = [
         [
             *_point(c.condition),
-            100.0 * c.condition.kappa,
+            f"{100.0 * c.condition.kappa:.10g}",
             100.0 * c.facts.kappa_before,
             100.0 * c.facts.kappa_actual,
             100.0 * c.facts.load_change,
             1e3 * c.facts.speed_before,
             1e3 * c.facts.speed_after,
-            len(c.names),
+            str(len(c.names)),
             c.max_scatter(),
             "yes" if c.linear.settled else "no",
         ]
@@ -137,7 +128,7 @@ def linear_table(result: CampaignResult) -> Table:
         rows.append(
             [
                 *_point(c.condition),
-                100.0 * c.condition.kappa,
+                f"{100.0 * c.condition.kappa:.10g}",
                 fit.sigma.value,
                 fit.sigma.std_error,
                 1e-3 * fit.slip_stiffness.value,
@@ -180,7 +171,7 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
                 continue
             errors = {c.kappa: value for c, value in model.rmse.items()}
             rows.append([*_point(point.point), *(errors.get(k, math.nan) for k in levels)])
-        header = (*_POINT, *(f"{100 * k:+g} %" for k in levels))
+        header = (*_POINT, *(f"{100 * k:+g} %" if k else "0 %" for k in levels))
         title = f"RMSE of the {name} model [N]"
         note = "Over the transient part of the mean response; at κ = 0 all that follows the step."
         out.append(Table(f"rmse_{name}", title, header, rows, note))
@@ -220,6 +211,20 @@ def carcass_table(result: CampaignResult) -> Table:
     return Table("carcass", "Carcass stiffness", header, rows, note)
 
 
+def magic_table(result: CampaignResult) -> Table:
+    """Table I.1 with standard errors and what is not determined."""
+    fit = result.magic
+    rows = []
+    for e in fit.estimates.values() if fit else ():
+        remark = "" if e.determined else (e.note or "not determined")
+        if e.at_bound and e.determined:
+            remark = f"at its {e.at_bound} bound"
+        rows.append([e.name, e.value, e.std_error, remark])
+    note = "Fitted in stages, then jointly per output; fitted.tir beside this page has them all."
+    header = ("coefficient", "value", "±", "remark")
+    return Table("magic_formula", "Magic Formula (Table I.1)", header, rows, note)
+
+
 def radius_table(result: CampaignResult) -> Table:
     """Figures 6.1, 6.2 as numbers, sources side by side."""
     rows = [
@@ -230,7 +235,7 @@ def radius_table(result: CampaignResult) -> Table:
             1e3 * v.measured.std_error,
             v.force,
             1e3 * v.corrected.value,
-            v.measured.runs,
+            str(v.measured.runs),
         ]
         for v in radius_values(result)
     ]

@@ -37,6 +37,8 @@ class RadiusRun:
     """mean Fx over the same road [N]"""
     encoder_radius: float
     """the same from the wheel encoder [m]"""
+    load: float
+    """mean Fz over the same road [N]; nominal where it was not measured"""
 
     def corrected(self, slip_stiffness: float) -> float:
         """r_e at Fx = 0: r_e (1 + F / C_Fk), with C_Fk [N]."""
@@ -60,7 +62,9 @@ def radius_of_run(table: MeasurementTable) -> RadiusRun:
     encoder = _over(speed * cosine, _rate(table, "wheel_angle", "wheel_velocity", keep))
     motor = _over(GEAR * speed * cosine, _rate(table, "", "motor_velocity", keep))
     radius = encoder if source == "flexplates_off" or math.isnan(motor) else motor
-    return RadiusRun(info.condition, source, radius, float(np.mean(table["fx"][keep])), encoder)
+    load = float(np.mean(table["fz"][keep])) if table.has("fz") else info.fz
+    force = float(np.mean(table["fx"][keep]))
+    return RadiusRun(info.condition, source, radius, force, encoder, load)
 
 
 def _source(table: MeasurementTable) -> str:

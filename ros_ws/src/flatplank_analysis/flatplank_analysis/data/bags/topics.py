@@ -59,8 +59,10 @@ _ENCODERS = (
 
 OWN = TopicMap(
     {
-        "/encoders/state": tuple(Source(name, name) for name in _ENCODERS)
-        + (Source("motion_trigger", "trigger"),),
+        "/encoders/state": (
+            *(Source(name, name) for name in _ENCODERS),
+            Source("motion_trigger", "trigger"),
+        ),
         "/measurement_hub/wrench_contact": tuple(
             Source(f"{letter}{axis}", f"wrench.{part}.{axis}")
             for letter, part in (("f", "force"), ("m", "torque"))

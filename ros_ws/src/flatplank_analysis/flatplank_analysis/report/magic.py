@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MF-Tyre in the report: fitted in stages to the steady points, then run beside every step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
+from flatplank_analysis.identify.mf.points import SteadyPoints, merge, steady_points
+from flatplank_analysis.identify.quality import is_transient, rmse
+from flatplank_analysis.models.base import slip_inputs
+from flatplank_analysis.models.mf_tyre import MFTyre
+from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.report.results import ConditionResult, ModelCurves, PointResult
+
+MIN_LEVELS = 5
+"""slip levels of one operating point without which a Magic Formula says nothing"""
+
+
+def fit_points(points: Sequence[PointResult], extra: Sequence[SteadyPoints]) -> MFFit | str:
+    """The Magic Formula of a campaign, or why there is none."""
+    parts = [p.steady for p in points if p.steady is not None]
+    if max((len(p.conditions) for p in points), default=0) < MIN_LEVELS:
+        return f"fewer than {MIN_LEVELS} slip levels at every operating point"
+    stiffness = [_stiffness_point(p) for p in points if p.carcass and p.carcass.c_cx.determined]
+    try:
+        return fit_magic_formula(merge([*parts, *stiffness, *extra]), shipped_tir())
+    except FlatplankError as error:
+        return str(error)
+
+
+def _stiffness_point(point: PointResult) -> SteadyPoints:
+    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7)."""
+    fit = point.carcass
+    return steady_points(
+        {"cx": np.array([fit.slip_stiffness.value / fit.sigma_x.value])},
+        fz=np.array([np.mean([_load(c) for c in point.conditions])]),
+        pressure=1e5 * point.point.pressure,
+        alpha=math.radians(point.point.alpha_deg),
+        gamma=math.radians(point.point.gamma_deg),
+    )
+
+
+def _load(c: ConditionResult) -> float:
+    return c.facts.fz_after if math.isfinite(c.facts.fz_after) else c.condition.fz
+
+
+def mf_curves(fit: MFFit, point: PointResult) -> ModelCurves:
+    """MF-Tyre after the step of every condition, driven by actual slip and measured load."""
+    model = MFTyre(fit.tir.coefficients)
+    curves, errors = {}, {}
+    for c in point.conditions:
+        keep = (c.since_step >= 0.0) & np.isfinite(c.measured["fx"])
+        x, seen = c.since_step[keep], c.measured["fx"][keep]
+        load = c.measured["fz"][keep] if "fz" in c.measured else np.full_like(x, _load(c))
+        kappa = c.facts.kappa_actual if math.isfinite(c.facts.kappa_actual) else c.condition.kappa
+        inputs = slip_inputs(
+            x,
+            kappa,
+            load,
+            alpha=math.radians(c.condition.alpha_deg),
+            gamma=math.radians(c.condition.gamma_deg),
+            pressure=1e5 * c.condition.pressure,
+            start_fx=c.linear.start_force.value,
+            start_fy=c.lateral_steady if math.isfinite(c.lateral_steady) else 0.0,
+        )
+        response = model.simulate(np.empty((1, 0)), inputs)[0, 0]
+        curves[c.condition] = (x, response)
+        errors[c.condition] = rmse(seen, response, is_transient(x, c.linear.transient_end))
+    return ModelCurves("mf", "MF-Tyre", curves, errors)

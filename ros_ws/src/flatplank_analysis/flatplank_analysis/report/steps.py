@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the fits take from campaigns: step runs, and steady points from the other measurements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.data.campaign import Campaign, Run
+from flatplank_analysis.data.info import Condition
+from flatplank_analysis.data.problem import Problem, problem_of
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_analysis.identify.mf.points import SteadyPoints, steady_points
+from flatplank_analysis.identify.runs import StepRun, step_run
+from flatplank_analysis.parallel import Executor
+from flatplank_analysis.report.extras import FREE_RADIUS, other_measurements
+from flatplank_analysis.report.results import PointResult
+from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
+
+Group = tuple[list[StepRun], list[RadiusRun], list[Problem]]
+
+
+def read_group(runs: Sequence[Run]) -> Group:
+    """Step runs and rolling radii of some runs; what cannot be used is among the problems."""
+    steps: list[StepRun] = []
+    radii: list[RadiusRun] = []
+    problems: list[Problem] = []
+    for run in runs:
+        try:
+            table, remarks = run.read()
+            problems += remarks
+            radii.append(radius_of_run(table))
+            if run.info.measurement == "slip":
+                steps.append(step_run(table))
+        except FlatplankError as error:
+            problems.append(problem_of(error, run.info.file))
+    return steps, [r for r in radii if math.isfinite(r.radius)], problems
+
+
+def read_steps(
+    campaigns: Sequence[Campaign], executor: Executor
+) -> tuple[list[StepRun], list[RadiusRun]]:
+    """All step runs of campaigns, read in parallel by operating point."""
+    steps: list[StepRun] = []
+    radii: list[RadiusRun] = []
+    for campaign in campaigns:
+        groups: dict[Condition, list[Run]] = {}
+        for run in campaign.runs:
+            if run.info.measurement in ("slip", "free_rolling"):
+                groups.setdefault(run.info.condition.operating_point, []).append(run)
+        for found, rolled, problems in executor.map(read_group, list(groups.values())):
+            steps += found
+            radii += rolled
+            for problem in problems:
+                campaign.note(problem)
+    if not steps:
+        first = next((p for c in campaigns for p in c.problems), None)
+        what = "no slip-step run could be used" + (f" (first: {first})" if first else "")
+        raise NothingUsableError(what, campaigns[0].path, "see the problems of its files")
+    return steps, radii
+
+
+def extra_points(
+    campaigns: Sequence[Campaign], steps: Sequence[StepRun], radii: Sequence[RadiusRun]
+) -> list[SteadyPoints]:
+    """Rolling radius at Fx = 0, half contact length and deflection, as points of a fit."""
+    out = radius_points(radii, small_slip_stiffness(steps))
+    for campaign in campaigns:
+        out += _points_of(other_measurements(campaign))
+    return out
+
+
+def extras_as_points(
+    extras: Mapping[str, Any], radii: Sequence[RadiusRun], points: Sequence[PointResult]
+) -> list[SteadyPoints]:
+    """The same from results that are there already."""
+    stiffness = {p.point: slip_stiffness(p) for p in points}
+    return [*radius_points(radii, stiffness), *_points_of(extras)]
+
+
+def _points_of(found: Mapping[str, Any]) -> list[SteadyPoints]:
+    out = [_deflection(run) for run in found.get("vertical_stiffness", [])]
+    prints = found.get("footprints")
+    if prints is not None:
+        measured, pressure = {"a": prints["half_length"]}, 1e5 * prints["pressure"]
+        out.append(steady_points(measured, fz=prints["fz"], pressure=pressure))
+    return out
+
+
+def slip_stiffness(point: PointResult) -> float:
+    """C_Fk of a point [N]: of the nonlinear fit's curve, else of the smallest slips; or NaN."""
+    if point.carcass is not None and point.carcass.slip_stiffness.determined:
+        return point.carcass.slip_stiffness.value
+    fits = sorted(
+        (c for c in point.conditions if c.linear.slip_stiffness.determined),
+        key=lambda c: abs(c.condition.kappa),
+    )[:2]
+    values = [c.linear.slip_stiffness.value for c in fits]
+    return sum(values) / len(values) if values else math.nan
+
+
+def small_slip_stiffness(steps: Sequence[StepRun]) -> dict[object, float]:
+    """C_Fk per operating point [N]: mean of the linear fits at the smallest slips."""
+    groups: dict[object, list[StepRun]] = {}
+    for step in steps:
+        if step.level:
+            groups.setdefault(step.condition, []).append(step)
+    out = {}
+    for condition, members in groups.items():
+        least = min(abs(m.level) for m in members)
+        fits = [m.linear() for m in members if abs(m.level) < 1.01 * least]
+        out[condition] = float(np.mean([f.slip_stiffness.value for f in fits]))
+    return out
+
+
+def radius_points(
+    radii: Sequence[RadiusRun], stiffness: Mapping[object, float]
+) -> list[SteadyPoints]:
+    """r_e at Fx = 0 of every run whose point has a slip stiffness."""
+    chosen = []
+    for run in radii:
+        point = run.condition.operating_point._replace(measurement="slip")
+        if math.isfinite(stiffness.get(point, math.nan)):
+            chosen.append((run.corrected(stiffness[point]), run.load, point))
+    if not chosen:
+        return []
+    points = [point for _, _, point in chosen]
+    return [
+        steady_points(
+            {"re": np.array([radius for radius, _, _ in chosen])},
+            fz=np.array([load for _, load, _ in chosen]),
+            pressure=np.array([1e5 * p.pressure for p in points]),
+            alpha=np.radians([p.alpha_deg for p in points]),
+            gamma=np.radians([p.gamma_deg for p in points]),
+        )
+    ]
+
+
+def _deflection(run: dict) -> SteadyPoints:
+    """rho = r_0 - r_l of a stiffness run, inside its window."""
+    radius, force = np.asarray(run["loaded_radius"]), np.asarray(run["fz"])
+    inside = (radius >= run["window"][0]) & (radius <= run["window"][1]) & (force > 0.0)
+    number = np.zeros(int(inside.sum()))
+    return steady_points(
+        {"rho": FREE_RADIUS - radius[inside]},
+        fz=force[inside],
+        pressure=1e5 * run["pressure"],
+        run=number,
+    )
