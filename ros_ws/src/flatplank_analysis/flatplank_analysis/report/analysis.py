@@ -27,12 +27,14 @@ from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of, on_grid, repeat_std
 from flatplank_analysis.post.slip import StepFacts, step_facts
 from flatplank_analysis.report.extras import other_measurements
+from flatplank_analysis.report.magic import fit_points, mf_curves
 from flatplank_analysis.report.results import (
     CampaignResult,
     ConditionResult,
     ModelCurves,
     PointResult,
 )
+from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 
 COLUMNS = (
