@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The controller core: start, limits, anti-windup, settled, bad input."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+import pytest
+
+from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_hw.samples import EncoderSample, HubSample, Wrench
+
+P = FreeRollingParameters()
+
+
+def samples(n: int, fx: float, moving: bool = True, velocity: float = 0.03092):
+    w = Wrench(fx, 0.0, 3700.0, 0.0, 0.0, 0.0)
+    hub = HubSample(n, 4_000_000 * n, w, w, 0.3, 0.0, 3700.0, False, 0)
+    v = velocity if moving else 0.0
+    enc = EncoderSample(n, 4_000_000 * n, 0.1, v, 0, 0, 0, 0, math.nan, 0, 0, moving, False, 0.0)
+    return hub, enc
+
+
+def test_nothing_before_the_plank_moves_then_the_start_torque():
+    c = FreeRollingController(P)
+    for n in range(100):
+        reference = c.step(*samples(n, 0.0, moving=False))
+        assert reference == (n, 4_000_000 * n, "free_rolling", 0.0, True)
+    first = c.step(*samples(100, 0.0)).value
+    # the jump of PI and lead is that of their bilinear form
+    jump = 50.0 * (P.proportional_gain + 0.5 * P.integral_gain / P.rate_hz)
+    zero, pole = (1 + 2 * t * P.lead_time * P.rate_hz for t in (1.0, P.lead_alpha))
+    assert first == pytest.approx(P.start_torque + jump * zero / pole)
+    assert c.state.lead == pytest.approx(jump * zero / pole)
+    assert c.state.error == 50.0
+
+
+def test_a_stopped_plank_resets():
+    c = FreeRollingController(P)
+    for n in range(500):
+        c.step(*samples(n, -100.0))
+    assert c.state.i > 0.1
+    assert c.step(*samples(500, -100.0, moving=False)).value == 0.0
+    fresh = FreeRollingController(P)
+    assert c.step(*samples(501, 10.0)).value == fresh.step(*samples(501, 10.0)).value
+
+
+def test_a_reversing_plank_gives_nothing():
+    c = FreeRollingController(P)
+    assert c.step(*samples(0, -100.0, velocity=-0.03)).value == 0.0
+
+
+@pytest.mark.parametrize(("fx", "limit"), [(-1e4, P.torque_max), (1e4, P.torque_min)])
+def test_limits_and_anti_windup(fx, limit):
+    c = FreeRollingController(P)
+    for n in range(2000):
+        assert c.step(*samples(n, fx)).value == limit
+    assert c.state.saturated
+    wound = c.state.i
+    assert abs(wound) < 0.1
+    c.step(*samples(2000, 50.0))
+    c.step(*samples(2001, 50.0))
+    for n in range(2002, 2200):
+        c.step(*samples(n, 50.0))
+    assert not c.state.saturated
+    assert c.state.output == pytest.approx(P.start_torque, abs=0.1)
+
+
+def test_settled_needs_time_in_the_band():
+    c = FreeRollingController(P)
+    flags = []
+    for n in range(4000):
+        c.step(*samples(n, 51.0 if n > 500 else 200.0))
+        flags.append(c.state.settled)
+    first = flags.index(True)
+    # the filtered error starts at 50 N, nears -150 N for 2 s, then -1 N, and must come to -2.5 N
+    reached = 150.0 - 200.0 * math.exp(-2.0)
+    fall = P.settled_filter * math.log((reached - 1.0) / 1.5) * 250
+    assert first == pytest.approx(500 + fall + P.settled_time * 250, abs=10)
+    assert all(flags[first:])
+
+
+def test_bad_force_makes_the_reference_invalid_and_leaves_the_state():
+    c = FreeRollingController(P)
+    for n in range(100):
+        c.step(*samples(n, 20.0))
+    state = c.state
+    assert not c.step(*samples(100, math.nan)).valid
+    assert c.state == state
+    assert c.step(*samples(101, 20.0)).valid
+
+
+def test_rate_does_not_change_the_controller():
+    slow, fast = FreeRollingController(P), FreeRollingController(replace(P, rate_hz=1000.0))
+    for n in range(1000):
+        slow.step(*samples(n, 30.0))
+        for k in range(4):
+            fast.step(*samples(4 * n + k, 30.0))
+    assert fast.state.output == pytest.approx(slow.state.output, rel=1e-3)
+
+
+def test_a_cycle_is_cheap():
+    c = FreeRollingController(P)
+    pairs = [samples(n, 30.0) for n in range(20000)]
+    start = time.process_time()
+    for hub, enc in pairs:
+        c.step(hub, enc)
+    # 1.1 us on the machine where it was written; the bound only catches a change of kind
+    assert (time.process_time() - start) / len(pairs) < 20e-6

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The linear loop against the thesis and against the numbers recomputed for this project."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import control
+from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.free_rolling.linear import (
+    Actuator,
+    controller,
+    figures,
+    real_loop,
+    settling_time,
+    thesis_loop,
+)
+from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
+from flatplank_hw.samples import EncoderSample, HubSample, Wrench
+
+P = FreeRollingParameters()
+THESIS = replace(P, lead_alpha=THESIS_LEAD_ALPHA)
+
+
+def test_inertias():
+    assert Actuator().j_eff == pytest.approx(1009.30, abs=0.005)
+    assert Actuator().j_tw == pytest.approx(14.08, abs=0.005)
+    assert Actuator().gear == pytest.approx(1425.04)
+
+
+def test_loop_with_the_inertia_of_the_formula():
+    loop = figures(thesis_loop())
+    assert loop.phase_margin == pytest.approx(39.92, abs=0.05)
+    assert loop.crossover == pytest.approx(3.144, abs=0.002)
+    assert loop.gain_margin == math.inf
+    assert loop.bandwidth == pytest.approx(5.22, abs=0.03)
+    assert loop.peak == pytest.approx(3.93, abs=0.01)
+    assert loop.peak_at == pytest.approx(2.55, abs=0.01)
+    assert loop.dip_at == pytest.approx(0.678, abs=0.002)
+
+
+def test_loop_with_the_printed_inertia_is_not_the_thesis():
+    loop = figures(thesis_loop(j_eff=1287.0))
+    assert loop.phase_margin == pytest.approx(39.56, abs=0.05)
+    assert loop.bandwidth == pytest.approx(4.36, abs=0.01)
+    assert loop.peak == pytest.approx(4.16, abs=0.01)
+    assert loop.peak_at == pytest.approx(2.13, abs=0.01)
+    assert loop.dip_at == pytest.approx(0.601, abs=0.002)
+
+
+@pytest.mark.parametrize(("band", "time"), [(0.005, 32.73), (0.02, 17.39), (0.05, 7.25)])
+def test_settling_time(band, time):
+    assert settling_time(thesis_loop(), band) == pytest.approx(time, abs=0.02)
+
+
+def test_margin_agrees_with_the_library():
+    _, phase, _, crossover = control.margin(thesis_loop())
+    loop = figures(thesis_loop())
+    assert loop.phase_margin == pytest.approx(phase, abs=1e-3)
+    assert loop.crossover == pytest.approx(crossover / (2 * math.pi), rel=1e-4)
+
+
+@pytest.mark.parametrize("rate", [250.0, 500.0, 1000.0])
+def test_margin_with_the_real_delay(rate, capsys):
+    ours, thesis = (figures(real_loop(replace(p, rate_hz=rate))) for p in (P, THESIS))
+    with capsys.disabled():
+        print(
+            f"\n{rate:.0f} Hz, 2 cycles + hold: phase margin {ours.phase_margin:.2f} deg at "
+            f"{ours.crossover:.3f} Hz, gain margin {ours.gain_margin:.2f} "
+            f"(thesis as printed {thesis.phase_margin:.2f} deg, {thesis.gain_margin:.2f})"
+        )
+    assert ours.phase_margin >= 30.0
+    assert ours.gain_margin >= 2.0
+
+
+def test_delay_costs_what_was_computed_and_the_lead_gives_it_back():
+    assert figures(real_loop(THESIS)).phase_margin == pytest.approx(28.6, abs=0.1)
+    designed = figures(thesis_loop()).phase_margin
+    assert figures(real_loop(P)).phase_margin == pytest.approx(designed, abs=0.1)
+
+
+def test_four_times_the_stiffness_at_the_same_relaxation_length():
+    stiff = Actuator(slip_stiffness=4 * 24.5)
+    assert figures(thesis_loop(stiff)).phase_margin == pytest.approx(29.0, abs=0.5)
+    assert abs(figures(real_loop(THESIS, stiff)).phase_margin) < 1.0
+    same = Actuator(slip_stiffness=4 * 24.5, relaxation_length=4 * 0.4505)
+    assert figures(thesis_loop(same)).phase_margin == pytest.approx(39.8, abs=0.1)
+
+
+@pytest.mark.parametrize("p", [P, THESIS], ids=["ours", "thesis"])
+def test_the_core_is_the_discrete_controller_of_the_analysis(p):
+    """Impulse response of the class against that of the transfer function."""
+    p = replace(p, reference=0.0, start_torque=0.0, torque_min=-100.0, torque_max=100.0)
+    core = FreeRollingController(p)
+    wanted = control.sample_system(controller(p), 1.0 / p.rate_hz, "bilinear")
+    n = 60
+    errors = np.random.default_rng(2).normal(0.0, 100.0, n)
+    _, y = control.forced_response(wanted, np.arange(n) / p.rate_hz, errors)
+    out = []
+    for k, e in enumerate(errors):
+        w = Wrench(-e, 0.0, 3700.0, 0.0, 0.0, 0.0)
+        hub = HubSample(k, k, w, w, 0.3, 0.0, 3700.0, False, 0)
+        enc = EncoderSample(k, k, 0.1, 0.03, 0, 0, 0, 0, math.nan, 0, 0, True, False, 0.0)
+        out.append(core.step(hub, enc).value)
+    assert out == pytest.approx(np.ravel(y).tolist(), rel=1e-6, abs=1e-9)

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Waveforms and the slip sequencer."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_control.sequencer.waveforms import MAX_SLIP, WAVEFORMS
+from flatplank_hw.params import describe, from_mapping, to_mapping
+from flatplank_hw.samples import EncoderSample
+
+P = SequencerParameters()
+RE = 0.3108
+V = P.commanded_speed
+
+
+def sample(n: int, position: float, velocity: float = V, **fields) -> EncoderSample:
+    values = {
+        "wheel_angle": 0.0, "wheel_velocity": 0.0, "steer_angle": 0.0, "road_camber": 0.0,
+        "road_position": math.nan, "motor_angle": 0.0, "motor_velocity": 0.0,
+        "plank_moving": velocity != 0.0, "trigger": False, "mismatch": 0.0,
+    }  # fmt: skip
+    return EncoderSample(n, 4_000_000 * n, position, velocity, **{**values, **fields})
+
+
+def with_step(kappa=0.05, start=1.5) -> SlipSequencer:
+    s = SlipSequencer(P)
+    assert s.set_slip_step(kappa, start, RE).accepted
+    return s
+
+
+@pytest.mark.parametrize("name", WAVEFORMS)
+def test_every_waveform(name):
+    """Contract: named, documented, pure, bounded, zero by default, parameters with bounds."""
+    kind = WAVEFORMS[name]
+    assert kind.name == name
+    assert kind.__doc__
+    distances = np.linspace(0.0, 5.0, 501)
+    assert all(kind().slip(d) == 0.0 for d in distances)
+    slips = {i.name: 0.2 for i in describe(kind) if i.bounds == (-MAX_SLIP, MAX_SLIP)}
+    assert slips
+    wave = from_mapping(kind, slips, name)
+    values = [wave.slip(d) for d in distances]
+    assert values == [wave.slip(d) for d in distances]
+    assert 0.0 < np.abs(values).max() <= MAX_SLIP
+    assert from_mapping(kind, to_mapping(wave), name) == wave
+    s = SlipSequencer(P)
+    assert s.set_waveform(name, slips, 1.0, RE).accepted
+    s.step(sample(0, 0.5))
+    assert s.state.reference_slip == 0.0
+    s.step(sample(1, 1.4))
+    assert s.state.reference_slip == wave.slip(1.4 - 1.0)
+
+
+@pytest.mark.parametrize("name", WAVEFORMS)
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 0.51, -0.51])
+def test_every_waveform_refuses_bad_slips(name, bad):
+    for info in describe(WAVEFORMS[name]):
+        if info.bounds == (-MAX_SLIP, MAX_SLIP):
+            answer = SlipSequencer(P).set_waveform(name, {info.name: bad}, 1.0, RE)
+            assert not answer.accepted
+            assert info.name in answer.reason
+
+
+def test_shapes():
+    sine = WAVEFORMS["sine"](amplitude=0.1, wavelength=2.0, offset=0.05)
+    assert [sine.slip(d) for d in (0.0, 0.5, 1.5)] == pytest.approx([0.05, 0.15, -0.05])
+    triangle = WAVEFORMS["triangle"](amplitude=0.1, wavelength=2.0, offset=0.0)
+    distances = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0)
+    assert [triangle.slip(d) for d in distances] == pytest.approx([0.0, 0.05, 0.1, 0.0, -0.1, 0.0])
+    double = WAVEFORMS["double_step"](kappa_1=-0.01, kappa_2=0.02, length=0.5)
+    assert [double.slip(d) for d in (0.0, 0.49, 0.5, 3.0)] == [-0.01, -0.01, 0.02, 0.02]
+    step = WAVEFORMS["step"](kappa=0.1, length=1.0)
+    assert [step.slip(d) for d in (0.0, 0.99, 1.0)] == [0.1, 0.1, 0.0]
+
+
+def test_peak_of_sine_and_triangle_is_limited():
+    for name in ("sine", "triangle"):
+        values = {"amplitude": 0.3, "offset": 0.3}
+        answer = SlipSequencer(P).set_waveform(name, values, 1.0, RE)
+        assert answer.reason == f"waveform {name}: the slip reaches 0.6, beyond 0.5"
+
+
+def test_reference_speed():
+    s = with_step()
+    before = s.step(sample(0, 0.2))
+    assert before == (0, 0, "slip", V / RE, True)
+    after = s.step(sample(1, 1.5, steer_angle=0.1))
+    assert after.value == pytest.approx(V * math.cos(0.1) * 1.05 / RE)
+    assert s.state.active
+    assert s.state.distance == 0.0
+
+
+def test_measured_speed_can_be_used_instead():
+    s = SlipSequencer(SequencerParameters(use_measured_speed=True))
+    s.set_slip_step(0.05, 1.0, RE)
+    assert s.step(sample(0, 0.5, velocity=0.0311)).value == pytest.approx(0.0311 / RE)
+
+
+@pytest.mark.parametrize(("from_motor", "slip"), [(True, 0.05), (False, 0.02)])
+def test_actual_slip_is_from_measured_velocities(from_motor, slip):
+    s = SlipSequencer(SequencerParameters(slip_from_motor=from_motor))
+    s.set_slip_step(0.05, 1.0, RE)
+    v = 0.03096
+    s.step(
+        sample(
+            0, 2.0, velocity=v, wheel_velocity=v * 1.02 / RE,
+            motor_velocity=v * 1.05 / RE * P.gear_ratio,
+        )
+    )  # fmt: skip
+    assert s.state.actual_slip == pytest.approx(slip)
+    s.step(sample(1, 2.0, velocity=0.0))
+    assert math.isnan(s.state.actual_slip)
+
+
+def test_without_a_waveform_the_reference_is_not_valid():
+    s = SlipSequencer(P)
+    assert s.step(sample(0, 0.1)) == (0, 0, "slip", 0.0, False)
+    assert math.isnan(s.state.actual_slip)
+
+
+@pytest.mark.parametrize(
+    ("kappa", "start", "radius", "reason"),
+    [
+        (math.nan, 1.5, RE, "kappa is nan, must be finite"),
+        (0.51, 1.5, RE, "kappa is 0.51, must be within -0.5 .. 0.5"),
+        (-0.6, 1.5, RE, "kappa is -0.6"),
+        (0.05, math.nan, RE, "give numbers"),
+        (0.05, 1.5, math.inf, "give numbers"),
+        (0.05, 1.5, -0.3, "outside 0.15 .. 0.5 m"),
+        (0.05, 1.5, 0.0, "outside 0.15 .. 0.5 m"),
+        (0.05, 1.5, 0.51, "outside 0.15 .. 0.5 m"),
+        (0.05, 4.2, RE, "not on the road"),
+        (0.05, -0.1, RE, "not on the road"),
+        (0.05, 0.9, RE, "behind the plank at 1.000 m"),
+    ],
+)
+def test_refusals_leave_everything_as_it_was(kappa, start, radius, reason):
+    s = with_step(0.02, 1.2)
+    s.step(sample(0, 1.0))
+    before = s.state
+    answer = s.set_slip_step(kappa, start, radius)
+    assert not answer.accepted
+    assert reason in answer.reason
+    s.step(sample(1, 1.0))
+    assert s.state[:2] == before[:2]
+    assert s.state[4:] == before[4:]
+
+
+def test_unknown_names_give_the_nearest():
+    s = SlipSequencer(P)
+    assert "nearest is 'triangle'" in s.set_waveform("triangel", {}, 1.0, RE).reason
+    assert "nearest is 'amplitude'" in s.set_waveform("sine", {"ampl": 0.1}, 1.0, RE).reason
+
+
+def test_a_request_takes_effect_at_its_cycle():
+    s = with_step(0.02, 0.0)
+    for n in range(5):
+        s.step(sample(n, 1.0))
+    assert s.set_slip_step(0.1, 1.0, RE, at_cycle=8).cycle == 8
+    slips = []
+    for n in range(5, 12):
+        s.step(sample(n, 1.0))
+        slips.append(s.state.reference_slip)
+    assert slips == [0.02] * 3 + [0.1] * 4
+    assert "is over" in s.set_slip_step(0.1, 1.0, RE, at_cycle=2).reason
+
+
+def test_reset_forgets_where_the_plank_was():
+    s = with_step()
+    s.step(sample(0, 4.1))
+    assert not s.set_slip_step(0.05, 1.5, RE).accepted
+    s.reset()
+    assert s.set_slip_step(0.05, 1.5, RE).accepted
+    assert s.waveform is not None
+
+
+def test_a_cycle_is_cheap():
+    s = with_step()
+    samples = [sample(n, n * 1e-4) for n in range(20000)]
+    start = time.process_time()
+    for e in samples:
+        s.step(e)
+    # 0.7 us on the machine where it was written; the bound only catches a change of kind
+    assert (time.process_time() - start) / len(samples) < 20e-6
