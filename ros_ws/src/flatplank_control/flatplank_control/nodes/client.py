@@ -40,7 +40,7 @@ class BenchClient:
         self.node.destroy_node()
         rclpy.try_shutdown()
 
-    def call(self, kind: type, name: str, timeout: float = 10.0, **fields: Any) -> Any:
+    def call(self, kind: type, name: str, /, timeout: float = 10.0, **fields: Any) -> Any:
         """Call a service; BenchError when it does not answer in time [s of wall clock]."""
         client = self._clients.get(name)
         if client is None:

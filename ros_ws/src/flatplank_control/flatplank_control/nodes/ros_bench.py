@@ -68,6 +68,7 @@ class RosBench:
         self._prompt, self._say = prompt, say
         self._raw: dict[str, bytes] = {}
         self._arrival: Future | None = None
+        self._awaited: tuple[str, ...] = ()
         self._clients: dict[str, Any] = {}
         self._subscriptions = [
             node.create_subscription(
@@ -104,11 +105,12 @@ class RosBench:
     # samples
     def _on_message(self, name: str, raw: bytes) -> None:
         self._raw[name] = raw
-        if name == "drive" and self._arrival is not None and not self._arrival.done():
-            self._arrival.set_result(None)
+        awaited = self._arrival
+        if awaited is not None and name in self._awaited and not awaited.done():
+            awaited.set_result(None)
 
-    async def _next_message(self) -> None:
-        self._arrival = Future()
+    async def _message_of(self, *names: str) -> None:
+        self._arrival, self._awaited = Future(), names
         await self._arrival
 
     def snapshot(self) -> S.Snapshot | None:
@@ -126,10 +128,10 @@ class RosBench:
         """Let a held bus make cycles, and see the samples of the last one."""
         response = await self.call(Advance, f"{PLANT}/advance", cycles=cycles)
         while (s := self.snapshot()) is None or min(x.cycle for x in s) < response.cycle:
-            await self._next_message()
+            await self._message_of(*SOURCES)
 
     # services
-    async def call(self, kind: type, name: str, **fields: Any) -> Any:
+    async def call(self, kind: type, name: str, /, **fields: Any) -> Any:
         """Call a service; PlanFailed when it is not there or says no."""
         client = self._clients.get(name)
         if client is None:
@@ -229,9 +231,9 @@ class RosBench:
         if self.held:
             await self.advance(CHUNK * self.batch)
         else:
-            await self._next_message()
+            await self._message_of("drive")
             while self.snapshot() is None:
-                await self._next_message()
+                await self._message_of(*SOURCES)
 
     async def _on_say(self, step: S.Say) -> None:
         self._say(step.text)

@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
+from inspect import iscoroutinefunction
 from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
@@ -71,7 +73,9 @@ class BenchNode(LifecycleNode):
         return publisher.publish
 
     def serve(self, srv_type: type, name: str, callback: Callable) -> None:
-        service = self.create_service(srv_type, name, callback)
+        # a coroutine that waits must not keep the others from being called
+        group = ReentrantCallbackGroup() if iscoroutinefunction(callback) else None
+        service = self.create_service(srv_type, name, callback, callback_group=group)
         self._teardown.append(lambda: self.destroy_service(service))
 
     def every(self, period: float, callback: Callable):
