@@ -12,8 +12,8 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.parameters import Parameter
 
-STEPS = (1.0, 0.5, 0.2, 0.05)
-"""step lengths tried at once"""
+TRIALS = ((1e-7, 1.0), (1e-7, 0.4), (1e-3, 1.0), (1e-2, 1.0), (1e-1, 1.0), (1.0, 0.5))
+"""damping and step length of the steps that are tried at once"""
 
 
 @dataclass(frozen=True)
@@ -94,85 +94,79 @@ class Fitter:
         self,
         base: np.ndarray,
         terms: Sequence[Term] = (),
-        iterations: int = 12,
+        iterations: int = 25,
         tolerance: float = 2e-5,
-        jacobian: bool = True,
+        known: Fit | None = None,
+        quick: bool = False,
     ) -> Fit:
-        """Fit from the given start; every iteration lowers the sum of squares or ends."""
-        entries = self.entries(terms)
-        lower = np.array([e.parameter.lower / e.scale for e in entries])
-        upper = np.array([e.parameter.upper / e.scale for e in entries])
-        z = np.clip(self._pack(base, terms, entries), lower, upper)
-        lane = self._lane(z, base, terms, entries)
-        predicted = self.model.predict([lane])[0]
-        chi2 = self._chi2(predicted, z, entries)
-        damping, done, columns, count = 1e-6, False, None, 0
-        for count in range(iterations):
-            columns = self._jacobian(z, predicted, base, terms, entries, lower, upper)
-            moves = self._moves(columns, predicted, z, entries, lower, upper, damping)
-            lanes = [self._lane(zz, base, terms, entries) for zz in moves]
-            tried = self.model.predict(lanes)
-            values = [self._chi2(t, zz, entries) for t, zz in zip(tried, moves, strict=True)]
+        """Fit from the given start; every iteration lowers the sum of squares or ends.
+
+        Rows of the Jacobian of `known`, a fit nearby, serve until they fail; between fresh
+        Jacobians Broyden's update is used. A quick fit ends at a gain below 0.2 % and may carry
+        such an updated Jacobian.
+        """
+        task = _Task(self, base, terms)
+        z = np.clip(task.pack(base, terms), task.lower, task.upper)
+        predicted = self.model.predict([task.lane(z)])[0]
+        chi2 = self._chi2(predicted, z, task.entries)
+        columns, fresh = self._first(task, z, predicted, known)
+        least = 2e-3 if quick else tolerance
+        count, was_fresh = 0, fresh
+        while count < iterations:
+            count += 1
+            moves = self._moves(columns, predicted, z, task)
+            tried = self.model.predict([task.lane(zz) for zz in moves])
+            values = [self._chi2(t, zz, task.entries) for t, zz in zip(tried, moves, strict=True)]
             best = int(np.nanargmin(values)) if np.isfinite(values).any() else 0
             gain = chi2 - values[best]
-            if not gain > 0.0:
-                if damping > 1.0:
-                    done = True
-                    break
-                damping = max(damping, 1e-5) * 100.0
+            if gain > 0.0:
+                columns = _broyden(columns, moves[best] - z, tried[best] - predicted)
+                z, predicted, chi2 = moves[best], tried[best], values[best]
+                was_fresh, fresh = fresh, False
+            if gain > (0.01 if quick else 0.003) * chi2:
                 continue
-            damping = max(damping * 0.1, 1e-7)
-            z, predicted, chi2 = moves[best], tried[best], values[best]
-            if gain < tolerance * chi2:
-                break
-        if jacobian and not done:
-            columns = self._jacobian(z, predicted, base, terms, entries, lower, upper)
-        return self._result(z, base, terms, entries, predicted, chi2, columns, count + 1)
+            if gain > least * chi2 or (not quick and not (gain > 0.0 and was_fresh)):
+                if fresh:
+                    break
+                columns, fresh = self._jacobian(z, predicted, task), True
+                continue
+            break
+        if not quick and not fresh:
+            columns = self._jacobian(z, predicted, task)
+        return self._result(z, terms, task, predicted, chi2, columns, count)
+
+    def _first(self, task, z, predicted, known: Fit | None) -> tuple[np.ndarray, bool]:
+        """First Jacobian: what a fit nearby knows is taken from there."""
+        if known is None or known.jacobian is None:
+            return self._jacobian(z, predicted, task), True
+        rows = {key: i for i, key in enumerate(known.free)}
+        free = [(e.term, e.parameter.name) for e in task.entries]
+        new = [i for i, key in enumerate(free) if key not in rows]
+        columns = np.empty((len(free), *predicted.shape))
+        for i, key in enumerate(free):
+            if key in rows:
+                columns[i] = known.jacobian[rows[key]]
+        if new:
+            columns[new] = self._jacobian(z, predicted, task, new)
+        return columns, False
 
     def derivative(self, fit: Fit) -> Fit:
         """The same fit with its Jacobian made afresh."""
-        entries = self.entries(fit.terms)
-        lower = np.array([e.parameter.lower / e.scale for e in entries])
-        upper = np.array([e.parameter.upper / e.scale for e in entries])
-        z = self._pack(fit.base, fit.terms, entries)
-        columns = self._jacobian(z, fit.predicted, fit.base, fit.terms, entries, lower, upper)
-        return replace(fit, jacobian=columns)
+        task = _Task(self, fit.base, fit.terms)
+        z = task.pack(fit.base, fit.terms)
+        return replace(fit, jacobian=self._jacobian(z, fit.predicted, task))
 
-    def _result(self, z, base, terms, entries, predicted, chi2, columns, count) -> Fit:
-        lane = self._lane(z, base, terms, entries)
+    def _result(self, z, terms, task, predicted, chi2, columns, count) -> Fit:
+        lane = task.lane(z)
         new = tuple(replace(t, values=v) for t, (_, v) in zip(terms, lane.effects, strict=True))
         bound = tuple(
             e.parameter.name
-            for e, v in zip(entries, z, strict=True)
+            for e, v in zip(task.entries, z, strict=True)
             if min(v * e.scale - e.parameter.lower, e.parameter.upper - v * e.scale)
             < 1e-6 * e.scale
         )
-        free = tuple((e.term, e.parameter.name) for e in entries)
+        free = tuple((e.term, e.parameter.name) for e in task.entries)
         return Fit(lane.base, new, predicted, chi2, columns, free, bound, count)
-
-    def _pack(self, base, terms, entries) -> np.ndarray:
-        names = {p.name: i for i, p in enumerate(self.model.parameters)}
-        out = []
-        for e in entries:
-            if e.term < 0:
-                value = base[names[e.parameter.name]]
-            else:
-                value = terms[e.term].named()[e.parameter.name]
-            out.append(value / e.scale)
-        return np.array(out)
-
-    def _lane(self, z, base, terms, entries) -> Lane:
-        base = np.array(base, dtype=float)
-        names = {p.name: i for i, p in enumerate(self.model.parameters)}
-        named = [t.named() for t in terms]
-        for value, e in zip(z, entries, strict=True):
-            if e.term < 0:
-                base[names[e.parameter.name]] = value * e.scale
-            else:
-                named[e.term][e.parameter.name] = value * e.scale
-        return Lane(
-            base, tuple((t.effect, t.effect.vector(n)) for t, n in zip(terms, named, strict=True))
-        )
 
     def _priors(self, entries) -> tuple[np.ndarray, np.ndarray]:
         centre = np.array([e.parameter.null / e.scale for e in entries])
@@ -189,28 +183,82 @@ class Fitter:
         e = (self.model.runs.measured - predicted) * self.weight
         return float(np.sum(e * e) + np.sum(strength * (z - centre) ** 2))
 
-    def _jacobian(self, z, predicted, base, terms, entries, lower, upper) -> np.ndarray:
-        steps = np.full(len(z), 1e-3)
-        steps = np.where(z + steps > upper, -steps, steps)
-        lanes = []
-        for i, h in enumerate(steps):
+    def _jacobian(self, z, predicted, task, rows: Sequence[int] | None = None) -> np.ndarray:
+        rows = range(len(z)) if rows is None else rows
+        lanes, steps = [], []
+        for i in rows:
+            step = -1e-3 if z[i] + 1e-3 > task.upper[i] else 1e-3
             moved = z.copy()
-            moved[i] += h
-            lanes.append(self._lane(moved, base, terms, entries))
+            moved[i] += step
+            lanes.append(task.lane(moved))
+            steps.append(step)
         columns = self.model.predict(lanes)
         columns -= predicted
-        columns /= steps[:, None, None, None]
+        columns /= np.array(steps)[:, None, None, None]
         return columns
 
-    def _moves(self, columns, predicted, z, entries, lower, upper, damping) -> list[np.ndarray]:
-        """End points of several step lengths, the active bounds held."""
+    def _moves(self, columns, predicted, z, task) -> list[np.ndarray]:
+        """End points of several damped steps, the active bounds held."""
         flat = (columns * self.weight).reshape(len(z), -1)
         e = ((self.model.runs.measured - predicted) * self.weight).reshape(-1)
-        centre, strength = self._priors(entries)
+        centre, strength = self._priors(task.entries)
         hessian = flat @ flat.T + np.diag(strength)
         slope = flat @ e - strength * (z - centre)
-        step = bounded_step(hessian, slope, lower - z, upper - z, damping)
-        return [np.clip(z + s * step, lower, upper) for s in STEPS]
+        out = []
+        for damping, length in TRIALS:
+            step = bounded_step(hessian, slope, task.lower - z, task.upper - z, damping)
+            out.append(np.clip(z + length * step, task.lower, task.upper))
+        return out
+
+
+class _Task:
+    """The numbers of one fit and how they become a lane."""
+
+    def __init__(self, fitter: Fitter, base: np.ndarray, terms: Sequence[Term]) -> None:
+        self.entries = fitter.entries(terms)
+        self.base = np.array(base, dtype=float)
+        self.terms = tuple(terms)
+        self.lower = np.array([e.parameter.lower / e.scale for e in self.entries])
+        self.upper = np.array([e.parameter.upper / e.scale for e in self.entries])
+        self._at = {p.name: i for i, p in enumerate(fitter.model.parameters)}
+
+    def pack(self, base: np.ndarray, terms: Sequence[Term]) -> np.ndarray:
+        """Scaled numbers of a base and terms."""
+        named = [t.named() for t in terms]
+        return np.array(
+            [
+                (
+                    base[self._at[e.parameter.name]]
+                    if e.term < 0
+                    else named[e.term][e.parameter.name]
+                )
+                / e.scale
+                for e in self.entries
+            ]
+        )
+
+    def lane(self, z: np.ndarray) -> Lane:
+        """The lane of scaled numbers."""
+        base = self.base.copy()
+        named = [t.named() for t in self.terms]
+        for value, e in zip(z, self.entries, strict=True):
+            if e.term < 0:
+                base[self._at[e.parameter.name]] = value * e.scale
+            else:
+                named[e.term][e.parameter.name] = value * e.scale
+        effects = tuple(
+            (t.effect, t.effect.vector(n)) for t, n in zip(self.terms, named, strict=True)
+        )
+        return Lane(base, effects)
+
+
+def _broyden(columns: np.ndarray, move: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """Correct a Jacobian so that it explains the last step."""
+    length = float(move @ move)
+    if length < 1e-12:
+        return columns
+    miss = change - np.tensordot(move, columns, axes=1)
+    return columns + (move / length)[:, None, None, None] * miss
 
 
 def bounded_step(hessian, slope, lower, upper, damping: float) -> np.ndarray:

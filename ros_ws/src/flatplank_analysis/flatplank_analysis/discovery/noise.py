@@ -8,7 +8,7 @@ offset) get a random size in every run. Used for screening and decision only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -53,9 +53,43 @@ class Whitener:
         return (picked @ factor.T) / self.noises[channel].scale[run]
 
 
-def fit_noise(runs: RunSet, contrasts: np.ndarray) -> list[ChannelNoise]:
-    """Noise of every channel from cleaned contrasts (channels, runs, samples)."""
-    return [_channel(runs, c) for c in contrasts]
+def fit_noise(
+    runs: RunSet, contrasts: np.ndarray, residual: np.ndarray | None = None
+) -> list[ChannelNoise]:
+    """Noise of every channel from cleaned contrasts (channels, runs, samples).
+
+    The residual's own roughness (shorter than 3 s of 135 s) is added: encoder steps repeat
+    themselves from run to run, so that differences between repeats do not show them.
+    """
+    out = []
+    for c, contrast in enumerate(contrasts):
+        noise = _channel(runs, contrast)
+        if residual is not None:
+            rough = _roughness(runs, residual[c])
+            noise = replace(noise, weights=noise.weights + np.maximum(rough - noise.weights, 0.0))
+        out.append(noise)
+    return out
+
+
+def _roughness(runs: RunSet, residual: np.ndarray) -> np.ndarray:
+    """Variances of the short components, from the residual minus its running mean."""
+    t = runs.time.mean(axis=0)
+    total = float(t[-1] - t[0])
+    even = np.linspace(t[0], t[-1], 900)
+    d = np.stack([np.interp(even, t, row) for row in residual])
+    width = max(3, int(0.022 * len(even)) | 1)
+    kernel = np.ones(width) / width
+    padded = np.pad(d, ((0, 0), (width // 2, width // 2)), mode="reflect")
+    rough = d - np.stack([np.convolve(row, kernel, mode="valid") for row in padded])
+    lags = np.arange(8)
+    cut = rough[:, width:-width]
+    level = np.array([np.mean(cut[:, : cut.shape[1] - k] * cut[:, k:]) for k in lags])
+    basis = _kernel(lags * (even[1] - even[0]), total)
+    short = [0, 1, 2]
+    weights, _ = nnls(basis[short].T, level)
+    out = np.zeros(len(basis))
+    out[short] = weights
+    return out
 
 
 def _kernel(tau: np.ndarray, total: float) -> np.ndarray:

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Screening: score columns projected off the base, size, gain, visibility, likeness (5, 9)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.discovery.gram import Gram, solve
+from flatplank_analysis.discovery.state import Candidate, State
+
+VISIBLE = 0.03
+"""share of a column that must be left after projection for the effect to be named"""
+
+
+@dataclass(frozen=True)
+class Screened:
+    """One candidate after screening."""
+
+    candidate: Candidate
+    sizes: np.ndarray
+    """best sizes in screening steps, inside the physical range"""
+    gain: float
+    """drop of the whitened chi2 at these sizes"""
+    visible: float
+    """share of the column that the base cannot imitate"""
+    information: np.ndarray
+    """(k, k) projected products"""
+    contribution: np.ndarray
+    """(m,) the candidate's column as a combination, for likeness"""
+
+    @property
+    def identifier(self) -> str:
+        """Identifier of the effect."""
+        return self.candidate.effect.identifier
+
+
+@dataclass(frozen=True)
+class Screen:
+    """All candidates, best first, and the sums they were judged with."""
+
+    ranked: list[Screened]
+    gram: Gram
+    own: int
+    """number of columns that belong to the model itself"""
+    projected: np.ndarray
+    """products of all candidate columns with the model's own projected out"""
+
+
+def screen(state: State) -> Screen:
+    """Rank all candidates of a state."""
+    blocks = [c.columns for c in state.candidates]
+    own = len(state.jacobian)
+    columns = np.concatenate([state.jacobian, *blocks]) if blocks else state.jacobian
+    gram = state.gram(state.residual, columns)
+    products, scores, _ = gram.total()
+    base, inverse = solve(products[:own, :own], scores[:own])
+    cross = products[own:, :own]
+    projected = products[own:, own:] - cross @ inverse @ cross.T
+    rest = scores[own:] - cross @ base
+    ranked = []
+    at = 0
+    for candidate in state.candidates:
+        k = len(candidate.columns)
+        rows = slice(at, at + k)
+        ranked.append(
+            _judge(candidate, projected[rows, rows], rest[rows], products[own:, own:][rows, rows],
+                   np.arange(at, at + k), len(rest))
+        )  # fmt: skip
+        at += k
+    ranked.sort(key=lambda s: -s.gain)
+    return Screen(ranked, gram, own, projected)
+
+
+def _judge(candidate: Candidate, info, score, raw, rows, total) -> Screened:
+    trace = float(np.trace(raw))
+    visible = float(np.trace(info)) / trace if trace > 1e-12 else 0.0
+    sizes = np.zeros(len(score))
+    gain = 0.0
+    if visible > 1e-6 and trace > 1e-9:
+        sizes = _bounded(candidate, info, score)
+        gain = float(2.0 * sizes @ score - sizes @ info @ sizes)
+    mix = np.zeros(total)
+    weight = sizes if np.any(sizes) else np.ones(len(score))
+    mix[rows] = weight
+    return Screened(candidate, sizes, max(gain, 0.0), visible, info, mix)
+
+
+def _bounded(candidate: Candidate, info: np.ndarray, score: np.ndarray) -> np.ndarray:
+    """Best sizes with those that leave their range held at it, one after the other."""
+    sizes, _ = solve(info, score)
+    parameters = candidate.effect.linear()
+    low = np.array([(p.lower - p.null) / p.screen for p in parameters])
+    high = np.array([(p.upper - p.null) / p.screen for p in parameters])
+    low, high = np.minimum(low, high), np.maximum(low, high)
+    held = np.zeros(len(sizes), dtype=bool)
+    for _ in range(len(sizes)):
+        out = ~held & ((sizes < low) | (sizes > high))
+        if not out.any():
+            break
+        held |= out
+        sizes = np.clip(sizes, low, high)
+        free = ~held
+        if free.any():
+            right = score[free] - info[np.ix_(free, held)] @ sizes[held]
+            sizes[free] = solve(info[np.ix_(free, free)], right)[0]
+    return np.clip(sizes, low, high)
+
+
+def best_per_effect(result: Screen) -> list[Screened]:
+    """The best setting of every effect, best first."""
+    seen: dict[str, Screened] = {}
+    for item in result.ranked:
+        seen.setdefault(item.identifier, item)
+    return list(seen.values())
+
+
+def likeness(result: Screen, one: Screened, other: Screened) -> float:
+    """rho: how much alike two candidates look once the model has taken its part (0..1).
+
+    With several columns the nearest combination of the other's columns counts.
+    """
+    a = one.contribution
+    rows = np.flatnonzero(other.contribution != 0.0)
+    if not len(rows):
+        return 0.0
+    h = float(a @ result.projected @ a)
+    if h <= 1e-12:
+        return 0.0
+    cross = result.projected[rows] @ a
+    inner = result.projected[np.ix_(rows, rows)]
+    weight, _ = solve(inner, cross)
+    return float(np.sqrt(np.clip(weight @ cross / h, 0.0, 1.0)))
+
+
+def settings_of(result: Screen, identifier: str) -> list[Screened]:
+    """All settings of one effect, best first."""
+    return [s for s in result.ranked if s.identifier == identifier]

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the search stands: a fitted model, its floor, noise, whitened sums, and the columns of
+all effects that might be added."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.discovery import floor as floors
+from flatplank_analysis.discovery import gram as grams
+from flatplank_analysis.discovery import noise as noises
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.runs import RunSet
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect in one setting, with the columns of its screened parameters."""
+
+    effect: type[Effect]
+    setting: dict[str, float]
+    columns: np.ndarray
+    """(k, channels, runs, samples), change of the prediction by one screening step each"""
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Screening steps of the columns."""
+        return np.array([p.screen for p in self.effect.linear()])
+
+
+@dataclass
+class State:
+    """A fitted model with all that decisions need."""
+
+    model: Model
+    fit: Fit
+    residual: np.ndarray
+    candidates: list[Candidate]
+    floors: list[floors.Floor]
+    """per channel"""
+    whitener: noises.Whitener
+    stiff: np.ndarray
+    """(d, channels, runs, samples)"""
+    scatter: np.ndarray
+    contrasts: np.ndarray
+    """cleaned (channels, runs, samples)"""
+
+    @property
+    def runs(self) -> RunSet:
+        """The measured runs."""
+        return self.model.runs
+
+    @property
+    def jacobian(self) -> np.ndarray:
+        """Columns of everything that is fitted now."""
+        assert self.fit.jacobian is not None
+        return self.fit.jacobian
+
+    def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
+        """Whitened sums of products of any columns and residual."""
+        return grams.make_gram(
+            self.runs, self.whitener, residual, columns, self.stiff, self.scatter
+        )
+
+
+def make_candidates(
+    model: Model, fit: Fit, effects: Sequence[type[Effect]], residual: np.ndarray
+) -> list[Candidate]:
+    """Columns of all effects that are not (or not often enough) in the model yet."""
+    lanes: list[Lane] = []
+    plan: list[tuple[type[Effect], dict[str, float], int]] = []
+    own = fit.lane()
+    for effect in effects:
+        present = sum(t.effect is effect for t in fit.terms)
+        if present >= effect.instances:
+            continue
+        for setting in effect.variants(model.runs, residual):
+            plan.append((effect, setting, len(lanes)))
+            for p in effect.linear():
+                values = effect.vector(setting | {p.name: p.null + p.screen})
+                lanes.append(Lane(own.base, (*own.effects, (effect, values))))
+    predicted = model.predict(lanes) - fit.predicted if lanes else np.zeros((0,))
+    return [
+        Candidate(effect, setting, predicted[at : at + len(effect.linear())])
+        for effect, setting, at in plan
+    ]
+
+
+def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
+    """Responses to the stiff directions of the base."""
+    assert fit.jacobian is not None
+    scale = {p.name: abs(p.screen) for p in model.parameters if p.screen}
+    rows = {name: i for i, (term, name) in enumerate(fit.free) if term < 0}
+    out = []
+    for direction in model.stiff(fit.base):
+        terms = [
+            fit.jacobian[rows[name]] * (amount / scale[name])
+            for name, amount in direction.items()
+            if name in rows
+        ]
+        out.append(np.sum(terms, axis=0))
+    return np.array(out) if out else np.zeros((0, *fit.predicted.shape))
+
+
+def make_state(
+    model: Model, fitter: Fitter, fit: Fit, effects: Sequence[type[Effect]]
+) -> State:
+    """Screen columns, floor, noise and whitening of a fitted model."""
+    runs = model.runs
+    residual = fit.residual(runs.measured)
+    candidates = make_candidates(model, fit, effects, residual)
+    columns = [c.columns for c in candidates]
+    own = _amplitudes(fit)
+    every = np.concatenate([*columns, own]) if columns or len(own) else np.zeros((0,))
+    cleaned, levels = [], []
+    for c in range(len(runs.channels)):
+        used = every[:, c] if len(every) else np.zeros((0, *residual.shape[1:]))
+        used = used[np.abs(used).max(axis=(1, 2)) > 0.0] if len(used) else used
+        cleaned.append(floors.clean_contrasts(runs, residual[c], used))
+        levels.append(floors.floor_of(runs, residual[c], used))
+    contrasts = np.stack(cleaned)
+    whitener = noises.make_whitener(runs, noises.fit_noise(runs, contrasts, residual))
+    stiff = stiff_columns(model, fit)
+    scatter = grams.scatter_of(runs, whitener, contrasts, stiff)
+    return State(
+        model, fit, residual, candidates, levels, whitener, stiff, scatter, contrasts
+    )
+
+
+def _amplitudes(fit: Fit) -> np.ndarray:
+    """Jacobian columns of the effects in the model."""
+    assert fit.jacobian is not None
+    rows = [i for i, (term, _) in enumerate(fit.free) if term >= 0]
+    return fit.jacobian[rows]
+
+
+def channel_weights(runs: RunSet, levels: Sequence[float]) -> np.ndarray:
+    """Weights (channels, 1, 1) of the plain least squares: one over the floor of the channel."""
+    return 1.0 / np.maximum(np.array(levels, dtype=float), 1e-12)[:, None, None]
+
+
+def start_base(model: Model, given: Mapping[str, float] | None = None) -> np.ndarray:
+    """Start values of the base parameters, some of them given."""
+    given = given or {}
+    return np.array([float(given.get(p.name, p.null)) for p in model.parameters])
+
+
+def term_of(candidate: Candidate, sizes: np.ndarray) -> Term:
+    """A term at the screened sizes (in screening steps), inside its bounds."""
+    effect = candidate.effect
+    values = dict(candidate.setting)
+    for p, size in zip(effect.linear(), sizes, strict=True):
+        values[p.name] = float(np.clip(p.null + p.screen * size, p.lower, p.upper))
+    return Term(effect, effect.vector(values), effect.held())
