@@ -93,7 +93,7 @@ def describe(cls: type) -> tuple[ParamInfo, ...]:
 
 def from_mapping(cls: type[P], mapping: Mapping[str, Any], where: str) -> P:
     """Checked parameters from a plain mapping; `where` names its file or node in errors."""
-    known = {f.name for f in fields(cls)}
+    known = {info.name for info in describe(cls)}
     for key in mapping:
         if key not in known and key not in SHELL_KEYS:
             raise ParameterError(f"{where}: unknown parameter '{key}'{nearest(key, known)}")
@@ -192,7 +192,7 @@ def _out_of_range(value: Any, metadata: Mapping[str, Any]) -> str | None:
     if isinstance(value, tuple):
         return next((r for v in value if (r := _out_of_range(v, metadata))), None)
     if isinstance(value, str):
-        choices = metadata.get("choices")
+        choices = metadata.get("choices", ())
         known = not choices or value in choices
         return None if known else f"is '{value}'{nearest(value, choices)}"
     if isinstance(value, bool):

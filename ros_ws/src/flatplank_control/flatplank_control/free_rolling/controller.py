@@ -46,6 +46,8 @@ class FreeRollingController:
         self._half = 0.5 * p.integral_gain * period
         self._smooth = -math.expm1(-period / p.settled_filter)
         self._band = p.settled_band * abs(p.reference)
+        self._running = False
+        self._output = 0.0
         self._needed = round(p.settled_time * p.rate_hz)
         self.reset()
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import control
 import numpy as np
 
+import control
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 
 DELAY_CYCLES = 2
@@ -129,8 +129,8 @@ def figures(loop: control.TransferFunction) -> Loop:
     over = np.flatnonzero(h > 10.0 ** (-3.0 / 20.0))
     top_of_h = int(np.argmax(h))
     # S falls again towards zero frequency: the dip is the local minimum next to the crossover
-    falling = np.flatnonzero((s[1:-1] < s[:-2]) & (s[1:-1] < s[2:])) + 1
-    dips = falling[falling < last]
+    falling: np.ndarray = np.flatnonzero((s[1:-1] < s[:-2]) & (s[1:-1] < s[2:])) + 1
+    dips: np.ndarray = falling[falling < last]
     return Loop(
         phase_margin=float(180.0 + np.degrees(phase[last])),
         crossover=float(hz[last]),

@@ -7,9 +7,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from flatplank_hw.samples import Wrench
+
+if TYPE_CHECKING:
+    from flatplank_hw.hub.params import HubParameters
 
 OUTER_ARM = 0.3475
 """Arm of the bridges Fx1 and Fz1 of (A.1d, A.1e) before ET value and adapter [m]."""
@@ -17,22 +20,6 @@ INNER_ARM = 0.0475
 """Arm of the bridges Fx2 and Fz2 [m]."""
 
 Volts = tuple[float, float, float, float, float, float]
-
-
-class BridgeFacts(Protocol):
-    """Table A.1 with the rim and its adapter."""
-
-    k_fx1: float
-    k_fx2: float
-    k_fy: float
-    k_fz1: float
-    k_fz2: float
-    a_fx: float
-    a_fy: float
-    a_fz: float
-    gravity: float
-    et_value: float
-    adapter_thickness: float
 
 
 class Gains(NamedTuple):
@@ -47,7 +34,7 @@ class Gains(NamedTuple):
     inner: float
 
 
-def gains(p: BridgeFacts) -> Gains:
+def gains(p: HubParameters) -> Gains:
     """Factors of (A.1): g 4e5 / (A k)."""
     base = p.gravity * 4e5
     shift = p.adapter_thickness - p.et_value

@@ -8,33 +8,30 @@ recommendation of thesis chapter 8.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from flatplank_hw.bus.image import BusInputs
+
+if TYPE_CHECKING:
+    from flatplank_hw.hub.params import HubParameters
 
 TORQUE_UNIT = 1e-4
 """[N m] per unit of the torque on the bus."""
 
 
-class DriveFacts(Protocol):
-    gear_ratio: float
-    efficiency: float
-    friction_torque: float
-
-
-def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: DriveFacts) -> float:
+def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
     """M_yc = -r_l Fx: all of the drive moment goes into Fx, rolling resistance is left out."""
     return -loaded_radius * fx
 
 
-def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: DriveFacts) -> float:
+def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
     """M_yc = -eta i (M_M - M_F); only for a driven wheel, the self-locking gear hides braking
     (5.3)."""
     torque = inputs.axes[0].torque * TORQUE_UNIT
     return -p.efficiency * p.gear_ratio * max(torque - p.friction_torque, 0.0)
 
 
-SOURCES: dict[str, Callable[[BusInputs, float, float, DriveFacts], float]] = {
+SOURCES: dict[str, Callable[[BusInputs, float, float, HubParameters], float]] = {
     "force_balance": force_balance,
     "motor_torque": motor_torque,
 }

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from flatplank_hw.answers import Agenda, Answer, refused
 from flatplank_hw.bus.image import BusInputs
@@ -45,7 +46,7 @@ class MeasurementHub:
         self._tare_cycle, self._tare_reason, self._tare_is_newer = -1, "", False
         self._fit: ParasiticFit | None = None
         self._fit_coming = False
-        self._signal = None
+        self._signal: Callable[[float], tuple[float, float, float, float, float]] | None = None
         self._filter_on = False
         if p.parasitic_fit:
             self._use_fit(parasitic.load(p.parasitic_fit))
@@ -118,7 +119,7 @@ class MeasurementHub:
             saturated = sum(
                 1 << i for i, c in enumerate(inputs.bridge_volts) if not -high < c < high
             )
-        if self._filter_on:
+        if self._filter_on and self._signal is not None:
             s1, s2, s3, s5, s6 = self._signal(self._wheel_angle(inputs.wheel_counts))
             c1, c2, c3, c5, c6 = c1 - s1, c2 - s2, c3 - s3, c5 - s5, c6 - s6
         elif self._fit is not None:
@@ -184,7 +185,7 @@ class MeasurementHub:
         if self._moves(stamp):
             self._tare, self._tare_reason = None, "the plank moved during the tare: zero unchanged"
             return
-        mean = self._tare.add(volts)
+        mean = self._tare.add(volts) if self._tare is not None else None
         if mean is not None:
             self._tare, self._tare_zero, self._tare_is_newer = None, mean, True
             self._tare_cycle = self._agenda.last_cycle
@@ -200,5 +201,7 @@ class MeasurementHub:
 
     def _choose_zero(self) -> None:
         """With the filter on, D of a fit newer than the tare is the zero; else the tare is."""
-        from_fit = self._filter_on and self._fit is not None and not self._tare_is_newer
-        self._zero = self._fit.offsets if from_fit else self._tare_zero
+        if self._filter_on and self._fit is not None and not self._tare_is_newer:
+            self._zero = self._fit.offsets
+        else:
+            self._zero = self._tare_zero

@@ -61,8 +61,8 @@ class ParasiticFit:
 
     mounting: str
     date: str
-    sines: tuple[Sine, Sine, Sine, Sine, Sine]
-    """in the order of `CHANNELS`"""
+    sines: tuple[Sine, ...]
+    """five, in the order of `CHANNELS`"""
 
     def signal(self) -> Callable[[float], tuple[float, float, float, float, float]]:
         """A sin(B x + C) of the channels [V] as a function of the wheel angle x [rad], without

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What can be asked of a drive: every request is checked against its present state and answered at
+once."""
+
+from __future__ import annotations
+
+import math
+
+from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_hw.drive import safety
+from flatplank_hw.drive.cia402 import State
+from flatplank_hw.drive.homing import Homer
+from flatplank_hw.drive.modes import MODES, Mode, Position
+from flatplank_hw.drive.params import DriveParameters
+from flatplank_hw.drive.safety import RULES
+from flatplank_hw.drive.shaft import Shaft
+from flatplank_hw.drive.watch import Watch
+from flatplank_hw.params import nearest
+
+
+class DriveRequests:
+    """State of one drive and the requests that change it; `AxisDrive` adds the cycle.
+
+    An accepted request takes effect with the next step, or at the cycle that was asked for.
+    """
+
+    def __init__(self, p: DriveParameters) -> None:
+        self.parameters = p
+        self._agenda = Agenda()
+        self._rules = tuple(RULES[name] for name in p.rules)
+        self._latching = tuple(rule for rule in self._rules if rule.latching)
+        self._position_mode = Position(p)
+        self._modes: dict[str, Mode] = {name: mode(p) for name, mode in MODES.items()}
+        self._modes["position"] = self._position_mode
+        self._mode: Mode = self._position_mode
+        self._shaft, self._watch, self._homer = Shaft(p), Watch(p), Homer(p)
+        self._state, self._error = State.NOT_READY, 0
+        self._wanted = False
+        self._stop = 0
+
+    # status
+    @property
+    def mode(self) -> str:
+        """Name of the operation mode."""
+        return self._mode.name
+
+    @property
+    def listens_to(self) -> str | None:
+        """Source of the references that count in the present mode."""
+        return self._mode.source
+
+    @property
+    def stop_text(self) -> str:
+        """Why the axis is held or stopped; empty when it is not."""
+        return safety.REASONS[self._stop]
+
+    @property
+    def position(self) -> float:
+        """Measured position of the output [unit], zero at home."""
+        return self._shaft.position
+
+    @property
+    def at_target(self) -> bool:
+        """A move or a homing has come to its end and the axis stands."""
+        mode = self._position_mode
+        asked = mode is self._mode and not self._agenda.due and mode.done
+        return asked and self._turning() is None
+
+    # requests
+    def enable(self, at_cycle: int | None = None) -> Answer:
+        """Bring the drive into operation; clears a latched stop whose cause is gone."""
+        if not self._shaft.known:
+            return refused("no inputs yet: start the bus")
+        if self._state >= State.FAULT_REACTION_ACTIVE:
+            return refused(f"drive fault 0x{self._error:04X}: reset it first")
+        # enabling starts afresh: nothing turns yet and no reference is due yet
+        situation = self._watch.situation
+        situation.turning, situation.reference_age_ns = False, 0
+        rule = safety.first_stop(self._latching, situation, self.parameters)
+        if rule is not None:
+            return refused(rule.text)
+        return self._agenda.accept(self._enable, at_cycle)
+
+    def disable(self, at_cycle: int | None = None) -> Answer:
+        """Take the drive out of operation; a turning axis is braked first."""
+        return self._agenda.accept(lambda: self._stop_with(0), at_cycle)
+
+    def quick_stop(self, at_cycle: int | None = None) -> Answer:
+        """Brake at once and stay stopped until enabled again."""
+        return self._agenda.accept(lambda: self._stop_with(safety.QUICK_STOP), at_cycle)
+
+    def reset_fault(self, at_cycle: int | None = None) -> Answer:
+        """Reset a fault of the drive, or a latched stop; never enables."""
+        if self._state is not State.FAULT and not self._stop:
+            return refused("there is no fault and no stop to reset")
+        return self._agenda.accept(self._reset, at_cycle)
+
+    def home(self, at_cycle: int | None = None) -> Answer:
+        """Make the present position zero."""
+        reason = self._not_ready() or self._turning()
+        return refused(reason) if reason else self._agenda.accept(self._start_homing, at_cycle)
+
+    def move_to(self, position: float, speed: float = 0.0, at_cycle: int | None = None) -> Answer:
+        """Go to a position [unit]; speed 0 is the axis's own."""
+        mode, p = self._position_mode, self.parameters
+        reason = self._not_ready() or mode.refuse(position)
+        if reason is None and not (math.isfinite(speed) and 0.0 <= speed <= p.speed_limit):
+            reason = f"speed of {speed} {p.unit}/s is outside 0 .. {p.speed_limit:g} {p.unit}/s"
+        if reason is None and mode is not self._mode:
+            reason = self._turning()
+        if reason is None and "plank_stands" in p.rules and not self._free():
+            reason = "the tire stands on the road: unload it before turning the wheel"
+        if reason:
+            return refused(reason)
+
+        def act() -> None:
+            mode.move.speed = speed or p.move_speed
+            self._change(mode)
+            mode.set_value(position)
+
+        return self._agenda.accept(act, at_cycle)
+
+    def set_operation_mode(
+        self, name: str, value: float = 0.0, at_cycle: int | None = None
+    ) -> Answer:
+        """Choose a mode; `value` is its position, velocity or torque, ignored by the others.
+
+        A position is gone to only when the drive is enabled; else the axis holds where it is.
+        """
+        mode = self._modes.get(name)
+        if mode is None:
+            return refused(f"unknown mode '{name}'{nearest(name, MODES)}")
+        if mode.name == "homing":
+            return self.home(at_cycle)
+        if mode is self._position_mode and self._wanted:
+            return self.move_to(value, at_cycle=at_cycle)
+        reason = mode.refuse(value) or (self._turning() if mode is not self._mode else None)
+        if reason:
+            return refused(reason)
+
+        def act() -> None:
+            self._change(mode)
+            mode.set_value(value)
+
+        return self._agenda.accept(act, at_cycle)
+
+    def claim(self, client: str, at_cycle: int | None = None) -> Answer:
+        """Take charge: from now on `heartbeat` must come, or the axis stops."""
+        charge = self._watch.charge
+        if not client:
+            return refused("a claim needs the name of the client")
+        if charge.client not in ("", client):
+            return refused(f"'{charge.client}' is in charge")
+        return self._agenda.accept(lambda: charge.claim(client), at_cycle)
+
+    def release(self, client: str, at_cycle: int | None = None) -> Answer:
+        """Give the charge back."""
+        charge = self._watch.charge
+        if charge.client != client:
+            return refused(f"'{client}' is not in charge")
+        return self._agenda.accept(charge.release, at_cycle)
+
+    def heartbeat(self, client: str) -> Answer:
+        """The client in charge is alive."""
+        charge = self._watch.charge
+        if not client or charge.client != client:
+            return refused(f"'{client}' is not in charge")
+        charge.beat()
+        return Answer(True, "", self._agenda.last_cycle + 1)
+
+    # reasons
+    def _not_ready(self) -> str | None:
+        if not self._wanted or self._state is not State.OPERATION_ENABLED:
+            return "the drive is not enabled: enable it first"
+        return "homing is going on" if self._homer.running else None
+
+    def _turning(self) -> str | None:
+        if abs(self._shaft.velocity) > self.parameters.standstill_speed:
+            return "the axis turns: stop it before changing the mode"
+        return None
+
+    def _free(self) -> bool:
+        situation = self._watch.situation
+        return situation.moving or safety.unloaded(situation, self.parameters)
+
+    # effects, by the cycle
+    def _enable(self) -> None:
+        raise TypeError("a drive without a cycle")
+
+    def _reset(self) -> None:
+        raise TypeError("a drive without a cycle")
+
+    def _stop_with(self, code: int) -> None:
+        raise TypeError("a drive without a cycle")
+
+    def _start_homing(self) -> None:
+        raise TypeError("a drive without a cycle")
+
+    def _change(self, mode: Mode) -> None:
+        raise TypeError("a drive without a cycle")

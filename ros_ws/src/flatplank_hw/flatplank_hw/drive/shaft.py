@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The output of a drive's gear: raw counts of the motor to units of the output, and back."""
+
+from __future__ import annotations
+
+from flatplank_hw.bus.image import AxisInputs
+from flatplank_hw.drive.params import DriveParameters
+from flatplank_hw.encoders.counter import turns_between, wrapped
+
+TORQUE_UNIT = 1e-4
+"""[N m] per unit of the torque on the bus."""
+
+
+class Shaft:
+    """Position [unit] from zero, velocity [unit/s], torque at the motor [N m]."""
+
+    __slots__ = ("_counts", "_per_count", "_sign", "_zero", "known", "position", "raw", "torque",
+                 "velocity")  # fmt: skip
+
+    def __init__(self, p: DriveParameters) -> None:
+        self._sign = p.direction
+        self._per_count = p.direction * p.output_per_turn / (p.counts_per_turn * p.gear_ratio)
+        self._counts = self._zero = self.raw = 0
+        self.known = False
+        """inputs have come"""
+        self.position = self.velocity = self.torque = 0.0
+
+    def read(self, axis: AxisInputs, counter_is_set: bool) -> None:
+        """Take a reading; while the drive sets its counter anew, a change of it is no motion."""
+        raw = axis.position
+        if not self.known:
+            self._counts = self._zero = raw
+            self.known = True
+        elif not counter_is_set:
+            self._counts += turns_between(self.raw, raw)
+        self.raw = raw
+        self.position = (self._counts - self._zero) * self._per_count
+        self.velocity = axis.velocity * self._per_count
+        self.torque = axis.torque * TORQUE_UNIT * self._sign
+
+    def make_zero(self) -> None:
+        """The present position is zero."""
+        self._zero, self.position = self._counts, 0.0
+
+    def raw_position(self, position: float) -> int:
+        """Counter reading at a position; the present reading for NaN."""
+        if position != position:
+            return self.raw
+        return wrapped(self.raw + round((position - self.position) / self._per_count))
+
+    def raw_velocity(self, velocity: float) -> int:
+        """[counts/s]; 0 for NaN."""
+        return round(velocity / self._per_count) if velocity == velocity else 0
+
+    def raw_torque(self, torque: float) -> int:
+        """[0.1 mN m]; 0 for NaN."""
+        return round(torque * self._sign / TORQUE_UNIT) if torque == torque else 0

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the situation that the safety rules judge, cycle by cycle."""
+
+from __future__ import annotations
+
+from flatplank_hw.bus.image import BusInputs
+from flatplank_hw.drive.operator import Charge
+from flatplank_hw.drive.params import DriveParameters
+from flatplank_hw.drive.safety import Situation
+from flatplank_hw.drive.shaft import Shaft
+from flatplank_hw.samples import EncoderSample, HubSample, Reference
+
+
+class Watch:
+    """Keeps `situation` up to date, with the ages and times over a limit that rules ask for."""
+
+    __slots__ = ("_p", "_since", "charge", "situation")
+
+    def __init__(self, p: DriveParameters) -> None:
+        self._p = p
+        self._since = 0
+        self.situation = Situation()
+        self.charge = Charge()
+
+    def start(self, now: int) -> None:
+        """The axis is enabled afresh: references are due from now on [ns]."""
+        self._since = now
+
+    def look(self, inputs: BusInputs, state: int, shaft: Shaft, dt_ns: int) -> None:
+        """What the bus and the drive itself say."""
+        s, p = self.situation, self._p
+        s.health, s.digital, s.gap_ns = inputs.health, inputs.digital, dt_ns
+        s.state, s.speed = state, shaft.velocity
+        high = not -p.torque_trip <= shaft.torque <= p.torque_trip
+        s.torque_high_ns = s.torque_high_ns + dt_ns if high else 0
+        s.claimed = bool(self.charge.client)
+        if s.claimed:
+            s.heartbeat_age_ns = self.charge.age(inputs.stamp_ns)
+
+    def listen(
+        self, now: int, dt_ns: int, encoders: EncoderSample | None, hub: HubSample | None
+    ) -> None:
+        """What hub and encoders say; an axis without them is not judged by their rules."""
+        s, p = self.situation, self._p
+        age = 0
+        if hub is not None:
+            s.loaded_radius, s.fz = hub.loaded_radius, hub.fz_filtered
+            s.fz_high_ns = s.fz_high_ns + dt_ns if not s.fz <= p.fz_trip else 0
+            age = now - hub.stamp_ns
+        if encoders is not None:
+            age = max(age, now - encoders.stamp_ns)
+            if encoders.plank_moving and not s.moving:
+                self._since = now
+            s.moving, s.plank_velocity = encoders.plank_moving, encoders.plank_velocity
+            s.plank_position, s.steer_angle = encoders.plank_position, encoders.steer_angle
+        s.sample_age_ns = age
+
+    def follow(self, now: int, follows_plank: bool, reference: Reference | None) -> None:
+        """Age of the reference, counted from the start of the plank when that was later."""
+        s, since = self.situation, self._since
+        if reference is not None and reference.stamp_ns > since:
+            since = reference.stamp_ns
+        s.follows_plank, s.reference_age_ns = follows_plank, now - since
