@@ -171,6 +171,16 @@ def test_a_request_takes_effect_at_its_cycle():
     assert "is over" in s.set_slip_step(0.1, 1.0, RE, at_cycle=2).reason
 
 
+def test_a_sequencer_that_is_not_listened_to_still_knows_where_the_plank_is():
+    s = with_step()
+    s.step(sample(100, 4.1))
+    assert not s.set_slip_step(0.05, 1.5, RE).accepted
+    s.watch(-0.02)
+    assert s.set_slip_step(0.05, 1.5, RE).accepted
+    s.watch(2.0)
+    assert "behind the plank" in s.set_slip_step(0.05, 1.5, RE).reason
+
+
 def test_reset_forgets_where_the_plank_was():
     s = with_step()
     s.step(sample(0, 4.1))
