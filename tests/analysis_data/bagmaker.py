@@ -24,10 +24,12 @@ def store():
 class Bag:
     """One MCAP file; `write(topic, type, stamp_ns, fields)`."""
 
-    def __init__(self, folder: Path, compression: CompressionType = CompressionType.NONE, **options):
+    def __init__(
+        self, folder: Path, compression: CompressionType = CompressionType.NONE, **options
+    ):
         folder.mkdir(parents=True)
         self.types = store()
-        self.stream = open(folder / f"{folder.name}_0.mcap", "wb")
+        self.stream = (folder / f"{folder.name}_0.mcap").open("wb")
         self.writer = Writer(self.stream, compression=compression, **options)
         self.writer.start(profile="ros2")
         self.channels: dict[str, int] = {}
@@ -62,11 +64,15 @@ def wrench(bag: Bag, stamp: int, values, frame: str = "contact"):
     )
 
 
-def write_run(folder: Path, columns: dict[str, np.ndarray], record: str, name: str = "", **options):
+def write_run(
+    folder: Path, columns: dict[str, np.ndarray], record: str, name: str = "", **options
+):
     """A bench bag with the topics that the analysis reads; time in s."""
     bag = Bag(folder, **options)
     types = bag.types.types
-    run = types["flatplank_msgs/msg/Run"](bag.header(0), "u-" + folder.name, name, "complete", record)
+    run = types["flatplank_msgs/msg/Run"](
+        bag.header(0), "u-" + folder.name, name, "complete", record
+    )
     bag.write("/run", "flatplank_msgs/msg/Run", 0, run)
     encoder = types["flatplank_msgs/msg/EncoderState"]
     hub = types["flatplank_msgs/msg/HubState"]
@@ -76,8 +82,20 @@ def write_run(folder: Path, columns: dict[str, np.ndarray], record: str, name: s
         c = {k: float(v[i]) for k, v in columns.items()}
         head = bag.header(stamp)
         message = encoder(
-            head, i, c["plank_position"], c["plank_velocity"], c["wheel_angle"],
-            c["wheel_velocity"], 0.0, 0.0, float("nan"), 0.0, c["motor_velocity"], True, True, 0.0,
+            head,
+            i,
+            c["plank_position"],
+            c["plank_velocity"],
+            c["wheel_angle"],
+            c["wheel_velocity"],
+            0.0,
+            0.0,
+            float("nan"),
+            0.0,
+            c["motor_velocity"],
+            True,
+            True,
+            0.0,
         )
         bag.write("/encoders/state", "flatplank_msgs/msg/EncoderState", stamp, message)
         forces = [c[k] for k in ("fx", "fy", "fz", "mx", "my", "mz")]

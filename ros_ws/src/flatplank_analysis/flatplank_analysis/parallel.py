@@ -44,7 +44,7 @@ class Processes:
         waiting = list(items)
         losses = 0
         while waiting:
-            context = multiprocessing.get_context("spawn")
+            context = _context(function)
             with ProcessPoolExecutor(min(self.jobs, len(waiting)), mp_context=context) as pool:
                 futures = [pool.submit(function, item) for item in waiting]
                 try:
@@ -60,6 +60,16 @@ class Processes:
                             f"{self.jobs} jobs",
                             "use fewer --jobs (out of memory?)",
                         ) from error
+
+
+def _context(function: Callable) -> multiprocessing.context.BaseContext:
+    """Workers that share one import of what they need, where the system can do that."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    if function.__module__ != "__main__":
+        context.set_forkserver_preload([function.__module__])
+    return context
 
 
 class Dask:

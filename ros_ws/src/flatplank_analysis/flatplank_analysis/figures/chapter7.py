@@ -35,7 +35,7 @@ def overlays(result: CampaignResult) -> Iterator[Figure]:
             ]
             yield Figure(
                 f"overlay_{name}_{_slug(point)}",
-                f"{model.title.capitalize()}, {point.point.label()}",
+                f"{model.title[0].upper()}{model.title[1:]}, {point.point.label()}",
                 "Coloured: measured, mean of the runs. Dashed: model.",
                 (Panel(pieces.SINCE_STEP, pieces.FX, [*measured, *modelled], window),),
                 OVERLAYS.get(name, ""),

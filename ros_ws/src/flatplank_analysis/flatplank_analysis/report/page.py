@@ -95,9 +95,8 @@ def _figure(figure: Figure, picture: str) -> dict[str, Any]:
 
 
 def _table(table: Table) -> dict[str, Any]:
-    rows = [
-        [cell if isinstance(cell, str) else number(cell) for cell in row] for row in table.rows
-    ]
+    digits = [2 if name.startswith("±") else 4 for name in table.header]
+    rows = [[_cell(c, d) for c, d in zip(row, digits, strict=True)] for row in table.rows]
     return {
         "name": table.name,
         "title": table.title,
@@ -108,12 +107,20 @@ def _table(table: Table) -> dict[str, Any]:
     }
 
 
+def _cell(value: str | float, digits: int) -> str:
+    if not isinstance(value, str):
+        return number(value, digits)
+    return value.replace("-", "−") if value[:1] == "-" else value
+
+
 def number(value: float, digits: int = 4) -> str:
-    """A number for people: four digits, a true minus, nothing for NaN."""
+    """A number for people: so many digits, a true minus, a dash for NaN."""
     if not math.isfinite(value):
         return "–"
     if value == 0.0:
         return "0"
+    if abs(value) < 10.0 ** (digits - 7):
+        return f"{value:.{digits - 1}e}".replace("e-0", "e-").replace("-", "−")
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:.{min(places, 6)}f}"
     return text.replace("-", "−")
@@ -135,9 +142,9 @@ def _cards(result: CampaignResult) -> list[dict[str, str]]:
             fit = nominal.carcass
             text = f"{number(1e-3 * fit.c_cx.value)} ± {number(1e-3 * fit.c_cx.std_error, 2)} kN/m"
             cards.append({"value": text, "label": "carcass stiffness c_cx"})
-        for name, model in nominal.models.items():
+        for model in nominal.models.values():
             mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
-            cards.append({"value": f"{number(mean, 3)} N", "label": f"mean RMSE, {name} model"})
+            cards.append({"value": f"{number(mean, 3)} N", "label": f"mean RMSE, {model.title}"})
     return cards
 
 

@@ -85,6 +85,6 @@ def static_longitudinal_stiffness(
     part = slice(begin, end)
     travel, force = x[part], fx[part]
     good = np.abs(force) < max_force * load
-    if good.sum() < 4 or np.ptp(travel[good]) < 2e-4:
+    if good.sum() < 3 or np.ptp(travel[good]) < 2e-4:
         return math.nan
     return float(abs(np.polyfit(travel[good], force[good], 1)[0]))

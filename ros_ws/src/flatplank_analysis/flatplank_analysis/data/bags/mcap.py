@@ -185,7 +185,8 @@ def _by_channel(buffer: np.ndarray, offsets: list[int]) -> dict[int, np.ndarray]
     where = np.asarray(offsets, dtype=np.int64)
     if not where.size:
         return {}
-    numbers = buffer[where + _HEAD].astype(np.int64) + 256 * buffer[where + _HEAD + 1]
+    numbers = buffer[where + _HEAD].astype(np.int64)
+    numbers = numbers + 256 * buffer[where + _HEAD + 1].astype(np.int64)
     return {int(n): where[numbers == n] for n in np.unique(numbers)}
 
 

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A campaign is read lazily; what is wrong with one file is told, the others go on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.data.info import RunInfo, info_from_dict
+from flatplank_analysis.data.names import parse_name, run_name
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
+
+
+def _problems(folder):
+    campaign = Campaign.load(folder)
+    good = list(campaign.tables())
+    return good, campaign.problems
+
+
+def test_conditions_and_repeats(write_campaign, make_step):
+    tables = [make_step(k, s) for k in (0.01, -0.01) for s in (1, 2, 3)]
+    campaign = Campaign.load(write_campaign(tables))
+    conditions = campaign.conditions()
+    assert [c.kappa for c in conditions] == [-0.01, 0.01]
+    assert all(len(runs) == 3 for runs in conditions.values())
+    assert len(campaign.where(lambda info: info.start == 2)) == 2
+
+
+def test_only_the_wanted_columns_are_read(write_campaign, make_step):
+    campaign = Campaign.load(write_campaign([make_step()]))
+    table = campaign.runs[0].table(["fx", "plank_position"])
+    assert set(table.columns) == {"fx", "plank_position"}
+    with pytest.raises(ValueError, match="read-only"):
+        table["fx"][0] = 1.0
+
+
+def test_without_campaign_yaml_names_and_metadata_tell(write_campaign, make_step):
+    folder = write_campaign([make_step(0.05, 2)])
+    (folder / "campaign.yaml").unlink()
+    info = Campaign.load(folder).infos[0]
+    assert (info.kappa, info.start, info.fz, info.pressure) == (0.05, 2, 3700.0, 2.5)
+    assert info.step_position == 1.5
+
+
+def test_merged_campaigns_keep_all_runs(write_campaign, make_step):
+    one = Campaign.load(write_campaign([make_step(0.01)], name="a"))
+    two = Campaign.load(write_campaign([make_step(0.02)], name="b"))
+    both = one.merged(two)
+    assert len(list(both.tables())) == 2
+
+
+def _nan(table):
+    fx = table["fx"].copy()
+    fx[100:110] = np.nan
+    return table.with_columns(fx=fx)
+
+
+def _goes_back(table):
+    x = table["plank_position"].copy()
+    x[500:] -= 0.3
+    return table.with_columns(plank_position=x)
+
+
+BAD = {
+    "NaN": (_nan, {}, "row 101, column 'fx'"),
+    "backward": (_goes_back, {}, "goes back"),
+    "short": (lambda t: t.rows(slice(0, 700)), {}, "before the step"),
+    "standstill": (lambda t: t.with_columns(plank_position=0 * t["fx"]), {}, "zero speed"),
+    "hanging": (lambda t: t.with_columns(fz=-t["fz"]), {}, "fz > 0"),
+    "wheel backward": (
+        lambda t: t.with_columns(wheel_velocity=-t["wheel_velocity"]),
+        {},
+        "against each other",
+    ),
+    "sign of kappa": (lambda t: t, {"kappa": -0.05}, "driving is positive"),
+    "kappa in percent": (lambda t: t, {"kappa": 5.0}, "0.05 means 5 %"),
+    "time": (lambda t: t.with_columns(time=t["time"][::-1]), {}, "time does not increase"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_one_bad_run_is_told_and_the_others_go_on(case, write_campaign, make_step, edit_campaign):
+    change, entry, words = BAD[case]
+    folder = write_campaign([make_step(0.02, 1), change(make_step(0.05, 2))])
+    edit_campaign(folder, 1, **entry)
+    good, problems = _problems(folder)
+    assert [t.info.start for t in good] == [1]
+    (problem,) = problems
+    assert words in str(problem) and problem.remedy and "\n" not in str(problem)
+    assert "5perc" in problem.file
+
+
+def test_two_runs_with_one_uuid(write_campaign, make_step, edit_campaign):
+    folder = write_campaign([make_step(0.02, 1), make_step(0.02, 2)])
+    for index in (0, 1):
+        edit_campaign(folder, index, uuid="7f3a")
+    good, problems = _problems(folder)
+    assert len(good) == 1 and "7f3a" in str(problems[0])
+
+
+def test_uuid_of_the_file_itself_counts(write_campaign, make_step):
+    folder = write_campaign([make_step(0.02, 1, uuid="7f3a"), make_step(0.02, 2, uuid="7f3a")])
+    (folder / "campaign.yaml").unlink()
+    good, problems = _problems(folder)
+    assert len(good) == 1 and "7f3a" in str(problems[0])
+
+
+def test_truncated_parquet(write_campaign, make_step):
+    folder = write_campaign([make_step(0.02, 1), make_step(0.05, 2)])
+    path = next(folder.glob("*_5perc*"))
+    path.write_bytes(path.read_bytes()[:-2000])
+    good, problems = _problems(folder)
+    assert len(good) == 1 and "not a whole Parquet file" in str(problems[0])
+
+
+def test_truncated_csv_names_the_line(write_campaign, make_step):
+    folder = write_campaign([make_step(0.02, 1), make_step(0.05, 2)], ".csv")
+    path = next(folder.glob("*_5perc*"))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:1000]) + "\n1.0,2.0")
+    good, problems = _problems(folder)
+    assert len(good) == 1 and "line 1001" in str(problems[0]) and "cut short" in str(problems[0])
+
+
+def test_csv_with_one_missing_unit(write_campaign, make_step):
+    folder = write_campaign([make_step(0.02, 1), make_step(0.05, 2)], ".csv")
+    path = next(folder.glob("*_5perc*"))
+    path.write_text(path.read_text().replace("fx [N]", "fx", 1))
+    good, problems = _problems(folder)
+    assert len(good) == 1 and "no unit" in str(problems[0])
+
+
+def test_missing_column_and_unknown_one(write_campaign, make_step):
+    folder = write_campaign([make_step(0.02, 1), make_step(0.05, 2)], ".csv")
+    path = next(folder.glob("*_5perc*"))
+    path.write_text(path.read_text().replace("fx [N]", "fxx [N]", 1))
+    good, problems = _problems(folder)
+    assert len(good) == 1 and "no column 'fx'" in str(problems[0])
+
+
+def test_missing_file_and_misspelt_key(write_campaign, make_step, edit_campaign):
+    folder = write_campaign([make_step(0.02, 1), make_step(0.05, 2)])
+    edit_campaign(folder, 0, presure=2.5)
+    edit_campaign(folder, 1, file="gone.parquet")
+    good, problems = _problems(folder)
+    assert len(good) == 1
+    text = " ".join(str(p) for p in problems)
+    assert "'presure' (nearest: 'pressure')" in text and "gone.parquet" in text
+
+
+def test_nothing_usable_is_an_error(tmp_path):
+    with pytest.raises(NothingUsableError, match="no usable run"):
+        Campaign.load(tmp_path)
+    with pytest.raises(FlatplankError, match="no such folder"):
+        Campaign.load(tmp_path / "nowhere")
+
+
+NAMES = [
+    ("TOY_REL_LNG_5perc_T_p25_Fz5550_2", {"kappa": 0.05, "start": 2, "fz": 5550.0}),
+    (
+        "TOY_REL_COM_CAM_5deg_1deg_2perc_T_p25_Fz3700_3",
+        {"gamma_deg": 5.0, "alpha_deg": 1.0, "kappa": 0.02},
+    ),
+    ("BMW_ERR_REL_LNG_T_p23_Fz1625_1", {"measurement": "free_rolling", "pressure": 2.3}),
+    ("TOY_REL_LNG_-0.5perc_T_p25_Fz3700_1_r02", {"kappa": -0.005, "repeat": 2}),
+    ("TOY_STF_T_p20_Fz6000_1", {"measurement": "stiffness"}),
+]
+
+
+@pytest.mark.parametrize(("name", "facts"), NAMES)
+def test_names_of_appendix_f(name, facts):
+    parsed = parse_name(name)
+    assert {key: parsed[key] for key in facts} == pytest.approx(facts)
+    assert run_name(RunInfo(**parsed)) == name
+
+
+def test_run_record_round_trip():
+    info = RunInfo(file="a.parquet", tire="TOY", kappa=-0.02, fz=3700.0, uuid="u", notes="n")
+    again, remarks = info_from_dict(info.to_dict(), "test")
+    assert again == info and not remarks

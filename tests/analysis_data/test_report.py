@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Report, verbs and executors on a small campaign with a known answer."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diesonce import dies_once
+from steptable import RADIUS, SIGMA, STIFFNESS, step_table
+
+from flatplank_analysis.cli import fit as fit_verb
+from flatplank_analysis.cli import report as report_verb
+from flatplank_analysis.cli import table as table_verb
+from flatplank_analysis.cli import tire as tire_verb
+from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
+from flatplank_analysis.data.exporters import export_campaign
+from flatplank_analysis.figures.registry import make_figures
+from flatplank_analysis.parallel import open_executor
+from flatplank_analysis.report import write
+from flatplank_analysis.report.analysis import analyse
+from flatplank_analysis.report.tables import all_tables, radius_values
+
+SLIPS = (-0.02, -0.01, 0.0, 0.01, 0.02)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Five slips x two loads x two starts, a free-rolling, a stiffness and a footprint run."""
+    from steptable import step_table
+
+    from flatplank_analysis.data.exporters import export_campaign
+
+    tables = []
+    for fz in (3700.0, 5550.0):
+        for kappa in SLIPS:
+            for start in (1, 2):
+                name = f"TOY_REL_LNG_{100 * kappa:g}perc_T_p25_Fz{fz:g}_{start}.parquet"
+                table = step_table(kappa, start, 15.0, fz=fz, file=name)
+                tables.append(table.with_columns(fz=np.full(len(table), fz)))
+    rolling = step_table(
+        0.0, 1, measurement="free_rolling", file="TOY_ERR_REL_LNG_T_p25_Fz3700_1.parquet"
+    )
+    decay = 50.0 - 900.0 * np.exp(-3.0 * rolling["plank_position"])
+    tables.append(rolling.with_columns(fx=decay))
+    down = np.linspace(0.32, 0.28, 300)
+    radius = np.concatenate([down, down[::-1]])
+    columns = {"loaded_radius": radius, "fz": 2.13e5 * (0.32 - radius)}
+    info = {"tire": "TOY", "pressure": 2.5, "fz": 6000.0}
+    stiffness = RunInfo(file="TOY_STF_T_p25_Fz6000_1.parquet", measurement="stiffness", **info)
+    tables.append(MeasurementTable(columns, stiffness))
+    prints = {
+        "fz": np.array([1850.0, 3700.0, 5550.0]),
+        "half_length": np.array([0.0496, 0.0708, 0.0872]),
+    }
+    tables.append(
+        MeasurementTable(
+            prints, RunInfo(file="footprint.parquet", measurement="footprint", **info)
+        )
+    )
+    return export_campaign(tables, tmp_path_factory.mktemp("report") / "campaign")
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return analyse(Campaign.load(folder))
+
+
+def test_linear_model_of_every_condition(result):
+    assert len(result.points) == 2 and len(result.conditions) == 10
+    for c in result.conditions:
+        if c.condition.kappa:
+            fit = c.linear
+            assert fit.sigma.value == pytest.approx(SIGMA, rel=0.05)
+            assert fit.slip_stiffness.value == pytest.approx(STIFFNESS, rel=0.02)
+            assert fit.rmse_transient < 15.0 and fit.settled
+
+
+def test_other_measurements(result):
+    assert result.extras["vertical_stiffness"][0]["mean"] == pytest.approx(2.13e5)
+    assert result.extras["free_rolling"][0]["settling_distance"] == pytest.approx(
+        np.log(900.0 / 2.5) / 3.0, rel=1e-3
+    )
+    assert result.extras["contact_length"]["q_ra1"] == pytest.approx(0.924, abs=0.03)
+    values = radius_values(result)
+    assert {v.source for v in values} == {"slip_control", "controller"}
+    slip = next(v for v in values if v.source == "slip_control")
+    assert slip.corrected.value == pytest.approx(RADIUS, rel=1e-3)
+
+
+@pytest.fixture(scope="module")
+def page(result, tmp_path_factory):
+    return write(result, tmp_path_factory.mktemp("out"))
+
+
+def test_every_figure_has_its_csv_and_is_well_formed(page, result):
+    figures = [f for group in make_figures(result).values() for f in group]
+    assert len(figures) >= 12
+    for figure in figures:
+        for suffix in ("svg", "png", "csv"):
+            assert (page.parent / "figures" / f"{figure.name}.{suffix}").stat().st_size > 60
+        ElementTree.parse(page.parent / "figures" / f"{figure.name}.svg")
+        points = sum(len(s.x) for p in figure.panels for s in p.series)
+        text = (page.parent / "figures" / f"{figure.name}.csv").read_text()
+        rows = [line for line in text.splitlines()[1:] if not line.startswith("#")]
+        assert len(rows) == points
+    for table in all_tables(result):
+        assert (page.parent / "tables" / f"{table.name}.csv").exists()
+        assert all(len(row) == len(table.header) for row in table.rows)
+
+
+def test_the_page_opens_offline(page):
+    text = page.read_text(encoding="utf-8")
+    for word in ('src="http', 'href="http', "@import", "<script"):
+        assert word not in text
+    identifiers = [part.split('"')[0] for part in text.split(' id="')[1:]]
+    assert len(identifiers) == len(set(identifiers))
+    json.loads((page.parent / "report.json").read_text())
+
+
+def test_processes_give_the_same(folder, result):
+    again = analyse(Campaign.load(folder), jobs=2)
+    for one, two in zip(result.conditions, again.conditions, strict=True):
+        assert one.condition == two.condition
+        assert one.linear.to_json() == two.linear.to_json()
+
+
+def test_work_of_a_killed_process_is_done_again(tmp_path):
+    items = [str(tmp_path / str(i)) for i in range(5)]
+    with open_executor(jobs=2) as executor:
+        assert list(executor.map(dies_once, items)) == [0, 1, 2, 3, 4]
+
+
+def _json(capsys):
+    return json.loads(capsys.readouterr().out)
+
+
+def test_verb_table(folder, tmp_path, capsys):
+    assert table_verb.main([str(folder), "--json"]) == 0
+    found = _json(capsys)
+    assert found["runs"] == 23 and len(found["conditions"]) == 13
+    missing = {p["parameters"]: p["missing"] for p in found["parameters"]}
+    assert missing["c_cx"] == "" and "pressure" in missing["PPX1 and PPX2, PPX3 and PPX4"]
+    assert table_verb.main([str(folder), "--export", str(tmp_path / "e"), "--as", ".csv"]) == 0
+    assert "sigma_x" in capsys.readouterr().out
+    assert len(Campaign.load(tmp_path / "e")) == 23
+
+
+@pytest.mark.parametrize("model", ["linear", "nonlinear", "mf"])
+def test_verb_fit(folder, model, capsys):
+    assert fit_verb.main([str(folder), "--model", model, "--json", "--jobs", "1"]) == 0
+    found = _json(capsys)
+    assert found["format"] == "flatplank-fit/1" and found["model"] == model
+    assert found["runs"] == 20 and found["problems"] == []
+    assert fit_verb.main([str(folder), "--model", model, "--jobs", "1"]) == 0
+    assert "nan" not in capsys.readouterr().err
+
+
+def test_verb_fit_writes_a_tire_that_verb_tire_reads(folder, tmp_path, capsys):
+    out = tmp_path / "fitted.tir"
+    arguments = [str(folder), "--model", "mf", "--out", str(out), "--jobs", "1"]
+    assert fit_verb.main(arguments) == 0
+    capsys.readouterr()
+    assert tire_verb.main([str(out), "--fz", "3700", "--kappa", "0.01", "--json"]) == 0
+    state = _json(capsys)
+    keys = {"fx", "fy", "mz", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
+    assert set(state) == keys
+    assert state["fx"] == pytest.approx(900.0, rel=0.05)
+    assert state["re"] == pytest.approx(RADIUS, rel=2e-3)
+
+
+def test_verb_report(tmp_path, capsys):
+    small = export_campaign([step_table(0.02)], tmp_path / "small")
+    assert report_verb.main([str(small), "--json", "--jobs", "1"]) == 0
+    assert Path(_json(capsys)["page"]) == small / "report" / "report.html"
+
+
+def test_exit_code_two_when_nothing_is_usable(tmp_path, capsys):
+    (tmp_path / "TOY_REL_LNG_5perc_T_p25_Fz3700_1.parquet").write_bytes(b"no parquet")
+    for verb in (table_verb, fit_verb, report_verb):
+        jobs = [] if verb is table_verb else ["--jobs", "1"]
+        assert verb.main([str(tmp_path), *jobs]) == 2
+        lines = capsys.readouterr().err.strip().splitlines()
+        assert "TOY_REL_LNG_5perc" in " ".join(lines)
