@@ -172,6 +172,17 @@ def test_the_wheel_stands_100_ms_after_the_plank(mode):
     assert REASONS[bench.drive_sample.stop_reason] == RULES["plank_stopped"].text
 
 
+def test_slip_control_at_the_slow_speed_of_the_plank_is_given_up():
+    bench = LoopBench()
+    bench.load(3700.0)
+    assert bench.sequencer.set_slip_step(0.05, 1.0, 0.3109).accepted
+    bench.enable("slip")
+    bench.plant.operator.plank(1, fast=False)
+    bench.run(1.0)
+    assert bench.drive_sample.stop_reason == RULES["reference"].code
+    assert abs(bench.plant.truth.motor_velocity) / GEAR < 1e-4
+
+
 def test_the_next_measurement_works_after_a_stop():
     """Unload, return the plank, turn the wheel, reload, run: the operator's sequence."""
     bench = running("slip")

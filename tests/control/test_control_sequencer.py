@@ -96,6 +96,18 @@ def test_reference_speed():
     assert s.state.distance == 0.0
 
 
+def test_the_wrong_speed_switch_makes_the_reference_invalid():
+    s = with_step()
+    for n in range(200):
+        reference = s.step(sample(n, 0.001 * n, velocity=0.0015))
+        assert reference.valid == (n * 0.004 <= P.speed_patience)
+    assert s.step(sample(200, 0.3)).valid
+    assert s.step(sample(201, 0.3, velocity=0.0)).valid
+    slow = SlipSequencer(SequencerParameters(commanded_speed=0.0015))
+    slow.set_slip_step(0.05, 1.0, RE)
+    assert all(slow.step(sample(n, 0.1, velocity=0.0015)).valid for n in range(300))
+
+
 def test_measured_speed_can_be_used_instead():
     s = SlipSequencer(SequencerParameters(use_measured_speed=True))
     s.set_slip_step(0.05, 1.0, RE)
@@ -175,9 +187,9 @@ def test_a_sequencer_that_is_not_listened_to_still_knows_where_the_plank_is():
     s = with_step()
     s.step(sample(100, 4.1))
     assert not s.set_slip_step(0.05, 1.5, RE).accepted
-    s.watch(-0.02)
-    assert s.set_slip_step(0.05, 1.5, RE).accepted
-    s.watch(2.0)
+    s.watch(-0.02, 900)
+    assert s.set_slip_step(0.05, 1.5, RE).cycle == 901
+    s.watch(2.0, 950)
     assert "behind the plank" in s.set_slip_step(0.05, 1.5, RE).reason
 
 

@@ -31,7 +31,7 @@ class SlipSequencerNode(SourceNode):
     def on_encoders(self, msg) -> None:
         super().on_encoders(msg)
         if not self.active:
-            self.core.watch(msg.plank_position)
+            self.core.watch(msg.plank_position, msg.cycle)
 
     def compute(self, latest):
         return self.core.step(latest["encoders"])

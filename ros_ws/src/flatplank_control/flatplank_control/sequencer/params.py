@@ -22,6 +22,14 @@ class SequencerParameters(Params):
         False,
         "road speed from the plank encoder instead; the rack's ripple goes into the reference",
     )
+    speed_tolerance: float = param(
+        0.2,
+        "the reference is not valid when the measured speed is off by more, as part of it",
+        bounds=(0.01, 10.0),
+    )
+    speed_patience: float = param(
+        0.5, "and has been for so long; a start takes 0.25 s", unit="s", bounds=(0.0, 60.0)
+    )
     gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     slip_from_motor: bool = param(
         True, "actual slip from the motor encoder, the better signal; false: wheel encoder"

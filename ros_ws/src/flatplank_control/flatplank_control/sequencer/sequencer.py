@@ -47,6 +47,7 @@ class SlipSequencer:
         self._steer, self._cos = 0.0, 1.0
         self._slip, self._omega, self._distance, self._active = 0.0, 0.0, _NAN, False
         self._sample: EncoderSample | None = None
+        self._off_since: int | None = None
 
     @property
     def waveform(self) -> Waveform | None:
@@ -105,11 +106,10 @@ class SlipSequencer:
         """Forget where the plank was; the waveform stays."""
         self._position = None
 
-    def watch(self, plank_position: float) -> None:
-        """Where the plank is [m] while another mode is in force."""
-        self._position = plank_position
+    def watch(self, plank_position: float, cycle: int) -> None:
+        """Where the plank is [m] while another mode is in force: what is asked for is judged by it."""
+        self._position, self._agenda.last_cycle = plank_position, cycle
 
-    # the cycle
     def step(self, encoders: EncoderSample) -> Reference:
         """Speed reference of this cycle [rad/s at the wheel]; about 2 us."""
         agenda = self._agenda
@@ -132,7 +132,23 @@ class SlipSequencer:
         p = self.parameters
         speed = encoders.plank_velocity if p.use_measured_speed else p.commanded_speed
         self._omega = speed * self._cos * (1.0 + slip) / self._radius
-        return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, self._omega, True)
+        valid = p.use_measured_speed or self._speed_is_as_commanded(encoders)
+        return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, self._omega, valid)
+
+    def _speed_is_as_commanded(self, encoders: EncoderSample) -> bool:
+        """False when the speed switch is wrong: at the slow speed the wheel would slip by 2000
+        %."""
+        p = self.parameters
+        off = (
+            abs(encoders.plank_velocity - p.commanded_speed)
+            > p.speed_tolerance * p.commanded_speed
+        )
+        if not (off and encoders.plank_moving):
+            self._off_since = None
+            return True
+        if self._off_since is None:
+            self._off_since = encoders.stamp_ns
+        return encoders.stamp_ns - self._off_since <= p.speed_patience * 1e9
 
     def _actual_slip(self) -> float:
         sample = self._sample

@@ -154,7 +154,7 @@ _RULES = (
     Rule(11, "plank_stopped", "the plank stopped under the tire", True, plank_stopped),
     Rule(12, "plank_stands", "the plank stands under the tire: waiting", False, plank_stands),
     Rule(13, "plank_reverses", "the plank moves back: waiting", False, plank_reverses),
-    Rule(14, "reference", "the reference is too old", True, reference_old),
+    Rule(14, "reference", "the reference is too old or not valid", True, reference_old),
 )
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
