@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A hand on the plant for its tests: switches a drive on, sends it set-points, records the truth."""
+"""A hand on the plant for its tests: switches a drive on, sends it set-points, records the
+truth.
+"""
 
 from __future__ import annotations
 
@@ -94,3 +96,10 @@ class Rig:
 
     def column(self, name: str) -> np.ndarray:
         return np.array([getattr(r, name) for r in self.rows])
+
+
+def wrap_free(counts: np.ndarray) -> np.ndarray:
+    """int32 counts that wrapped, as a growing number."""
+    steps = np.diff(counts)
+    steps = (steps + 2**31) % 2**32 - 2**31
+    return np.concatenate([[0], np.cumsum(steps)])

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated bench: drives, kinematic chain, tire of travelling bristles, hub, encoders, and their defects."""
+"""The simulated bench: drives, kinematic chain, tire of travelling bristles, hub, encoders, and
+their defects.
+"""
 
 from flatplank_hw.plant.config import PlantConfig, tires
 from flatplank_hw.plant.operator import Operator, OperatorView

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From forces at the contact point to bridge volts: the inverse of thesis Appendix A, and the sensors' own errors.
+"""From forces at the contact point to bridge volts: the inverse of thesis Appendix A, and the
+sensors' own errors.
 
-Wheel centre from contact by (A.2), channels from the wheel centre by (A.1): C2, C3 from Fx, Mz; C5, C6 from
-Fz, Mx; C1 from Fy; C4 carries no force and is logged only.
+Wheel centre from contact by (A.2), channels from the wheel centre by (A.1): C2, C3 from Fx, Mz;
+C5, C6 from Fz, Mx; C1 from Fy; C4 carries no force and is logged only.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ TURN = 2.0 * math.pi
 
 @inner
 def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
-    """Fx, Fy, Fz, Mx, Mz at the wheel centre. spin_moment 0: as the thesis, no moment about the spin axis."""
+    """Fx, Fy, Fz, Mx, Mz at the wheel centre. spin_moment 0: as the thesis, no moment about the
+    spin axis.
+    """
     cos = math.cos(gamma)
     sin = math.sin(gamma)
     fyc = cos * fy + sin * fz
@@ -92,3 +95,22 @@ def lagged(m, s, history, out):
     w = delay - k
     for c in range(6):
         out[c] = history[(now - k) % n, c] * (1.0 - w) + history[(now - k - 1) % n, c] * w
+
+
+@inner
+def read(m, v, radius, gamma, out):
+    """(A.1) and (A.2) with the nominal constants: Fx, Fy, Fz, Mx, My, Mz at the contact from
+    C1..C6.
+    """
+    base = m.gravity * 4e5 / m.amplification
+    outer = 0.3475 - m.et_value + m.adapter
+    inner_arm = 0.0475 - m.et_value + m.adapter
+    u2, u3 = base * v[1] / m.k_fx1, base * v[2] / m.k_fx2
+    u5, u6 = base * v[4] / m.k_fz2, base * v[5] / m.k_fz1
+    fx, fy, fz = -(u2 + u3), base * v[0] / m.k_fy, u5 + u6
+    mx, mz = u5 * inner_arm + u6 * outer, u2 * outer + u3 * inner_arm
+    cos, sin = math.cos(gamma), math.sin(gamma)
+    out[0], out[1], out[2] = fx, cos * fy - sin * fz, sin * fy + cos * fz
+    out[3] = mx - radius * fy
+    out[4] = radius * cos * fx - sin * mz
+    out[5] = radius * sin * fx + cos * mz

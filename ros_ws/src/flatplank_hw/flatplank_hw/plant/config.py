@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the simulated bench is made of: frozen dataclasses read from YAML, SI units unless the name says else.
+"""What the simulated bench is made of: frozen dataclasses read from YAML, SI units unless the name
+says else.
 
 `placeholder` in a comment marks what the thesis does not give.
 """
@@ -110,7 +111,8 @@ class ServoConfig:
     """One CiA 402 drive with its motor."""
 
     output_per_turn: float
-    """motion of the axis per turn of its motor [rad or m]; 0 for the wheel, whose gear is its own"""
+    """motion of the axis per turn of its motor [rad or m]; 0 for the wheel, whose gear is its own
+    """
     inertia: float
     """of the motor with what it turns [kg m2]"""
     friction: float
@@ -204,8 +206,8 @@ class PlantConfig:
     ) -> PlantConfig:
         """Packaged machine and tire (a name or a file), then preset, then file, then overrides.
 
-        Overrides are nested or dotted: {"plank.road_length": 3.0, "defects": {"road_play": {"gap": 1e-3}}}; a defect
-        set to None is switched off.
+        Overrides are nested or dotted: {"plank.road_length": 3.0, "defects": {"road_play": {"gap":
+        1e-3}}}; a defect set to None is switched off.
         """
         data = _packaged("machine")
         data["tire"] = _tire(tire)
@@ -265,7 +267,9 @@ class PlantConfig:
 
 @cache
 def config_folder() -> Path:
-    """config/plant beside the sources, or share/flatplank_hw/config/plant of an installed workspace."""
+    """config/plant beside the sources, or share/flatplank_hw/config/plant of an installed
+    workspace.
+    """
     here = Path(__file__).resolve()
     places = [here.parents[2] / "config" / "plant"]
     places += [p / "share" / "flatplank_hw" / "config" / "plant" for p in here.parents]

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One bus cycle of the whole bench: drives, mechanics in small steps, then what the sensors say."""
+"""One bus cycle of the whole bench: drives, mechanics in small steps, then what the sensors
+say.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ TRIGGER, ESTOP_OK, LIMIT_FRONT, LIMIT_REAR = 1, 2, 4, 8
 
 @inner
 def move_axes(m, s, op, d, ds, dt):
-    """Axes that have a drive of their own; returns the pinion speed when the plank is one of them."""
+    """Axes that have a drive of their own; returns the pinion speed when the plank is one of
+    them.
+    """
     v = math.nan
     for a in range(1, 5):
         if not d[a].fitted:
@@ -170,7 +174,8 @@ def tell(s, p, ts, out):
 @entry
 def cycle(
     machine, state, tire, tire_state, bristles, operator, drives, drive_state, commands, curve,
-    road_map, mix, drift, history, work, noise_block, noise_row, count, out_volts, out_counts, out_truth,
+    road_map, mix, drift, history, work, noise_block, noise_row, count, out_volts, out_counts,
+    out_truth,
 ):  # fmt: skip
     """Bus cycle `count`: integrate from the last cycle (not for cycle 0), then sample."""
     m, s, p, ts, op = machine[0], state[0], tire[0], tire_state[0], operator[0]

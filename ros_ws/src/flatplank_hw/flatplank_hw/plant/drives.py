@@ -27,6 +27,8 @@ ERROR_BLOCKED = 0x7121
 """motor blocked"""
 NEW_SETPOINT, RELATIVE, HALT, RESET = 0x10, 0x40, 0x100, 0x80
 TORQUE_UNIT = 1e-4
+STOPPED = 10.0
+"""times the velocity window: slow enough to open the power stage after a stop"""
 TURN = 2.0 * math.pi
 
 
@@ -100,7 +102,8 @@ def stop_ramp(d, ds, dt):
     """Quick stop and fault reaction; the power stage opens when the motor rests."""
     ds.kind = VELOCITY
     ds.v_ref = ramp(ds.v_ref, 0.0, d.quick_deceleration * dt)
-    if ds.v_ref == 0.0 and abs(ds.velocity) < d.velocity_window:
+    # dry friction and the self-locking gear stop the rest at once
+    if ds.v_ref == 0.0 and abs(ds.velocity) < STOPPED * d.velocity_window:
         ds.state = FAULT if ds.state == FAULT_REACTION else SWITCH_ON_DISABLED
         ds.kind = OFF
 
@@ -133,7 +136,7 @@ def follow_mode(d, ds, command, dt):
         goal = 0.0 if word & HALT else command[3] * TURN / d.counts
         ds.v_ref = ramp(ds.v_ref, goal, d.acceleration * dt)
         return abs(goal - ds.velocity) < d.velocity_window
-    if mode == CYCLIC_TORQUE or mode == PROFILE_TORQUE:
+    if mode in (CYCLIC_TORQUE, PROFILE_TORQUE):
         ds.kind = TORQUE
         most = d.torque_slope * dt if mode == PROFILE_TORQUE else 2.0 * d.torque_limit
         goal = 0.0 if word & HALT else command[4] * TORQUE_UNIT
@@ -174,7 +177,9 @@ def hold_start(d, ds, dt):
 
 @inner
 def drive(d, ds, command, age, dt, allowed):
-    """One bus cycle of the drive in front of the motor: leaves kind, v_start -> v_ref, slope_torque."""
+    """One bus cycle of the drive in front of the motor: leaves kind, v_start -> v_ref,
+    slope_torque.
+    """
     was_enabled = ds.state == ENABLED
     transition(ds, command[0])
     if age >= 0:
@@ -233,7 +238,9 @@ def status_word(ds, limited):
 
 @inner
 def free_motor(d, ds, dt, blocked_forward, blocked_backward):
-    """Motor of an axis without its own mechanics: inertia, dry friction, a load; the operator's axes when driven."""
+    """Motor of an axis without its own mechanics: inertia, dry friction, a load; the operator's
+    axes when driven.
+    """
     if ds.kind == VELOCITY:
         goal = ds.v_ref
     elif ds.kind == TORQUE:

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The wheel rotation actuator: thesis equations (5.15)-(5.21), with the self-locking of the slewing drive.
+"""The wheel rotation actuator: thesis equations (5.15)-(5.21), with the self-locking of the
+slewing drive.
 
 Motor:  J_M d omega_M/dt = M_M - T/eta (driving) - M_F
 Gears:  T = eta f(theta_D), f the spring with dead zone (5.16), theta_D = theta_M - i theta_T
 Wheel:  J_TW d omega_T/dt = i T - M_T
 
-The loss (1/eta - 1) T is friction that grows with the load. A load that pulls in the direction of motion is
-carried by that friction alone: the motor feels nothing of it, and needs only M_F (Figure 5.13). At rest the
-friction holds any load on the wheel. Backward Euler; gap and friction are found by trying their few states.
+The loss (1/eta - 1) T is friction that grows with the load. A load that pulls in the direction of
+motion is carried by that friction alone: the motor feels nothing of it, and needs only M_F (Figure
+5.13). At rest the friction holds any load on the wheel. Backward Euler; gap and friction are found
+by trying their few states.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ def friction_torque(curve, speed):
 
 @inner
 def gear_side(m, s, h, region, a_w, b_w):
-    """Gear torque as t0 + t1 * motor speed, the wheel's answer included, for one side of the gap."""
+    """Gear torque as t0 + t1 * motor speed, the wheel's answer included, for one side of the
+    gap.
+    """
     if region == 0:
         return 0.0, 0.0
     gap = s.motor - m.gear * s.theta - s.offset
@@ -44,7 +48,9 @@ def gear_side(m, s, h, region, a_w, b_w):
 
 @inner
 def settle_motor(m, s, region, t0, t1, a_m, b_m, mf, mf_rest):
-    """New motor speed with dry friction (set-valued at rest), and the direction of the friction."""
+    """New motor speed with dry friction (set-valued at rest), and the direction of the
+    friction.
+    """
     lost = 1.0 / m.efficiency - 1.0
     for attempt in range(3):
         if attempt == 0:
@@ -70,7 +76,9 @@ def settle_motor(m, s, region, t0, t1, a_m, b_m, mf, mf_rest):
 
 @inner
 def try_region(m, s, h, region, a_w, b_w, a_m, b_m, mf, mf_rest):
-    """Motor speed, wheel speed, gear torque, friction direction if the gears are in this region."""
+    """Motor speed, wheel speed, gear torque, friction direction if the gears are in this
+    region.
+    """
     t0, t1 = gear_side(m, s, h, region, a_w, b_w)
     if s.stuck_motor > 0.0:
         speed, sign = 0.0, 0
@@ -99,7 +107,8 @@ def servo(m, s, d, ds, h, kind, v_ref, torque):
 def substep(m, s, d, ds, curve, h, kind, v_ref, torque, tire_torque, tire_slope, drag):
     """Advance motor and wheel by h [s].
 
-    tire_torque + tire_slope * h * omega is what the tire takes from the wheel [N m]; drag [N m] resists rolling.
+    tire_torque + tire_slope * h * omega is what the tire takes from the wheel [N m]; drag [N m]
+    resists rolling.
     """
     joined = s.joined > 0.0
     j_wheel = m.j_wheel if joined else m.j_free

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The records that the compiled kernels read and write, SI units.
 
-A structured array of one element is one bench; a campaign uses the same records, one element per run.
+A structured array of one element is one bench; a campaign uses the same records, one element per
+run.
 """
 
 from __future__ import annotations
@@ -86,12 +87,40 @@ DRIVE_STATE = _record(
     "state mode kind error control control_before last_target homing_done reached stuck inject",
 )
 
-TRUTH = (
-    "t fx fy fz mx my mz road_position road_velocity plank_position pinion_position "
-    "wheel_angle wheel_velocity motor_angle motor_velocity motor_torque gear_torque gear_gap "
-    "kappa effective_rolling_radius axle_height alpha gamma pressure carcass_x carcass_y "
-    "contact_half_length friction sliding_share road_gap rack_gap run"
-).split()
+TRUTH = [
+    "t",
+    "fx",
+    "fy",
+    "fz",
+    "mx",
+    "my",
+    "mz",
+    "road_position",
+    "road_velocity",
+    "plank_position",
+    "pinion_position",
+    "wheel_angle",
+    "wheel_velocity",
+    "motor_angle",
+    "motor_velocity",
+    "motor_torque",
+    "gear_torque",
+    "gear_gap",
+    "kappa",
+    "effective_rolling_radius",
+    "axle_height",
+    "alpha",
+    "gamma",
+    "pressure",
+    "carcass_x",
+    "carcass_y",
+    "contact_half_length",
+    "friction",
+    "sliding_share",
+    "road_gap",
+    "rack_gap",
+    "run",
+]
 """fields of the hidden truth of one cycle"""
 
 COMMAND_FIELDS = 5
@@ -99,7 +128,6 @@ COMMAND_FIELDS = 5
 
 MAP_START = 0.2
 MAP_STEP = 0.002
-"""the road map begins 0.2 m before the plank's rest position, one row per 2 mm: friction factor, height"""
-
-HISTORY = 256
-"""cycles of bridge volts kept for a time skew"""
+"""the road map begins 0.2 m before the plank's rest position, one row per 2 mm: friction factor,
+height
+"""

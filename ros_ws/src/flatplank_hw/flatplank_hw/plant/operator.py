@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The operator's switches and handwheels. All take effect at the next cycle, the axes move at their own speed."""
+"""The operator's switches and handwheels. All take effect at the next cycle, the axes move at
+their own speed.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ class OperatorView(NamedTuple):
 
 
 class Operator:
-    """Methods change what the plant does from the next step on; a value that cannot be is refused by ValueError."""
+    """Methods change what the plant does from the next step on; a value that cannot be is refused
+    by ValueError.
+    """
 
     def __init__(
         self, config: PlantConfig, state: np.ndarray, wishes: np.ndarray, machine: np.ndarray
@@ -40,7 +44,9 @@ class Operator:
         self._c, self._s, self._op, self._m = config, state, wishes, machine
 
     def plank(self, direction: int, fast: bool | None = None, stop_at: float = math.nan) -> None:
-        """Switch to forward (1), stop (0) or reverse (-1); optionally the speed switch and `plank_stop_at`."""
+        """Switch to forward (1), stop (0) or reverse (-1); optionally the speed switch and
+        `plank_stop_at`.
+        """
         if direction not in (-1, 0, 1):
             raise ValueError(f"plank: direction {direction} is not -1, 0 or 1")
         if not math.isnan(stop_at):
@@ -58,7 +64,9 @@ class Operator:
         self._op["direction"] = int(direction)
 
     def plank_stop_at(self, position: float) -> None:
-        """The switch goes to stop by itself so that the plank rests at this machine position [m]."""
+        """The switch goes to stop by itself so that the plank rests at this machine position
+        [m].
+        """
         _within(
             "plank_stop_at", position, -self._c.plank.rear_limit, self._c.plank.road_length, "m"
         )
@@ -83,7 +91,9 @@ class Operator:
         self.axle_height(self._c.tire.free_radius + self._c.axes.clearance)
 
     def steer(self, angle: float) -> None:
-        """Steering by the protractor [rad], counted as the side slip angle: fy < 0 for a positive angle."""
+        """Steering by the protractor [rad], counted as the side slip angle: fy < 0 for a positive
+        angle.
+        """
         limit = math.radians(self._c.axes.steer_limit_deg)
         _within("steer", angle, -limit, limit, "rad")
         self._op["steer"] = angle
@@ -118,7 +128,7 @@ class Operator:
         joined = bool(s["joined"][0] > 0.0)
         if joined == bool(connected):
             return
-        if abs(s["speed"][0]) > 0.0 or abs(s["omega"][0]) > 1e-4:
+        if abs(s["speed"][0]) > 0.0 or abs(s["omega"][0]) > 1e-3:
             raise ValueError("flexplates: plank and wheel must rest; stop them first")
         if connected:
             s["offset"] = s["motor"] - self._m["gear"] * s["theta"]

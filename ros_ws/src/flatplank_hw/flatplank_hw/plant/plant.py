@@ -31,7 +31,7 @@ class Plant:
     def __init__(self, config: PlantConfig, seed: int = 0, rate_hz: int = 250) -> None:
         if rate_hz <= 0 or 1_000_000_000 % rate_hz:
             raise ValueError(
-                f"rate_hz: {rate_hz} Hz has no whole period in nanoseconds; use e.g. 250, 500, 1000"
+                f"rate_hz: {rate_hz} Hz has no whole period in ns; use 250, 500, 1000"
             )
         self.config = config
         self.rate_hz = rate_hz
@@ -59,11 +59,14 @@ class Plant:
         self._arguments = (
             r.machine, self._state, r.tire, self._tire_state, self._bristles, state["operator"],
             r.drives, self._drive_state, self._commands, r.curve, r.road_map, r.mix, r.drift,
-            np.zeros((layout.HISTORY, 6)), np.zeros(10), self._noise,
+            np.zeros((max(int(float(r.machine["skew"][0]) * rate_hz) + 4, 4), 6)), np.zeros(10),
+            self._noise,
         )  # fmt: skip
 
     def step(self, commands: Sequence[AxisCommand] = ()) -> BusInputs:
-        """The next bus cycle; `commands` answer earlier cycles, one that was given before is ignored."""
+        """The next bus cycle; `commands` answer earlier cycles, one that was given before is
+        ignored.
+        """
         self.cycle = count = self.cycle + 1
         for command in commands:
             axis = command[0]
@@ -106,10 +109,12 @@ class Plant:
 
     @property
     def bristles(self) -> np.ndarray:
-        """Bristles in contact from the leading to the trailing edge: position [m], deflection x, y [m], slides."""
+        """Bristles in contact from the leading to the trailing edge: position [m], deflection x, y
+        [m], slides.
+        """
         t, s = self._records.tire[0], self._tire_state[0]
         j = np.arange(s["last"], s["first"] - 1, -1)
-        k = j % t["ring"]
+        k = j & (t["ring"] - 1)
         b = self._bristles
         return np.stack([j * t["spacing"] - s["q"], b[0, k], b[1, k], b[4, k]])
 

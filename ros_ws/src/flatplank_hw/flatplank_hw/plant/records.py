@@ -15,7 +15,7 @@ from flatplank_hw.plant.defects import Site
 
 TURN = 2.0 * math.pi
 RING_MARGIN = 2.6
-"""length of the ring of bristles over the contact length at nominal load"""
+"""length of the ring of bristles over the contact length at nominal load, at least"""
 
 
 class Records(NamedTuple):
@@ -50,7 +50,9 @@ def tire_record(t: TireConfig, spacing: float) -> np.ndarray:
     r["rolling"], r["camber"] = t.rolling_resistance, t.camber_factor
     r["creep_time"] = 1.0
     r["spacing"] = spacing
-    r["ring"] = max(int(RING_MARGIN * 2.0 * t.contact_half_length / spacing), 16)
+    # a power of two, so that a place in the ring is a mask
+    bristles = max(RING_MARGIN * 2.0 * t.contact_half_length / spacing, 16.0)
+    r["ring"] = 2 ** math.ceil(math.log2(bristles))
     return r
 
 
@@ -72,7 +74,7 @@ def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
     # spring and damper are the thesis's at the motor, before the loss
     m["k_spring"], m["d_spring"] = w.efficiency * w.stiffness, w.efficiency * w.damping
     m["backlash"], m["lock_ratio"] = math.radians(w.backlash_deg), w.lock_ratio
-    m["bearing_torque"], m["rolling_speed"] = w.bearing_torque, 1e-3
+    m["bearing_torque"], m["rolling_speed"] = w.bearing_torque, 1e-4
     m["estop_wheel"] = int(w.estop_cuts_drive)
     for name in ("k_fx1", "k_fx2", "k_fy", "k_fz1", "k_fz2", "amplification", "gravity"):
         m[name] = getattr(h, name)
@@ -94,10 +96,19 @@ def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
 
 def servo_record(r: np.ndarray, s: ServoConfig, watchdog: int) -> None:
     """One drive; `r` is a view of one element."""
-    direct = (
-        "torque_limit velocity_limit profile_velocity acceleration torque_slope position_gain inertia "
-        "friction blocked_time velocity_window start_delay"
-    ).split()
+    direct = [
+        "torque_limit",
+        "velocity_limit",
+        "profile_velocity",
+        "acceleration",
+        "torque_slope",
+        "position_gain",
+        "inertia",
+        "friction",
+        "blocked_time",
+        "velocity_window",
+        "start_delay",
+    ]
     for name in direct:
         r[name] = getattr(s, name)
     r["counts"] = s.counts_per_turn

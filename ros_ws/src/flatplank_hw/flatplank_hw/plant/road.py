@@ -18,7 +18,9 @@ def ramp(value, target, most):
 
 @inner
 def switch_speed(m, s, op):
-    """Speed that the plank's switches ask for [m/s]; the switch goes to stop by itself at stop_position."""
+    """Speed that the plank's switches ask for [m/s]; the switch goes to stop by itself at
+    stop_position.
+    """
     if op.estop or op.direction == 0:
         return 0.0
     speed = m.slow
@@ -49,7 +51,9 @@ def plank_speed(m, s, op, dt):
 
 @inner
 def rack_gap(m, s, stiffness, v_pinion, dt):
-    """Backlash of the rack: the plank runs ahead when the tire pushes harder than its bearings resist."""
+    """Backlash of the rack: the plank runs ahead when the tire pushes harder than its bearings
+    resist.
+    """
     if m.rack_gap <= 0.0:
         return 0.0
     free = 0.0
@@ -65,7 +69,9 @@ def rack_gap(m, s, stiffness, v_pinion, dt):
 
 @inner
 def slack(w, gap, friction, damping, push, stiffness, dt):
-    """New position in a gap of a part that dry friction holds in its carrier and `push` [N] moves."""
+    """New position in a gap of a part that dry friction holds in its carrier and `push` [N]
+    moves.
+    """
     if gap <= 0.0:
         return w
     free = 0.0
@@ -139,7 +145,9 @@ def surface(road_map, x, column):
 
 @inner
 def vertical_load(m, s, p, ts, road_map):
-    """Load [N] from the axle height: run-out, undulation, play of the support, load change under fx."""
+    """Load [N] from the axle height: run-out, undulation, play of the support, load change under
+    fx.
+    """
     deflection = p.r0 - s.height
     if m.runout != 0.0:
         deflection += m.runout * math.cos(s.theta - m.runout_phase)
@@ -181,7 +189,9 @@ def rolling_radius(m, s, p, ts):
 
 @inner
 def operator_axes(m, s, op, p, dt):
-    """Axle height, steering, cambers and pressure go where the operator wants them, at their speeds."""
+    """Axle height, steering, cambers and pressure go where the operator wants them, at their
+    speeds.
+    """
     if op.load_mode:
         missing = op.load - s.fz
         stiffness = p.cz * (s.pressure / p.p0) ** p.cz_p

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tire: bristles that travel through the contact patch, on a compliant carcass.
 
-A bristle sits on the belt at a fixed place and moves with it from the leading edge (+a) to the trailing edge
-(-a). Its tip sticks to the road until the shear force passes friction times the parabolic pressure, then it
-slides in the direction of its slip. All of them together push the contact patch against the carcass springs.
-Everything depends on increments of travel, not of time, so that a tire at standstill has a stiffness and
-a hysteresis. Signs: ISO W; fx > 0 drives, fy < 0 for alpha > 0, fy < 0 for gamma > 0.
+A bristle sits on the belt at a fixed place and moves with it from the leading edge (+a) to the
+trailing edge (-a). Its tip sticks to the road until the shear force passes friction times the
+parabolic pressure, then it slides in the direction of its slip. All of them together push the
+contact patch against the carcass springs. Everything depends on increments of travel, not of time,
+so that a tire at standstill has a stiffness and a hysteresis. Signs: ISO W; fx > 0 drives, fy < 0
+for alpha > 0, fy < 0 for gamma > 0.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ MAX_PASSES = 15
 
 @inner
 def contact(p, s, fz, pressure):
-    """Half contact length [m], friction, bristle and carcass stiffness at load [N] and pressure [bar].
+    """Half contact length [m], friction, bristle and carcass stiffness at load [N] and pressure
+    [bar].
 
     Power laws of the plant's own: a grows with the deflection, friction falls a little with load.
     """
@@ -43,29 +45,26 @@ def contact(p, s, fz, pressure):
 
 @inner
 def slide(tx, ty, cx, cy, limit):
-    """Force on a sliding bristle (fx, fy): |f| = limit, against the direction in which the tip slides.
+    """Direction of the force on a sliding bristle, and how far it gives: nx, ny, stretch.
 
-    Solves f = limit n, t - f = lambda (cx nx, cy ny) for lambda; a scaling of t when cx = cy.
+    The tip slides by stretch * n against a force limit * n: solves t - limit n = stretch (cx nx,
+    cy ny), |n| = 1.
     """
     size = math.sqrt(tx * tx + ty * ty)
-    if limit <= 0.0:
-        return 0.0, 0.0
-    if abs(ty) <= 1e-9 * size or abs(tx) <= 1e-9 * size:
-        return tx * limit / size, ty * limit / size
-    stretch = (size - limit) / max(cx, cy)
     nx = tx / size
     ny = ty / size
+    stretch = (size - limit) / (cx * nx * nx + cy * ny * ny)
     for _ in range(12):
         dx = limit + cx * stretch
         dy = limit + cy * stretch
         nx = tx / dx
         ny = ty / dy
         g = nx * nx + ny * ny - 1.0
-        if g < 1e-12:
+        if abs(g) < 1e-10:
             break
         stretch += 0.5 * g / (nx * nx * cx / dx + ny * ny * cy / dy)
     size = math.sqrt(nx * nx + ny * ny)
-    return limit * nx / size, limit * ny / size
+    return nx / size, ny / size, stretch
 
 
 @inner
@@ -76,13 +75,14 @@ def place(x, rows):
 
 @inner
 def enter(p, s, bristles, dq):
-    """Move the belt by dq [m]; bristles that leave the patch go straight, new ones start straight."""
+    """Move the belt by dq [m]; bristles that leave the patch go straight, new ones start
+    straight.
+    """
     first = int(math.ceil((s.q + dq - s.a) / p.spacing))
     last = int(math.floor((s.q + dq + s.a) / p.spacing))
-    n = p.ring
     for j in range(s.first, s.last + 1):
         if j < first or j > last:
-            k = j % n
+            k = j & (p.ring - 1)
             bristles[0, k] = 0.0
             bristles[1, k] = 0.0
     return first, last
@@ -103,8 +103,8 @@ def mean_pressure_sum(first, last, q, spacing, a):
 def lift(p, s, bristles):
     """No contact: bristles and carcass are straight."""
     for j in range(s.first, s.last + 1):
-        bristles[0, j % p.ring] = 0.0
-        bristles[1, j % p.ring] = 0.0
+        bristles[0, j & (p.ring - 1)] = 0.0
+        bristles[1, j & (p.ring - 1)] = 0.0
     s.first, s.last = 0, -1
     s.ux = s.uy = s.ucx = 0.0
     s.fx = s.fy = s.mz = s.gx = s.gy = s.slide_share = 0.0
@@ -112,47 +112,55 @@ def lift(p, s, bristles):
 
 @inner
 def patch_forces(p, s, b, first, last, q, shift, spin, peak, cx, cy, wear, x, road_map, mapped):
-    """Forces of all bristles for a trial shift of the belt against the road; trial deflections go to b[2], b[3].
+    """Forces of all bristles for a trial shift of the belt against the road; trial deflections go
+    to b[2], b[3].
 
-    shift = (dsx, dsy) of the belt centre [m], spin = turn of the belt [rad]; returns fx, fy, mz [N, N m], the
-    stiffness of what sticks (x, y) [N/m] and the share that slides.
+    shift = (dsx, dsy) of the belt centre [m], spin = turn of the belt [rad]; returns fx, fy, mz
+    [N, N m], the stiffness of what sticks (x, y) [N/m] and the share that slides.
     """
     dsx, dsy = shift
-    n, spacing, a = p.ring, p.spacing, s.a
+    mask, spacing, a = p.ring - 1, p.spacing, s.a
     kx = cx * spacing
     ky = cy * spacing
     dq = q - s.q
+    top = peak * wear
+    inverse = 1.0 / (a * a)
     fx = fy = mz = sx = sy = sxy = 0.0
     sliding = 0
     for j in range(first, last + 1):
-        k = j % n
+        k = j & mask
         xi = j * spacing - q
         part = 1.0
         if j < s.first or j > s.last:
             part = min((a - abs(xi)) / max(abs(dq), 1e-15), 1.0)
         tx = kx * (b[0, k] + part * dsx)
         ty = ky * (b[1, k] + part * (dsy - xi * spin))
-        limit = peak * (1.0 - (xi / a) ** 2) * wear
+        limit = top * (1.0 - xi * xi * inverse)
         if mapped:
             limit *= road_map[place(x + xi, road_map.shape[0]), 0]
         if tx < 0.0:
             limit *= 1.0 - p.brake_friction
-        size2 = tx * tx + ty * ty
-        if size2 > limit * limit:
-            ox, oy = slide(tx, ty, kx, ky, limit)
-            keep = limit / math.sqrt(size2)
-            nx = ox / max(limit, 1e-30)
-            ny = oy / max(limit, 1e-30)
-            sx += part * kx * keep * ny * ny
-            sy += part * ky * keep * nx * nx
-            sxy -= part * math.sqrt(kx * ky) * keep * nx * ny
-            tx, ty = ox, oy
-            sliding += 1
-            b[4, k] = 1.0
-        else:
+        if tx * tx + ty * ty <= limit * limit:
             sx += part * kx
             sy += part * ky
             b[4, k] = 0.0
+        else:
+            sliding += 1
+            b[4, k] = 1.0
+            if ty == 0.0:
+                sy += part * ky * limit / abs(tx)
+                tx = math.copysign(limit, tx)
+            elif limit <= 0.0:
+                tx = ty = 0.0
+            else:
+                nx, ny, stretch = slide(tx, ty, kx, ky, limit)
+                wx = nx * kx / (limit + kx * stretch)
+                wy = ny * ky / (limit + ky * stretch)
+                d = nx * wx + ny * wy
+                sx += part * limit * (wx / nx - wx * wx / d) if nx != 0.0 else 0.0
+                sy += part * limit * (wy / ny - wy * wy / d)
+                sxy -= part * limit * wx * wy / d
+                tx, ty = limit * nx, limit * ny
         b[2, k] = tx / kx
         b[3, k] = ty / ky
         fx += tx
@@ -165,8 +173,9 @@ def patch_forces(p, s, b, first, last, q, shift, spin, peak, cx, cy, wear, x, ro
 def advance(p, s, b, fz, pressure, dq, dx, dy, turn, gamma, x, wear, road_map, mapped, dt):
     """One step of the tire; forces are left in the state.
 
-    dq: belt travel [m]; dx, dy: travel of the wheel over the road along and across its plane [m]; turn: turn of the wheel about z [rad]; gamma: camber [rad]; x: road position under the
-    wheel [m]; wear: factor on friction; dt [s] only for creep.
+    dq: belt travel [m]; dx, dy: travel of the wheel over the road along and across its plane [m];
+    turn: turn of the wheel about z [rad]; gamma: camber [rad]; x: road position under the wheel
+    [m]; wear: factor on friction; dt [s] only for creep.
     """
     cpx, cpy, cx, cy = contact(p, s, fz, pressure)
     if fz <= 0.0 or s.a < 2.0 * p.spacing:
@@ -202,7 +211,7 @@ def advance(p, s, b, fz, pressure, dq, dx, dy, turn, gamma, x, wear, road_map, m
         ux -= (rx * jy - ry * sxy) / det
         uy -= (ry * jx - rx * sxy) / det
     for j in range(first, last + 1):
-        k = j % p.ring
+        k = j & (p.ring - 1)
         b[0, k] = b[2, k]
         b[1, k] = b[3, k]
     s.q, s.first, s.last = q, first, last

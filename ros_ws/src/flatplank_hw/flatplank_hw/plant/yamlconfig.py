@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frozen dataclasses from YAML: an unknown key fails and names the nearest, a wrong type says where."""
+"""Frozen dataclasses from YAML: an unknown key fails and names the nearest, a wrong type says
+where.
+"""
 
 from __future__ import annotations
 

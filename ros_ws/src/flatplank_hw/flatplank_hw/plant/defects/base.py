@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a defect of the machine is: sizes with units, the channels that it touches, and where it is built in."""
+"""What a defect of the machine is: sizes with units, the channels that it touches, and where it is
+built in.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +15,26 @@ from flatplank_hw.plant.layout import MAP_START, MAP_STEP
 from flatplank_hw.plant.yamlconfig import PlantConfigError
 
 FORCES = frozenset({"fx", "fy", "fz"})
-CHANNELS = (
-    "fx fy fz mz lvdt_volts plank_counts wheel_counts steer_counts motor_position road_speed load "
-    "fx_true c1 c2 c3 c4 c5 c6"
-).split()
+CHANNELS = [
+    "fx",
+    "fy",
+    "fz",
+    "mz",
+    "lvdt_volts",
+    "plank_counts",
+    "wheel_counts",
+    "steer_counts",
+    "motor_position",
+    "road_speed",
+    "load",
+    "fx_true",
+    "c1",
+    "c2",
+    "c3",
+    "c4",
+    "c5",
+    "c6",
+]
 
 
 class Site(NamedTuple):
@@ -45,7 +63,9 @@ class Site(NamedTuple):
 def size(
     default: Any, unit: str, note: str, bounds: tuple[float, float] = (-math.inf, math.inf)
 ) -> Any:
-    """One parameter of a defect; its default is what the thesis's machine had, or a plausible size."""
+    """One parameter of a defect; its default is what the thesis's machine had, or a plausible
+    size.
+    """
     return field(default=default, metadata={"unit": unit, "note": note, "bounds": bounds})
 
 

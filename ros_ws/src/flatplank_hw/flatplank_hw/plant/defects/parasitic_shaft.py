@@ -20,7 +20,9 @@ class ParasiticShaft(Defect):
 
     source = "thesis appendix C, figure C.1"
     touches = frozenset({"fx", "fz"})
-    spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy", "fx_true"})
+    spares = frozenset(
+        {"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy", "fx_true"}
+    )
 
     def install(self, site: Site) -> None:
         m = site.machine

@@ -24,4 +24,8 @@ class PlankWander(Defect):
 
     def install(self, site: Site) -> None:
         m = site.machine
-        m["wander"], m["wander_period"], m["wander_phase"] = self.amplitude, self.period, self.phase
+        m["wander"], m["wander_period"], m["wander_phase"] = (
+            self.amplitude,
+            self.period,
+            self.phase,
+        )

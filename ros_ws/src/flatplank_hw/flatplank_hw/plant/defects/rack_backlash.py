@@ -12,7 +12,9 @@ from flatplank_hw.plant.defects.registry import register
 @register("rack_backlash")
 @dataclass(frozen=True)
 class RackBacklash(Defect):
-    """A gap between pinion and rack, held by the friction of the plank's bearings; travel * kappa = gap."""
+    """A gap between pinion and rack, held by the friction of the plank's bearings; travel * kappa
+    = gap.
+    """
 
     gap: float = size(0.00064, "m", "backlash at the rack", (0.0, 0.01))
     friction: float = size(60.0, "N", "of the plank in its bearings", (0.0, 2000.0))

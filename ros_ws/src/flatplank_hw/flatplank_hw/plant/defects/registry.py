@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All defects by name. A new one is one file in this folder with a class under `@register("name")`."""
+"""All defects by name. A new one is one file in this folder with a class under
+`@register("name")`.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,9 @@ from flatplank_hw.plant.defects.registry import register
 @register("road_play")
 @dataclass(frozen=True)
 class RoadPlay(Defect):
-    """A gap along the travel; the tire pushes the plate across it when fx changes sign: dead travel * kappa = gap."""
+    """A gap along the travel; the tire pushes the plate across it when fx changes sign: dead
+    travel * kappa = gap.
+    """
 
     gap: float = size(0.00115, "m", "whole play of the road", (0.0, 0.01))
     friction: float = size(20.0, "N", "holds the road in its plank", (0.0, 2000.0))

@@ -12,7 +12,9 @@ from flatplank_hw.plant.defects.registry import register
 @register("road_speed_error")
 @dataclass(frozen=True)
 class RoadSpeedError(Defect):
-    """`relative` is a drive that is too fast and is seen by the pinion encoder; `unseen` is a wrong pitch radius."""
+    """`relative` is a drive that is too fast and is seen by the pinion encoder; `unseen` is a
+    wrong pitch radius.
+    """
 
     relative: float = size(0.0013, "-", "speed over nominal speed, less one", (-0.2, 0.2))
     unseen: float = size(0.0, "-", "travel over what the encoder says, less one", (-0.2, 0.2))

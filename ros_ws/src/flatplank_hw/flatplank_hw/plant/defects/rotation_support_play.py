@@ -12,7 +12,9 @@ from flatplank_hw.plant.defects.registry import register
 @register("rotation_support_play")
 @dataclass(frozen=True)
 class RotationSupportPlay(Defect):
-    """Sideways a gap that the lateral force crosses; vertically the road sinks while the load rises through a window."""
+    """Sideways a gap that the lateral force crosses; vertically the road sinks while the load
+    rises through a window.
+    """
 
     gap_y: float = size(0.003, "m", "lateral play", (0.0, 0.02))
     gap_z: float = size(0.0013, "m", "vertical play", (0.0, 0.02))
@@ -21,8 +23,8 @@ class RotationSupportPlay(Defect):
     friction: float = size(40.0, "N", "holds the road sideways", (0.0, 2000.0))
 
     source = "thesis 3.1, hardware issue 9; figure G.5"
-    touches = frozenset({"fy", "lvdt_volts"})
-    spares = frozenset({"plank_counts", "wheel_counts", "steer_counts"})
+    touches = frozenset({"fy", "fz"})
+    spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
     def install(self, site: Site) -> None:
         m = site.machine

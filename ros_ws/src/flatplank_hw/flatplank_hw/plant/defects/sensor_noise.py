@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""White noise and resolution of the analogue inputs and of the drive's torque estimate. On by default."""
+"""White noise and resolution of the analogue inputs and of the drive's torque estimate. On by
+default.
+"""
 
 from __future__ import annotations
 

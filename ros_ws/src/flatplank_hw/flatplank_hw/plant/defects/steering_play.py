@@ -12,7 +12,9 @@ from flatplank_hw.plant.defects.registry import register
 @register("steering_play")
 @dataclass(frozen=True)
 class SteeringPlay(Defect):
-    """The hub turns within the play when the moment about z passes the friction; the encoder sits on the screw."""
+    """The hub turns within the play when the moment about z passes the friction; the encoder sits
+    on the screw.
+    """
 
     angle: float = size(0.0035, "rad", "whole play", (0.0, 0.1))
     friction: float = size(3.0, "N m", "holds the hub", (0.0, 500.0))

@@ -12,7 +12,9 @@ from flatplank_hw.plant.defects.registry import register
 @register("tire_nonuniformity")
 @dataclass(frozen=True)
 class TireNonuniformity(Defect):
-    """Radial force variation of orders 1 to 3 of the wheel angle, with a rolling radius that follows it."""
+    """Radial force variation of orders 1 to 3 of the wheel angle, with a rolling radius that
+    follows it.
+    """
 
     order1: float = size(25.0, "N", "amplitude once per turn", (0.0, 1000.0))
     order2: float = size(12.0, "N", "twice per turn", (0.0, 1000.0))

@@ -17,7 +17,7 @@ class WheelBacklash(Defect):
     half_angle: float = size(0.5236, "rad", "half of the gap, at the motor", (0.0, 3.2))
 
     source = "thesis 5.5, figure 5.12"
-    touches = frozenset({"motor_position", "fx"})
+    touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "steer_counts", "lvdt_volts", "fy"})
 
     def install(self, site: Site) -> None:

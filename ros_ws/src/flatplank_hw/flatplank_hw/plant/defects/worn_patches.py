@@ -14,9 +14,13 @@ from flatplank_hw.plant.defects.registry import register
 @register("worn_patches")
 @dataclass(frozen=True)
 class WornPatches(Defect):
-    """Friction is lower at fixed road positions; felt by each bristle on its own place, grows with |slip|."""
+    """Friction is lower at fixed road positions; felt by each bristle on its own place, grows with
+    |slip|.
+    """
 
-    positions: tuple[float, ...] = size((0.15, 2.35, 3.90), "m", "of road travel since the trigger")
+    positions: tuple[float, ...] = size(
+        (0.15, 2.35, 3.90), "m", "of road travel since the trigger"
+    )
     factor: float = size(0.85, "-", "friction there over elsewhere", (0.05, 2.0))
     length: float = size(0.08, "m", "of a patch", (0.005, 2.0))
 

@@ -15,7 +15,9 @@ class ZeroDrift(Defect):
     """Offset and drift of each amplifier channel."""
 
     offset: tuple[float, ...] = size((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "V", "of C1..C6", (-5.0, 5.0))
-    rate: tuple[float, ...] = size((1e-5, 2e-5, 2e-5, 0.0, 1e-5, 1e-5), "V/s", "of C1..C6", (-1.0, 1.0))
+    rate: tuple[float, ...] = size(
+        (1e-5, 2e-5, 2e-5, 0.0, 1e-5, 1e-5), "V/s", "of C1..C6", (-1.0, 1.0)
+    )
 
     source = "thesis appendix C (offsets between runs)"
     touches = frozenset({"fx", "fy", "fz"})
