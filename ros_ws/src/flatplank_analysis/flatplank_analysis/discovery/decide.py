@@ -105,9 +105,7 @@ def decide(
     term = fit.terms[index]
     direction = amplitude(fit, index)
     own = [i for i, (owner, name) in enumerate(fit.free) if not _linear(fit, index, owner, name)]
-    columns = np.concatenate(
-        [fit.jacobian[own], direction[None], _stretches(state, direction)]
-    )
+    columns = np.concatenate([fit.jacobian[own], direction[None], _stretches(state, direction)])
     gram = state.gram(fit.residual(runs.measured), columns)
     base = len(own)
     full = state.gram(fit.residual(runs.measured), fit.jacobian)
@@ -312,21 +310,26 @@ def held_out(state: State, fit: Fit, indices: Sequence[int]) -> float:
     return float(1.0 - errors[1] / max(errors[0], 1e-30))
 
 
-def held_out_errors(state: State, fit: Fit, indices: Sequence[int]) -> tuple[float, float]:
-    """Squared error of channel 0.. in the left-out conditions: without and with the effects."""
+def held_out_errors(
+    state: State, fit: Fit, indices: Sequence[int], channel: int | None = None
+) -> tuple[float, float]:
+    """Squared error in floors in the left-out conditions: without and with the effects.
+
+    All channels count for the sizes; `channel` says which are judged.
+    """
     runs = state.runs
     weight = channel_scale(state)
-    mine = [i for i, (owner, _) in enumerate(fit.free) if owner in indices]
     rest = [i for i, (owner, _) in enumerate(fit.free) if owner not in indices]
     parts = np.stack([amplitude(fit, i) for i in indices])
     columns = np.concatenate([fit.jacobian[rest], parts]) * weight
     e = fit.residual(runs.measured) * weight
     grams = [_plain(columns[:, :, g], e[:, g]) for g in runs.groups]
+    pick = slice(None) if channel is None else slice(channel, channel + 1)
+    judged = [_plain(columns[:, pick][:, :, g], e[pick][:, g]) for g in runs.groups]
     total = [sum(g[i] for g in grams) for i in range(3)]
     n = len(rest)
     without = with_ = 0.0
-    del mine
-    for products, scores, energy in grams:
+    for (products, scores, _), seen in zip(grams, judged, strict=True):
         # sizes without this condition
         p, s = total[0].copy(), total[1].copy()
         p[n:, n:] -= products[n:, n:]
@@ -338,7 +341,7 @@ def held_out_errors(state: State, fit: Fit, indices: Sequence[int]) -> tuple[flo
             right = total[1][:n] - total[0][:n, n:] @ delta
             base = solve(total[0][:n, :n], right)[0]
             x = np.concatenate([base, delta])
-            value = energy - 2.0 * x @ scores + x @ products @ x
+            value = seen[2] - 2.0 * x @ seen[1] + x @ seen[0] @ x
             if bucket:
                 with_ += float(value)
             else:

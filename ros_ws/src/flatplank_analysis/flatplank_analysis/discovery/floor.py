@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import f as f_distribution
 
 from flatplank_analysis.discovery.runs import RunSet
 
@@ -33,39 +35,84 @@ class Floor:
         return float(np.sqrt(max(self.raw**2 - self.floor**2, 0.0)))
 
 
-def contrast_columns(runs: RunSet, columns: np.ndarray, least: float = 0.15) -> np.ndarray:
-    """Columns (m, runs, samples) that differ between repeats by more than a share of themselves."""
-    if not len(columns):
-        return columns
-    contrasts = runs.contrast(columns)
-    size = np.sqrt(np.mean(columns**2, axis=(1, 2)))
-    varying = np.sqrt(np.mean(contrasts**2, axis=(1, 2)))
-    return contrasts[varying > least * np.maximum(size, 1e-30)]
+def contrast_blocks(
+    runs: RunSet, blocks: Sequence[np.ndarray], least: float = 0.5
+) -> list[np.ndarray]:
+    """Contrasts (k, runs, samples) of the blocks that differ between repeats.
+
+    A block counts when at least the share `least` of its size lies in the contrasts.
+    """
+    out = []
+    for block in blocks:
+        size = np.sqrt(np.mean(block**2))
+        contrasts = runs.contrast(block)
+        if size > 0.0 and np.sqrt(np.mean(contrasts**2)) > least * size:
+            out.append(contrasts)
+    return out
 
 
-def clean_contrasts(runs: RunSet, residual: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Within-condition contrasts of a channel with the contrasts of `columns` regressed out."""
+def effective_freedom(runs: RunSet, contrast: np.ndarray) -> float:
+    """Independent numbers in the contrasts: red noise holds few per run.
+
+    Participation ratio of the time covariance, corrected for the number of runs behind it.
+    """
+    spare = max(sum(len(g) - 1 for g in runs.groups), 1)
+    thin = contrast[:, :: max(1, runs.samples // 300)]
+    covariance = thin.T @ thin
+    ratio = float(np.trace(covariance) ** 2 / max(float(np.sum(covariance**2)), 1e-30))
+    inverse = max(1.0 / max(ratio, 1.0) - 1.0 / spare, 1.0 / 200.0)
+    return spare / inverse
+
+
+def clean_contrasts(
+    runs: RunSet, residual: np.ndarray, blocks: Sequence[np.ndarray], level: float = 0.005
+) -> np.ndarray:
+    """Within-condition contrasts of a channel with effects that differ between repeats taken out.
+
+    Blocks are taken one after the other, the best first, as long as an F test with the effective
+    freedom of the contrasts asks for them: with red noise a regression on everything would eat
+    the noise itself.
+    """
     contrast = runs.contrast(residual)
-    used = contrast_columns(runs, columns)
-    if not len(used):
-        return contrast
-    flat = used.reshape(len(used), -1)
-    scale = np.sqrt(np.mean(flat**2, axis=1))
-    flat = flat / scale[:, None]
+    pool = contrast_blocks(runs, blocks)
+    freedom = effective_freedom(runs, contrast)
+    chosen: list[np.ndarray] = []
+    energy = float(np.sum(contrast**2))
+    left = contrast
+    level = level / max(len(pool), 1)
+    while pool and energy > 0.0:
+        tries = [_regress(contrast, [*chosen, block]) for block in pool]
+        energies = [float(np.sum(t**2)) for t in tries]
+        best = int(np.argmin(energies))
+        k = len(pool[best])
+        used = sum(len(c) for c in chosen) + k
+        spare = max(freedom - used, 2.0)
+        value = (energy - energies[best]) / k / max(energies[best] / spare, 1e-30)
+        if f_distribution.sf(value, k, spare) > level:
+            break
+        left, energy = tries[best], energies[best]
+        chosen.append(pool.pop(best))
+        freedom = max(effective_freedom(runs, left), 2.0 * used)
+    return left
+
+
+def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
+    flat = np.concatenate(list(blocks)).reshape(-1, contrast.size)
+    flat = flat / np.sqrt(np.mean(flat**2, axis=1) + 1e-30)[:, None]
     gram = flat @ flat.T
-    right = flat @ contrast.reshape(-1)
-    fit = np.linalg.lstsq(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), right, rcond=None)[0]
+    fit = np.linalg.solve(
+        gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), flat @ contrast.reshape(-1)
+    )
     return contrast - (fit @ flat).reshape(contrast.shape)
 
 
-def floor_of(runs: RunSet, residual: np.ndarray, columns: np.ndarray) -> Floor:
-    """Floor and unexplained part of one channel; residual (runs, samples)."""
-    cleaned = clean_contrasts(runs, residual, columns)
+def floor_of(runs: RunSet, residual: np.ndarray, cleaned: np.ndarray) -> Floor:
+    """Floor and unexplained part of one channel; residual and cleaned (runs, samples)."""
     counts = np.array([len(g) for g in runs.groups])
     spare = sum((k - 1) for k in counts) * runs.samples
     pure = float(np.sum(cleaned**2) / max(spare, 1))
     raw = float(np.sum(runs.contrast(residual) ** 2) / max(spare, 1))
-    mean = runs.mean(residual - cleaned_part(runs, residual, cleaned))
+    mean = runs.mean(residual)
     beyond = np.mean(mean**2, axis=1) - pure / counts
     rms = np.sqrt([np.mean(residual[g] ** 2) for g in runs.groups])
     total = float(np.average(beyond, weights=counts))
@@ -77,8 +124,3 @@ def floor_of(runs: RunSet, residual: np.ndarray, columns: np.ndarray) -> Floor:
         rmse_condition=rms,
         freedom=float(np.sum(counts - 1)),
     )
-
-
-def cleaned_part(runs: RunSet, residual: np.ndarray, cleaned: np.ndarray) -> np.ndarray:
-    """What regression took out of the contrasts; its mean over repeats is zero."""
-    return runs.contrast(residual) - cleaned

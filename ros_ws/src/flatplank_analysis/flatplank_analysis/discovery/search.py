@@ -25,7 +25,6 @@ from flatplank_analysis.discovery.state import (
 )
 from flatplank_analysis.errors import FlatplankError
 
-ALIKE = 0.95
 NEARLY_ALIKE = 0.8
 Progress = Callable[[str, float], None]
 
@@ -149,21 +148,17 @@ class _Searcher:
         for item in self.worth_a_refit(step):
             fit = self.refit(state, item)
             index = len(fit.terms) - 1
-            decision = decisions.decide(
-                state, without, fit, index, self.looked_at, explained
-            )
+            decision = decisions.decide(state, without, fit, index, self.looked_at, explained)
             tried.append((decision, fit))
         tried.sort(key=lambda pair: -pair[0].drop)
         step.refits = [d for d, _ in tried]
         for _, rough in self.preferred(tried, step):
             fit = self.fitter.fit(rough.base, rough.terms)
             index = len(fit.terms) - 1
-            decision = decisions.decide(
-                state, without, fit, index, self.looked_at, explained
-            )
+            decision = decisions.decide(state, without, fit, index, self.looked_at, explained)
             if not decision.accepted:
                 continue
-            found = Found(decision, *self.alike(step, decision.term))
+            found = Found(decision, *self.alike(step, decision))
             return self.step_of(fit, [*step.found, found])
         return None
 
@@ -215,24 +210,38 @@ class _Searcher:
         """Acceptable refits by gain; a free law only when no named effect is acceptable."""
         good = [pair for pair in tried if _nearly(pair[0])]
         named = [p for p in good if not p[0].term.effect.generic]
+        if len(named) > 1 and named[1][0].drop > 0.99 * named[0][0].drop:
+            # equal in these data: the order of the alphabet, not that of the noise
+            named[:2] = sorted(named[:2], key=lambda p: p[0].term.effect.identifier)
         free = [p for p in good if p[0].term.effect.generic]
         return (named + free)[:3]
 
-    def alike(self, step: Step, term: Term) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Names that look like the effect, once the model has taken its part."""
-        mine = screens.settings_of(step.screen, term.effect.identifier)
+    def alike(self, step: Step, decision: Decision) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names that look like the effect, once the model has taken its part.
+
+        Two effects are told apart when the one leaves of the other's drop more than the
+        dispersion, or a hundredth, cannot account for.
+        """
+        mine = screens.settings_of(step.screen, decision.term.effect.identifier)
         same: list[str] = []
         weak: list[str] = []
         if not mine:
             return (), ()
+        drop = max(decision.drop, 1e-9)
+        spread = max(decision.dispersion, 1.0)
         for other in screens.best_per_effect(step.screen):
-            if other.identifier == mine[0].identifier or other.visible < 1e-3:
+            if other.identifier == mine[0].identifier or other.visible < screens.VISIBLE / 3:
                 continue
-            rho = screens.likeness(step.screen, mine[0], other)
-            back = screens.likeness(step.screen, other, mine[0])
-            if min(rho, back) > ALIKE:
+            if other.candidate.effect.generic:
+                continue
+            rho = min(
+                screens.likeness(step.screen, mine[0], other),
+                screens.likeness(step.screen, other, mine[0]),
+            )
+            left = drop * (1.0 - rho**2)
+            if rho > NEARLY_ALIKE and left < max(20.0 * spread, 0.01 * drop):
                 same.append(other.identifier)
-            elif min(rho, back) > NEARLY_ALIKE:
+            elif rho > NEARLY_ALIKE:
                 weak.append(other.identifier)
         return tuple(same), tuple(weak)
 
@@ -269,8 +278,7 @@ def _negligible(item: Screened) -> bool:
     effect = item.candidate.effect
     matters = effect.main_parameter().matters
     named = {
-        p.name: p.null + p.screen * s
-        for p, s in zip(effect.linear(), item.sizes, strict=True)
+        p.name: p.null + p.screen * s for p, s in zip(effect.linear(), item.sizes, strict=True)
     }
     values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting | named
     return abs(effect.size(values)) < 0.5 * matters

@@ -107,36 +107,29 @@ def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
     return np.array(out) if out else np.zeros((0, *fit.predicted.shape))
 
 
-def make_state(
-    model: Model, fitter: Fitter, fit: Fit, effects: Sequence[type[Effect]]
-) -> State:
+def make_state(model: Model, fitter: Fitter, fit: Fit, effects: Sequence[type[Effect]]) -> State:
     """Screen columns, floor, noise and whitening of a fitted model."""
     runs = model.runs
     residual = fit.residual(runs.measured)
     candidates = make_candidates(model, fit, effects, residual)
-    columns = [c.columns for c in candidates]
-    own = _amplitudes(fit)
-    every = np.concatenate([*columns, own]) if columns or len(own) else np.zeros((0,))
+    blocks = [c.columns for c in candidates] + _amplitudes(fit)
     cleaned, levels = [], []
     for c in range(len(runs.channels)):
-        used = every[:, c] if len(every) else np.zeros((0, *residual.shape[1:]))
-        used = used[np.abs(used).max(axis=(1, 2)) > 0.0] if len(used) else used
-        cleaned.append(floors.clean_contrasts(runs, residual[c], used))
-        levels.append(floors.floor_of(runs, residual[c], used))
+        alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
+        cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
+        levels.append(floors.floor_of(runs, residual[c], cleaned[-1]))
     contrasts = np.stack(cleaned)
     whitener = noises.make_whitener(runs, noises.fit_noise(runs, contrasts, residual))
     stiff = stiff_columns(model, fit)
     scatter = grams.scatter_of(runs, whitener, contrasts, stiff)
-    return State(
-        model, fit, residual, candidates, levels, whitener, stiff, scatter, contrasts
-    )
+    return State(model, fit, residual, candidates, levels, whitener, stiff, scatter, contrasts)
 
 
-def _amplitudes(fit: Fit) -> np.ndarray:
-    """Jacobian columns of the effects in the model."""
+def _amplitudes(fit: Fit) -> list[np.ndarray]:
+    """Jacobian columns of each effect in the model."""
     assert fit.jacobian is not None
-    rows = [i for i, (term, _) in enumerate(fit.free) if term >= 0]
-    return fit.jacobian[rows]
+    owners = np.array([term for term, _ in fit.free])
+    return [fit.jacobian[owners == i] for i in range(len(fit.terms))]
 
 
 def channel_weights(runs: RunSet, levels: Sequence[float]) -> np.ndarray:

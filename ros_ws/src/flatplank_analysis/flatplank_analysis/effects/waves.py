@@ -14,33 +14,28 @@ def wave(angle: np.ndarray, order: int, cos: np.ndarray, sin: np.ndarray) -> np.
 
 
 def spectrum(
-    runs: RunSet, residual: np.ndarray, frequencies: np.ndarray, coordinate: str
-) -> np.ndarray:
-    """Coherent amplitude of the residual (runs, samples) at each frequency of a coordinate.
+    runs: RunSet, residual: np.ndarray, coordinate: str, cell: float = 0.003
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [1/m] and coherent amplitude of the residual (runs, samples) over a place.
 
     All runs see the same wave at the same place: their complex amplitudes are added.
     """
     x = runs.coordinates[coordinate].values
-    weight = np.gradient(x, axis=1)
-    rest = residual - residual.mean(axis=1, keepdims=True)
-    weight = weight * np.hanning(x.shape[1])
-    out = np.zeros(len(frequencies), dtype=complex)
-    for xi, ei, wi in zip(x, rest, weight, strict=True):
-        out += np.exp(-2j * np.pi * np.outer(frequencies, xi)) @ (ei * wi) / wi.sum()
-    return 2.0 * np.abs(out) / len(x)
+    even = np.arange(float(x[:, 0].max()), float(x[:, -1].min()), cell)
+    mean = np.mean([np.interp(even, xi, ei) for xi, ei in zip(x, residual, strict=True)], axis=0)
+    window = np.hanning(len(even))
+    size = 4 * len(even)
+    wave_ = np.fft.rfft((mean - mean.mean()) * window, size)
+    return np.fft.rfftfreq(size, cell), 2.0 * np.abs(wave_) / window.sum()
 
 
 def periods(
     runs: RunSet, residual: np.ndarray, shortest: float, longest: float, count: int = 4
 ) -> list[float]:
     """Periods of plank travel [m] at which the residual of channel 0 waves most."""
-    x = runs.coordinates["plank position"].values
-    length = float(np.ptp(x[0]))
-    frequencies = np.arange(1.0 / longest, 1.0 / shortest, 0.3 / length)
-    # nodes lie 6 mm apart at most; thinning keeps the scan quick
-    rows = np.arange(0, len(x), max(1, len(x) // 27))
-    part = runs if len(rows) == len(x) else runs.subset(rows)
-    level = spectrum(part, residual[0][rows], frequencies, "plank position")
+    frequencies, level = spectrum(runs, residual[0], "plank position")
+    keep = (frequencies >= 1.0 / longest) & (frequencies <= 1.0 / shortest)
+    frequencies, level = frequencies[keep], level[keep]
     # judged against the neighbourhood, for the residual is red
     width = 12
     padded = np.pad(level, width, mode="reflect")

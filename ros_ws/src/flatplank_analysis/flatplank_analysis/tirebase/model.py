@@ -36,6 +36,11 @@ class TireModel:
         self._pressure = float(np.median(data.pressure))
         self._moving = 1.0 - np.exp(-np.maximum(data.position, 0.0) / 0.005)
 
+    def take_references(self, other: TireModel) -> None:
+        """Measure load and pressure against the medians of another campaign."""
+        self._names = list(other._names)
+        self._reference, self._pressure = other._reference, other._pressure
+
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions in which a tire scatters from run to run: gain and slip offset."""
         value = dict(zip(self._names, base, strict=True))

@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The verdict of a search and everything that is told with it (DISCOVERY 11)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.discovery import decide, where
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.search import Found, Search, Step
+
+AT_FLOOR = "at floor"
+FOUND = "found"
+GROUP = "found group"
+LAW = "tire law only"
+PARTLY = "partly"
+NONE = "none of these"
+UNDECIDED = "not decidable"
+VERDICTS = (AT_FLOOR, FOUND, GROUP, LAW, PARTLY, NONE, UNDECIDED)
+LEAST_RUNS = 6
+LARGEST_CLASS = 4
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a search tells; `to_dict` is the contract for programs."""
+
+    verdict: str
+    reason: str
+    found: tuple[Found, ...]
+    floor: float
+    rmse_before: float
+    rmse_after: float
+    held_out_before: float
+    held_out_after: float
+    unexplained: float
+    varying: float
+    """part that differs between repeats and is explained by what differs between them"""
+    maps: tuple[where.Map, ...]
+    events: tuple[where.Event, ...]
+    period: float
+    coherence: float
+    next_run: dict[str, Any]
+    detectable: dict[str, tuple[float, str]]
+    """smallest size found with 80 % power, by effect, with unit"""
+    seconds: float
+    search: Search | None = None
+    trends: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `flatplank diagnose --json`."""
+        return {
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "effects": [effect_dict(f) for f in self.found],
+            "floor_rmse": _round(self.floor),
+            "rmse_before": _round(self.rmse_before),
+            "rmse_after": _round(self.rmse_after),
+            "held_out_before": _round(self.held_out_before),
+            "held_out_after": _round(self.held_out_after),
+            "unexplained": {
+                "rmse": _round(self.unexplained),
+                "where": [
+                    {
+                        "coordinate": m.coordinate,
+                        "unit": m.unit,
+                        "range": [_round(m.place[0]), _round(m.place[1])],
+                        "share": _round(m.place_share),
+                    }
+                    for m in self.maps[:4]
+                ],
+                "period": _round(self.period) if np.isfinite(self.period) else None,
+                "coherence": _round(self.coherence),
+            },
+            "next_run": self.next_run,
+            "detectable": {
+                k: {"size": _round(v), "unit": u} for k, (v, u) in self.detectable.items()
+            },
+            "notes": list(self.notes),
+            "seconds": round(self.seconds, 2),
+        }
+
+
+def effect_dict(found: Found) -> dict[str, Any]:
+    """One accepted effect for programs."""
+    d = found.decision
+    effect = d.term.effect
+    return {
+        "name": effect.identifier,
+        "title": effect.title,
+        "kind": effect.kind,
+        "size": _round(d.term.size),
+        "unit": effect.main_parameter().unit,
+        "interval": [_round(d.interval[0]), _round(d.interval[1])],
+        "class": list(found.alike),
+        "weakly": list(found.weakly),
+        "held_out_gain": _round(d.held_out_gain),
+        "p_value": float(f"{d.p_value:.3g}"),
+        "parameters": {k: _round(v) for k, v in d.term.named().items()},
+    }
+
+
+def _round(value: float) -> float | None:
+    return float(f"{value:.6g}") if np.isfinite(value) else None
+
+
+def undecidable(runs: RunSet) -> str:
+    """Why a campaign cannot be decided, or an empty text."""
+    if runs.runs < LEAST_RUNS:
+        return f"{runs.runs} runs: at least {LEAST_RUNS} independent runs are needed"
+    if not runs.repeated:
+        return "no repeats: without them there is no floor; repeat the conditions"
+    if len(runs.groups) < 2:
+        return "one condition only: an effect cannot be told from the tire"
+    return ""
+
+
+def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosis:
+    """Judge where a search ended."""
+    last, first = search.last, search.steps[0]
+    runs = search.model.runs
+    levels = last.state.floors[0]
+    residual = last.state.residual[0]
+    worst = where.worst_bin(runs, residual, levels.floor)
+    verdict, reason = _verdict(search, last, worst)
+    maps = where.make_maps(runs, residual, levels.floor)
+    found_events = where.events(runs, residual, levels.floor)
+    period, share = _period(runs, residual, verdict)
+    before, after = _held_out(search)
+    notes = list(_notes(runs, search))
+    return Diagnosis(
+        verdict=verdict,
+        reason=reason,
+        found=tuple(last.found),
+        floor=levels.floor,
+        rmse_before=runs.rmse(first.state.residual[0]),
+        rmse_after=runs.rmse(residual),
+        held_out_before=before,
+        held_out_after=after,
+        unexplained=levels.unexplained,
+        varying=levels.varying,
+        maps=tuple(maps),
+        events=tuple(found_events),
+        period=period if share > 0.2 else float("nan"),
+        coherence=where.coherence(runs, residual),
+        next_run=next_run or {},
+        detectable=smallest(last, search.looked_at),
+        seconds=search.seconds,
+        search=search,
+        notes=tuple(notes),
+    )
+
+
+def _verdict(search: Search, last: Step, worst: float) -> tuple[str, str]:
+    why = undecidable(search.model.runs)
+    if why:
+        return UNDECIDED, why
+    level = last.state.floors[0]
+    open_ = _open(last, worst)
+    named = [f for f in last.found if not f.decision.term.effect.generic]
+    free = [f for f in last.found if f.decision.term.effect.generic]
+    if not last.found:
+        if not open_:
+            return AT_FLOOR, f"nothing is left beyond the floor of {level.floor:.1f}"
+        return NONE, f"{open_}; no effect of the library explains it"
+    if not named and free:
+        if open_:
+            return PARTLY, f"the force law is incomplete, and {open_}"
+        return LAW, "the machine is fine; the force law is of another form"
+    crowd = max(len(f.alike) for f in named)
+    if open_:
+        return PARTLY, open_
+    if crowd + 1 > LARGEST_CLASS:
+        return GROUP, "more than four effects look alike in these runs: no answer, see next run"
+    if crowd:
+        return GROUP, "some effects cannot be told apart with these runs"
+    return FOUND, "down to the floor"
+
+
+def _open(last: Step, worst: float) -> str:
+    """What is beyond the floor, in words; empty at the floor."""
+    names = last.state.runs.channels
+    for name, level in zip(names, last.state.floors, strict=True):
+        if level.unexplained > 0.3 * level.floor:
+            return f"{level.unexplained:.1f} is left in {name} (floor {level.floor:.1f})"
+    main = last.state.floors[0]
+    if worst > 2.0:
+        return f"a stretch of 5 cm in {names[0]} is {worst:.1f} floors off"
+    if last.found or main.varying < 0.25 * main.floor:
+        return ""
+    if main.varying >= 0.6 * main.floor:
+        return f"{main.varying:.1f} in {names[0]} differs between repeats in an ordered way"
+    return ""
+
+
+def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, float]:
+    if verdict not in (NONE, PARTLY) or "plank position" not in runs.coordinates:
+        return float("nan"), 0.0
+    return where.period_of(runs, residual, "plank position", 0.015)
+
+
+def _held_out(search: Search) -> tuple[float, float]:
+    """RMSE of channel 0 in left-out conditions without and with the effects."""
+    first, last = search.steps[0], search.last
+    runs = search.model.runs
+    before = runs.rmse(first.state.residual[0])
+    if not last.found:
+        return before, runs.rmse(last.state.residual[0])
+    offset = len(last.state.fit.terms) - len(last.found)
+    rows = list(range(offset, len(last.state.fit.terms)))
+    _, error = decide.held_out_errors(last.state, last.state.fit, rows, channel=0)
+    return before, float(np.sqrt(error / runs.used.sum()) * last.state.floors[0].floor)
+
+
+def _notes(runs: RunSet, search: Search) -> Sequence[str]:
+    out = []
+    steps = runs.facts.get("step")
+    if steps is not None and np.ptp(steps[np.isfinite(steps)]) < 0.05:
+        out.append(
+            "one step position in all runs: plank position and distance since the step are one "
+            "coordinate; measure a second step position first"
+        )
+    bound = search.last.state.fit.at_bound
+    if bound:
+        out.append("at a bound: " + ", ".join(bound))
+    return out
+
+
+def smallest(step: Step, looked_at: int) -> dict[str, tuple[float, str]]:
+    """Smallest size found with 80 % power at the family-wise level, by effect."""
+    from scipy.stats import norm
+
+    from flatplank_analysis.discovery.screen import best_per_effect
+
+    need = (norm.isf(decide.FAMILY / max(looked_at, 1) / 2.0) + norm.isf(0.2)) ** 2
+    out: dict[str, tuple[float, str]] = {}
+    for item in best_per_effect(step.screen):
+        effect: type[Effect] = item.candidate.effect
+        main = effect.main_parameter()
+        names = [p.name for p in effect.linear()]
+        if item.visible < 1e-3 or main.name not in names or effect.generic:
+            continue
+        i = names.index(main.name)
+        variance = solve(item.information, np.zeros(len(names)))[1][i, i]
+        if variance > 0.0:
+            out[effect.identifier] = (
+                abs(main.screen) * float(np.sqrt(need * variance)),
+                main.unit,
+            )
+    return out
+
+
+def refused(runs: RunSet, seconds: float = 0.0) -> Diagnosis:
+    """Diagnosis of a campaign that cannot be decided at all."""
+    nan = float("nan")
+    return Diagnosis(
+        UNDECIDED, undecidable(runs), (), nan, nan, nan, nan, nan, nan, nan, (), (), nan, nan,
+        {}, {}, seconds,
+    )  # fmt: skip

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the residual is: shares of energy over coordinates, local events, periods (DISCOVERY 4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.discovery.runs import Coordinate, RunSet
+
+
+@dataclass(frozen=True)
+class Map:
+    """The mean residual of every condition over one coordinate, in bins."""
+
+    coordinate: str
+    unit: str
+    edges: np.ndarray
+    """(bins + 1,)"""
+    mean: np.ndarray
+    """(conditions, bins), NaN where a condition has no sample"""
+    share: np.ndarray
+    """(bins,) share of the systematic energy"""
+    ordered: float
+    """share of the energy that a function of this coordinate alone explains"""
+    p_value: float
+    """of the hypothesis that the coordinate does not matter (runs exchanged)"""
+    place: tuple[float, float]
+    """narrowest range that holds half of the energy"""
+    place_share: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """A stretch in which the residual is beyond two floors."""
+
+    coordinate: str
+    start: float
+    end: float
+    level: float
+    """root mean square there, unit of the channel"""
+    conditions: tuple[str, ...]
+    """conditions that show it"""
+
+
+def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -> list[Map]:
+    """Maps over all coordinates, those that order the residual best first."""
+    mean = runs.mean(residual)
+    maps = [
+        _map(runs, name, c, residual, mean, floor, seed) for name, c in runs.coordinates.items()
+    ]
+    return sorted(maps, key=lambda m: -m.ordered)
+
+
+def _edges(c: Coordinate) -> np.ndarray:
+    low, high = float(c.values.min()), float(c.values.max())
+    if c.period:
+        low, high = 0.0, c.period
+    levels = np.unique(np.round(c.values[:, 0], 9))
+    if len(levels) <= 60 and np.allclose(c.values, c.values[:, :1]):
+        middle = 0.5 * (levels[1:] + levels[:-1])
+        return np.concatenate([[levels[0] - 1e-6], middle, [levels[-1] + 1e-6]])
+    return np.linspace(low, high + 1e-9, c.bins + 1)
+
+
+def _map(runs, name, c: Coordinate, residual, mean, floor, seed) -> Map:
+    edges = _edges(c)
+    bins = len(edges) - 1
+    place = np.clip(np.digitize(c.values, edges) - 1, 0, bins - 1)
+    table = np.full((len(runs.groups), bins), np.nan)
+    energy = np.zeros(bins)
+    for i, rows in enumerate(runs.groups):
+        where = place[rows].ravel()
+        count = np.bincount(where, minlength=bins)
+        total = np.bincount(where, residual[rows].ravel(), minlength=bins)
+        table[i, count > 0] = total[count > 0] / count[count > 0]
+        square = mean[i] ** 2 - floor**2 / len(rows)
+        energy += np.bincount(place[rows[0]], square, minlength=bins)
+    energy = np.maximum(energy, 0.0)
+    share = energy / max(float(energy.sum()), 1e-30)
+    ordered, p = _ordered(place, residual, bins, seed)
+    low, high, held = _half(edges, share)
+    return Map(name, c.unit, edges, table, share, ordered, p, (low, high), held)
+
+
+def _ordered(place, residual, bins, seed) -> tuple[float, float]:
+    """Explained share of a step function, and how often shifted runs do as well."""
+
+    def explained(values: np.ndarray) -> float:
+        count = np.maximum(np.bincount(place.ravel(), minlength=bins), 1)
+        mean = np.bincount(place.ravel(), values.ravel(), minlength=bins) / count
+        return float(np.sum(count * mean**2) / max(float(np.sum(values**2)), 1e-30))
+
+    real = explained(residual)
+    rng = np.random.default_rng(seed)
+    draws = 60
+    hits = 0
+    for _ in range(draws):
+        # whole runs are shifted and turned, which keeps the colour of the noise
+        shift = rng.integers(0, residual.shape[1], len(residual))
+        sign = rng.choice([-1.0, 1.0], len(residual))
+        moved = np.stack([np.roll(r, s) for r, s in zip(residual, shift, strict=True)])
+        hits += explained(moved * sign[:, None]) >= real
+    return real, (hits + 1.0) / (draws + 1.0)
+
+
+def _half(edges: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
+    """Narrowest range of bins with at least half of the energy."""
+    total = np.concatenate([[0.0], np.cumsum(share)])
+    best = (len(share), 0, len(share))
+    for i in range(len(share)):
+        j = int(np.searchsorted(total, total[i] + 0.5))
+        if j <= len(share) and j - i < best[0] and total[min(j, len(share))] - total[i] >= 0.5:
+            best = (j - i, i, j)
+    _, i, j = best
+    return float(edges[i]), float(edges[j]), float(total[j] - total[i])
+
+
+def events(runs: RunSet, residual: np.ndarray, floor: float, width: float = 0.05) -> list[Event]:
+    """Stretches of a place coordinate where the mean residual exceeds two floors."""
+    mean = runs.mean(residual)
+    out: list[Event] = []
+    for name, c in runs.coordinates.items():
+        if not c.local:
+            continue
+        found: dict[int, list[tuple[int, float]]] = {}
+        low = float(c.values.min())
+        for i, rows in enumerate(runs.groups):
+            x = c.values[rows[0]]
+            cell = ((x - low) / width).astype(int)
+            count = np.bincount(cell)
+            level = np.sqrt(np.bincount(cell, mean[i] ** 2) / np.maximum(count, 1))
+            for k in np.flatnonzero((level > 2.0 * floor) & (count > 2)):
+                found.setdefault(int(k), []).append((i, float(level[k])))
+        out += _joined(name, found, low, width, runs.condition_names)
+    return sorted(out, key=lambda e: -e.level)
+
+
+def _joined(name, found, low, width, labels) -> list[Event]:
+    out, cells = [], sorted(found)
+    while cells:
+        chain = [cells.pop(0)]
+        while cells and cells[0] <= chain[-1] + 1:
+            chain.append(cells.pop(0))
+        who = sorted({i for k in chain for i, _ in found[k]})
+        level = max(v for k in chain for _, v in found[k])
+        start, end = low + chain[0] * width, low + (chain[-1] + 1) * width
+        out.append(Event(name, start, end, level, tuple(labels[i] for i in who)))
+    return out
+
+
+def worst_bin(runs: RunSet, residual: np.ndarray, floor: float) -> float:
+    """Largest mean residual over 5 cm of a place, in floors."""
+    found = events(runs, residual, floor)
+    return max((e.level / max(floor, 1e-30) for e in found), default=0.0)
+
+
+def period_of(
+    runs: RunSet, residual: np.ndarray, coordinate: str, shortest: float
+) -> tuple[float, float]:
+    """Period with the largest coherent amplitude over a coordinate, and the share of energy."""
+    x = runs.coordinates[coordinate].values
+    mean = runs.mean(residual)
+    rows = np.array([g[0] for g in runs.groups])
+    length = float(np.ptp(x[0]))
+    frequencies = np.arange(2.0 / length, 1.0 / shortest, 0.3 / length)
+    total = np.zeros(len(frequencies), dtype=complex)
+    for xi, ei in zip(x[rows], mean, strict=True):
+        w = np.gradient(xi) * np.hanning(len(xi))
+        total += np.exp(-2j * np.pi * np.outer(frequencies, xi)) @ ((ei - ei.mean()) * w) / w.sum()
+    amplitude = 2.0 * np.abs(total) / len(rows)
+    best = int(np.argmax(amplitude))
+    energy = float(np.mean(mean**2))
+    return float(1.0 / frequencies[best]), float(amplitude[best] ** 2 / 2.0 / max(energy, 1e-30))
+
+
+def coherence(runs: RunSet, residual: np.ndarray) -> float:
+    """Share of the residual's energy that repeats itself from repeat to repeat."""
+    counts = np.array([len(g) for g in runs.groups])
+    if not np.any(counts > 1):
+        return float("nan")
+    spare = max(float(np.sum(counts - 1)) * runs.samples, 1.0)
+    within = float(np.sum(runs.contrast(residual) ** 2)) / spare
+    total = float(np.mean(residual**2))
+    return float(np.clip(1.0 - within / max(total, 1e-30), 0.0, 1.0))

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs that the bench could make next, as predictions before they are measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.tirebase.data import TireRuns, _grid_groups, _steps
+from flatplank_analysis.tirebase.grid import SPEED, node_positions
+from flatplank_analysis.tirebase.model import TireModel
+
+LOCKED = 0.0015
+"""[m] plank travel before the wheel turns"""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A run that could be made, with the model that predicts it."""
+
+    text: str
+    settings: dict[str, Any]
+    model: TireModel
+
+
+def plans_for(model: TireModel) -> list[Plan]:
+    """Feasible runs around those of the campaign."""
+    data = model.data
+    load, pressure = float(np.median(data.nominal)), float(np.median(data.pressure))
+    common = {"kappa": 0.01, "fz": load, "pressure": pressure, "step_position": 1.5, "start": 1}
+    steps = data.runs.facts.get("step", np.array([1.5]))
+    usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.5
+    common["step_position"] = usual
+    levels = sorted({float(k) for k in np.round(data.kappa, 4)}, key=abs)
+    out: list[Plan] = []
+    for kappa in levels[: 1 + 2 * 4]:
+        base = common | {"kappa": kappa}
+        out.append(_plan(model, f"slip {100 * kappa:+g} % once more", base))
+        for step in (usual - 0.6, usual + 0.7):
+            text = f"slip {100 * kappa:+g} % with the step at {step:.1f} m"
+            out.append(_plan(model, text, base | {"step_position": step}))
+        text = f"slip {100 * kappa:+g} % at {1.3 * load:.0f} N"
+        out.append(_plan(model, text, base | {"fz": round(1.3 * load)}))
+        text = f"slip {100 * kappa:+g} % at 0.0015 m/s"
+        out.append(_plan(model, text, base | {"speed": 0.0015}))
+        text = f"slip {100 * kappa:+g} % from a start angle of 60 deg"
+        out.append(_plan(model, text, base | {"start": 1.5}))
+        text = f"slip {100 * kappa:+g} % out of a preload of 1 % driving"
+        out.append(_plan(model, text, base | {"preload": 0.01}))
+    return out
+
+
+def _plan(model: TireModel, text: str, settings: dict[str, Any]) -> Plan:
+    data = planned_data(model.data, settings)
+    planned = TireModel(data)
+    planned.parameters = model.parameters
+    planned.take_references(model)
+    return Plan(text, settings, planned)
+
+
+def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
+    """Inputs of one planned run: constant plank speed, a locked start, one slip step."""
+    speed = float(s.get("speed", SPEED))
+    end = float(data.position.max()) - 0.004
+    place = np.concatenate([[0.0, 0.0, 0.0], node_positions(s["step_position"], end)])
+    radius = float(np.median(data.radius))
+    after = np.maximum(place - s["step_position"], 0.0)
+    rolled = np.maximum(place - LOCKED, 0.0) * (1.0 + float(s.get("preload", 0.0)))
+    rolled = rolled + (s["kappa"] - float(s.get("preload", 0.0))) * after
+    angle = (rolled / radius)[None]
+    position = place[None]
+    rest = np.array([[0.0, 0.1, 0.2]])
+    time = np.concatenate([rest, 0.2 + place[None, 3:] / speed], axis=1)
+    load = np.full_like(position, float(s["fz"]))
+    start = np.radians(120.0 * (float(s["start"]) - 1.0))
+    one = {
+        "nominal": float(s["fz"]),
+        "radius": radius,
+        "alpha": float(np.median(data.alpha)),
+        "gamma": float(np.median(data.gamma)),
+        "kappa": float(s["kappa"]),
+        "pressure": float(s["pressure"]),
+        "step": float(s["step_position"]),
+        "start": start,
+        "order": float(data.runs.order.max()) + 1.0,
+        "speed": speed,
+    }
+    facts = {k: np.array([v]) for k, v in one.items()}
+    channels = data.runs.channels
+    runs = RunSet(
+        names=("planned",),
+        condition=np.zeros(1, dtype=int),
+        condition_names=("planned",),
+        channels=channels,
+        measured=np.zeros((len(channels), *position.shape)),
+        time=time,
+        order=facts["order"],
+        used=np.ones(position.shape, dtype=bool),
+        coordinates={},
+        units=data.runs.units,
+        facts=facts,
+    )
+    return replace(
+        data,
+        runs=runs,
+        position=position,
+        angle=angle,
+        travel=_steps(position),
+        turned=_steps(angle),
+        step_time=_steps(time),
+        load=load,
+        nominal=facts["nominal"],
+        radius=facts["radius"],
+        alpha=facts["alpha"],
+        gamma=facts["gamma"],
+        kappa=facts["kappa"],
+        pressure=facts["pressure"],
+        since_step=position - s["step_position"],
+        wheel_turn=angle + start,
+        signals={k: np.broadcast_to(v.mean(axis=0)[:1], position.shape).copy()
+                 for k, v in data.signals.items()},
+        load_mean=load,
+        grids=_grid_groups([("planned",)]),
+    )  # fmt: skip
