@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -179,3 +181,9 @@ def test_run_record_round_trip():
     info = RunInfo(file="a.parquet", tire="TOY", kappa=-0.02, fz=3700.0, uuid="u", notes="n")
     again, remarks = info_from_dict(info.to_dict(), "test")
     assert again == info and not remarks
+
+
+def test_operating_points_of_other_processes_meet(make_step):
+    point = make_step(0.02).info.condition.operating_point
+    there = pickle.loads(pickle.dumps(point))
+    assert there == point and len({there, point}) == 1

@@ -30,6 +30,10 @@ class Condition(NamedTuple):
     kappa: float
     """desired slip [-]; NaN in an operating point"""
 
+    def __reduce__(self) -> tuple:
+        # NaN equals only itself: what comes from another process must have the same object
+        return _condition, tuple(self)
+
     @property
     def operating_point(self) -> Condition:
         """The same without the slip level: what one carcass stiffness is fitted to."""
@@ -50,6 +54,11 @@ class Condition(NamedTuple):
         if not math.isnan(self.kappa):
             text = f"κ {100.0 * self.kappa:+g} %, " + text
         return text
+
+
+def _condition(tire: str, measurement: str, *numbers: float) -> Condition:
+    """A condition with one NaN object, so that those without a value meet as dictionary keys."""
+    return Condition(tire, measurement, *(math.nan if v != v else v for v in numbers))
 
 
 @dataclass(frozen=True)
@@ -101,10 +110,7 @@ class RunInfo:
     def condition(self) -> Condition:
         """Key of the repeats of this run."""
         numbers = (self.fz, self.pressure, self.alpha_deg, self.gamma_deg, self.kappa)
-        # one NaN object, so that conditions without a value still meet as dictionary keys
-        return Condition(
-            self.tire, self.measurement, *(math.nan if v != v else v for v in numbers)
-        )
+        return _condition(self.tire, self.measurement, *numbers)
 
     @property
     def name(self) -> str:
