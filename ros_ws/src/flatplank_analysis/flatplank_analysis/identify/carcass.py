@@ -13,16 +13,18 @@ from ..errors import FlatplankError
 from ..models.base import RunInputs, TransientModel, stack_runs
 from ..models.contact import TOYO, ContactGeometry
 from ..models.nonlinear import NonlinearX
-from ..models.steady_law import table_law
+from ..models.steady_law import TableLaw, table_law
 from .least_squares import Solution, solve
 from .linear import LinearFit
 from .noise import fit_noise, repeat_differences
-from .quality import is_transient, rmse, transient_weights
+from .quality import is_transient, transient_weights
 from .results import Confusion, Estimate, to_plain
 from .runs import StepRun, by_level
 
-SPACING = 0.005
-"""Grid of the nonlinear fit [m]; half of it changes c_cx by less than 1e-4."""
+GROWTH = 1.06
+"""Cells of the fit grow by this factor from the runs' own grid at the step ..."""
+LARGEST_CELL = ((0.8, 0.008), (np.inf, 0.02))
+"""... to this width [m] up to this distance [m]: the relaxation of the patch collapses early."""
 START = 2e5
 """Start value of c_cx [N/m] (section 7.2)."""
 
@@ -39,6 +41,10 @@ class SteadyCurve:
     """What each run brings to each level's mean (runs, k) [N]; its square sum is the variance."""
     repeats: np.ndarray = field(repr=False)
     """Number of runs per level (k,)."""
+
+    def law(self) -> TableLaw:
+        """As the look-up table of the model."""
+        return table_law(self.kappa, self.force)
 
     @property
     def std_error(self) -> np.ndarray:
@@ -105,10 +111,12 @@ def steady_curve(runs: Sequence[StepRun], fits: Sequence[LinearFit]) -> SteadyCu
 
 
 @dataclass(frozen=True)
-class _Problem:
+class CarcassProblem:
     """Weighted residuals of all runs of one condition over (c_cx) and the curve's forces."""
 
     inputs: RunInputs
+    distance: np.ndarray
+    """Cell centres (samples,) [m] after the step."""
     measured: np.ndarray
     weight: np.ndarray
     curve: SteadyCurve
@@ -118,17 +126,16 @@ class _Problem:
 
     def simulate(self, lanes: np.ndarray) -> np.ndarray:
         """Model force (lanes, runs, samples); lanes (lanes, 1 + k) of c_cx and curve forces."""
-        return self.model(lanes).simulate(lanes[:, :1], self.inputs)
-
-    def model(self, lanes: np.ndarray) -> TransientModel:
         law = table_law(self.curve.kappa, lanes[:, 1:] if len(lanes) > 1 else lanes[0, 1:])
+        return self.model(law).simulate(lanes[:, :1], self.inputs)
+
+    def model(self, law: TableLaw) -> TransientModel:
+        """The model with this steady law."""
         return NonlinearX(lambda _: law, self.geometry, self.friction, self.tread_stiffness)
 
     def residuals(self, stiffness: np.ndarray) -> np.ndarray:
         """For the search over c_cx alone: (lanes, 1) -> (lanes, runs * samples)."""
-        law = table_law(self.curve.kappa, self.curve.force)
-        model = NonlinearX(lambda _: law, self.geometry, self.friction, self.tread_stiffness)
-        force = model.simulate(stiffness, self.inputs)
+        force = self.model(self.curve.law()).simulate(stiffness, self.inputs)
         return (self.weight * (force - self.measured)).reshape(len(stiffness), -1)
 
 
@@ -139,7 +146,6 @@ def fit_carcass(
     friction: float | None = None,
     tread_stiffness: float | None = None,
     bounds: tuple[float, float] = (2e4, 5e6),
-    spacing: float = SPACING,
 ) -> CarcassFit:
     """Identify c_cx [N/m] from all runs of one condition (7.25), (7.26).
 
@@ -153,37 +159,82 @@ def fit_carcass(
             "add slip levels",
         )
     fits = [run.linear() for run in runs]
-    problem = _problem(runs, fits, geometry, friction, tread_stiffness, spacing)
-    low, high = (np.array([b]) for b in bounds)
-    solution = solve(problem.residuals, np.array([START]), low, high, np.array([START]))
+    problem = carcass_problem(
+        runs,
+        fits,
+        geometry=geometry,
+        friction=friction,
+        tread_stiffness=tread_stiffness,
+    )
+    solution = search_carcass(problem, bounds)
     return _report(runs, fits, problem, solution)
 
 
-def _problem(
+def search_carcass(problem: CarcassProblem, bounds: tuple[float, float] = (2e4, 5e6)) -> Solution:
+    """Minimise (7.26) over c_cx [N/m]."""
+    low, high, start = (np.array([v]) for v in (*bounds, START))
+    return solve(problem.residuals, start, low, high, start, 1e-7)
+
+
+def carcass_problem(
     runs: Sequence[StepRun],
-    fits: Sequence[LinearFit],
-    geometry: ContactGeometry,
-    friction: float | None,
-    tread_stiffness: float | None,
-    spacing: float,
-) -> _Problem:
+    fits: Sequence[LinearFit] | None = None,
+    *,
+    geometry: ContactGeometry = TOYO,
+    friction: float | None = None,
+    tread_stiffness: float | None = None,
+) -> CarcassProblem:
+    """Data, weights (7.25) and steady curve of one condition, ready for the search."""
+    fits = [run.linear() for run in runs] if fits is None else fits
     curve = steady_curve(runs, fits)
     if friction is None:
         load = np.mean([run.mean_load for run in runs])
         friction = float(np.max(np.abs(curve.force)) / load)
-    inputs = stack_runs(
-        [r.inputs(spacing, f.start_force.value) for r, f in zip(runs, fits, strict=True)]
+    x, force, weight = _measured(runs, fits)
+    rows = [r.inputs_at(x, f.start_force.value) for r, f in zip(runs, fits, strict=True)]
+    return CarcassProblem(
+        stack_runs(rows), x, force, weight, curve, geometry, friction, tread_stiffness
     )
-    measured, weight = np.zeros(inputs.shape), np.zeros(inputs.shape)
+
+
+def _measured(
+    runs: Sequence[StepRun], fits: Sequence[LinearFit]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cell centres (n,), mean force and root of the summed weights (runs, n).
+
+    Cells that a run does not fill have no weight in it.
+    """
+    longest = max((run.after_step(run.distance) for run in runs), key=len)
+    first = _cells(len(longest), float(longest[1] - longest[0]))
+    centres = _cell_sums(longest, first) / np.diff(first)
+    force, weight = np.zeros((len(runs), len(centres))), np.zeros((len(runs), len(centres)))
     for i, (run, fit) in enumerate(zip(runs, fits, strict=True)):
-        x, force = run.grid(spacing, run.fx[None])
-        measured[i, : len(x)] = force[0]
-        weight[i, : len(x)] = np.sqrt(transient_weights(x, fit.transient_end))
-    return _Problem(inputs, measured, weight, curve, geometry, friction, tread_stiffness)
+        own = run.after_step(run.distance)
+        full = int(np.searchsorted(first, len(own), side="right")) - 1
+        edges = first[: full + 1]
+        force[i, :full] = _cell_sums(run.after_step(run.fx), edges) / np.diff(edges)
+        weights = transient_weights(own, fit.transient_end)
+        weight[i, :full] = np.sqrt(_cell_sums(weights, edges))
+    return centres, force, weight
+
+
+def _cells(samples: int, spacing: float) -> np.ndarray:
+    """Index of the first sample of every cell, and of the end."""
+    edges, width = [0.0], spacing
+    while edges[-1] < samples * spacing:
+        edges.append(edges[-1] + width)
+        limit = next(size for end, size in LARGEST_CELL if edges[-1] < end)
+        width = min(width * GROWTH, limit)
+    index = np.unique(np.round(np.array(edges) / spacing).astype(int))
+    return index[index <= samples]
+
+
+def _cell_sums(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    return np.add.reduceat(values[: edges[-1]], edges[:-1])
 
 
 def _report(
-    runs: Sequence[StepRun], fits: Sequence[LinearFit], problem: _Problem, solution: Solution
+    runs: Sequence[StepRun], fits: Sequence[LinearFit], problem: CarcassProblem, solution: Solution
 ) -> CarcassFit:
     c_cx, curve = float(solution.x[0]), problem.curve
     influence, noise_error = _influences(runs, problem, solution)
@@ -199,7 +250,8 @@ def _report(
     edge = "lower" if solution.at_lower[0] else "upper" if solution.at_upper[0] else ""
     error = max(errors[0], noise_error)
     modelled = problem.measured + (
-        solution.residual.reshape(problem.measured.shape) / np.where(problem.weight > 0, problem.weight, 1.0)
+        solution.residual.reshape(problem.measured.shape)
+        / np.where(problem.weight > 0, problem.weight, 1.0)
     )
     return CarcassFit(
         condition=runs[0].condition,
@@ -209,7 +261,11 @@ def _report(
             "sigma_x",
             stiffness / c_cx + a,
             "m",
-            float(np.hypot(errors[2], max(error**2 - errors[0] ** 2, 0.0) ** 0.5 * stiffness / c_cx**2)),
+            float(
+                np.hypot(
+                    errors[2], max(error**2 - errors[0] ** 2, 0.0) ** 0.5 * stiffness / c_cx**2
+                )
+            ),
             dof,
             determined=not edge,
         ),
@@ -224,7 +280,7 @@ def _report(
 
 
 def _influences(
-    runs: Sequence[StepRun], problem: _Problem, solution: Solution
+    runs: Sequence[StepRun], problem: CarcassProblem, solution: Solution
 ) -> tuple[np.ndarray, float]:
     """What each run brings to c_cx (runs,), its share in the steady curve included; noise alone."""
     c, curve = solution.x[0], problem.curve
@@ -246,17 +302,27 @@ def _influences(
 
 
 def _noise_error(
-    runs: Sequence[StepRun], problem: _Problem, jac: np.ndarray, residual: np.ndarray
+    runs: Sequence[StepRun], problem: CarcassProblem, jac: np.ndarray, residual: np.ndarray
 ) -> float:
-    """Root of J' Omega J for noise fitted to differences between repeats (else to residuals)."""
-    plain = residual / np.where(problem.weight > 0.0, problem.weight, 1.0)
-    length = min(int(np.sum(row > 0.0)) for row in problem.weight)
+    """Root of J' Omega J for noise fitted to differences between repeats (else to residuals).
+
+    On the runs' own even grid, where a noise model has a meaning.
+    """
+    weight = np.where(problem.weight > 0.0, problem.weight, 1.0)
+    grids = [run.after_step(run.distance) for run in runs]
+    length = min(len(x) for x in grids)
+    modelled = problem.measured + residual / weight
     groups: dict[float, list[np.ndarray]] = {}
-    for run, row in zip(runs, plain, strict=True):
-        groups.setdefault(run.level, []).append(row[:length])
-    series = repeat_differences([np.array(g) for g in groups.values()]) or list(plain)
-    noise = fit_noise(series)
-    total = sum(float(noise.score_covariance((j * w)[:, None])[0, 0]) for j, w in zip(jac, problem.weight, strict=True))
+    for run, x, row in zip(runs, grids, modelled, strict=True):
+        error = run.after_step(run.fx) - np.interp(x, problem.distance, row)
+        groups.setdefault(run.level, []).append(error[:length])
+    every = [error for group in groups.values() for error in group]
+    noise = fit_noise(repeat_differences([np.array(g) for g in groups.values()]) or every)
+    total = 0.0
+    for x, row, w in zip(grids, jac, problem.weight, strict=True):
+        per_cell = np.gradient(problem.distance) / (x[1] - x[0])
+        density = np.interp(x, problem.distance, row * w / per_cell)
+        total += float(noise.score_covariance(density[:, None])[0, 0])
     return float(np.sqrt(total))
 
 
@@ -277,7 +343,7 @@ def _repeat_correction(curve: SteadyCurve) -> float:
     return n / (n - 1.0) if n > 1.0 else 1.0
 
 
-def _degrees_of_freedom(curve: SteadyCurve, problem: _Problem, solution: Solution) -> float:
+def _degrees_of_freedom(curve: SteadyCurve, problem: CarcassProblem, solution: Solution) -> float:
     """Independent differences that the scatter rests on, weighted by what each run says."""
     jac = solution.jacobian[:, 0].reshape(problem.measured.shape)
     share = np.sum(jac**2, axis=1)
@@ -290,23 +356,21 @@ def _degrees_of_freedom(curve: SteadyCurve, problem: _Problem, solution: Solutio
 def _rmse_per_level(
     runs: Sequence[StepRun],
     fits: Sequence[LinearFit],
-    problem: _Problem,
+    problem: CarcassProblem,
     modelled: np.ndarray,
 ) -> dict[float, float]:
     """Error per nominal slip in the transient part (Table 7.3), quadratic mean over repeats."""
     squares: dict[float, list[float]] = {}
-    x = np.cumsum(problem.inputs.travel, axis=1)
+    x = problem.distance
     for i, (run, fit) in enumerate(zip(runs, fits, strict=True)):
-        part = is_transient(x[i], fit.transient_end) & (problem.weight[i] > 0.0)
-        squares.setdefault(run.level, []).append(
-            rmse(problem.measured[i], modelled[i], part) ** 2
-        )
+        part = is_transient(x, fit.transient_end)
+        samples = problem.weight[i, part] ** 2
+        error = (problem.measured[i, part] - modelled[i, part]) ** 2
+        squares.setdefault(run.level, []).append(float(samples @ error / np.sum(samples)))
     return {level: float(np.sqrt(np.mean(v))) for level, v in sorted(squares.items())}
 
 
-def _confusions(
-    runs: Sequence[StepRun], curve: SteadyCurve, edge: str
-) -> tuple[Confusion, ...]:
+def _confusions(runs: Sequence[StepRun], curve: SteadyCurve, edge: str) -> tuple[Confusion, ...]:
     found = []
     if len({run.start for run in runs}) < 2:
         found.append(

@@ -31,11 +31,13 @@ def bin_means(
     cell = np.floor(x / spacing + 1e-9).astype(int)
     first, count = cell.min(), cell.max() - cell.min() + 1
     number = np.bincount(cell - first, minlength=count)
-    flat = np.atleast_2d(values)
-    sums = np.array([np.bincount(cell - first, weights=row, minlength=count) for row in flat])
     full = number > 0
     centres = (np.arange(count) + first + 0.5) * spacing
-    means = sums[:, full] / number[full]
-    if not np.all(full):
-        means = np.array([np.interp(centres, centres[full], row) for row in means])
+    # A cell's mean belongs to the mean position of its samples, not to the cell's centre.
+    places = np.bincount(cell - first, weights=x, minlength=count)[full] / number[full]
+    flat = np.atleast_2d(values)
+    means = np.empty((len(flat), count))
+    for row, out in zip(flat, means, strict=True):
+        sums = np.bincount(cell - first, weights=row, minlength=count)[full]
+        out[:] = np.interp(centres, places, sums / number[full])
     return centres, means.reshape(*values.shape[:-1], count)

@@ -72,6 +72,7 @@ def confusions(
         open_mask[index] = True
         offers = candidates() if offers is None else offers
         found.append(_statement(names, index, 1.0, direction, sizes, offers, jacobian))
+    found = _merged(found)
     for i, j in _pairs(correlation, open_mask):
         offers = candidates() if offers is None else offers
         index, value = np.array([i, j]), float(correlation[i, j])
@@ -109,6 +110,24 @@ def _weakest(jacobian: np.ndarray, sizes: np.ndarray, index: np.ndarray) -> np.n
 def _pairs(correlation: np.ndarray, open_mask: np.ndarray) -> list[tuple[int, int]]:
     pairs = np.argwhere(np.triu(np.abs(correlation), 1) > STRONG)
     return [(int(i), int(j)) for i, j in pairs if not (open_mask[i] or open_mask[j])]
+
+
+def _merged(found: list[Confusion]) -> list[Confusion]:
+    """Single parameters that the same lack leaves open, in one statement."""
+    groups: dict[str, list[Confusion]] = {}
+    for one in found:
+        lack = one.statement.partition(" by ")[2] if len(one.names) == 1 else one.statement
+        groups.setdefault(lack, []).append(one)
+    out = []
+    for lack, same in groups.items():
+        if len(same) == 1:
+            out.append(same[0])
+            continue
+        names = tuple(n for one in same for n in one.names)
+        text = f"{_listed(names)} are not determined by {lack}"
+        remedy = max((one.remedy for one in same), key=[one.remedy for one in same].count)
+        out.append(Confusion(names, 1.0, text, remedy))
+    return out
 
 
 def _statement(

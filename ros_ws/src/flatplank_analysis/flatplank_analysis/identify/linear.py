@@ -161,7 +161,12 @@ def _linear_fit(
         ),
         steady_force=Estimate("steady_force", float(steady), "N", errors[1], dof, edge[1]),
         start_force=Estimate(
-            "start_force", first, "N", errors[2] if fixed is None else 0.0, dof, fixed=fixed is not None
+            "start_force",
+            first,
+            "N",
+            errors[2] if fixed is None else 0.0,
+            dof,
+            fixed=fixed is not None,
         ),
         reached_force=float(response[-1]),
         correlation=correlation,
@@ -202,9 +207,7 @@ def _unsettled(correlation: float, sigma: float) -> Confusion:
     )
 
 
-def _mean_only(
-    x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None
-) -> LinearFit:
+def _mean_only(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) -> LinearFit:
     """Without slip there is no response: the steady force is the mean after the step."""
     after = x >= 0.0
     mean = float(np.mean(force[after]))

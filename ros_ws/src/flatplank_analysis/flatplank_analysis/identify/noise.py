@@ -74,7 +74,9 @@ def fit_noise(series: Sequence[np.ndarray], order: int | None = None) -> ARNoise
     arrays = [np.asarray(s, float) for s in series if len(s) > 4 * MAX_ORDER]
     total = sum(len(a) for a in arrays)
     if not arrays or all(np.ptp(a) == 0.0 for a in arrays):
-        rest = np.concatenate([np.asarray(s, float) for s in series]) if len(series) else np.zeros(1)
+        rest = (
+            np.concatenate([np.asarray(s, float) for s in series]) if len(series) else np.zeros(1)
+        )
         return ARNoise((), float(np.sqrt(np.mean(rest**2))), max(len(rest), 1))
     coefficients, variances = _burg(arrays, MAX_ORDER if order is None else order)
     scores = [total * np.log(max(v, 1e-300)) + k * np.log(total) for k, v in enumerate(variances)]
@@ -107,7 +109,10 @@ def _burg(arrays: list[np.ndarray], order: int) -> tuple[list[np.ndarray], list[
             top += 2.0 * float(f[1:] @ b[:-1])
             bottom += float(f[1:] @ f[1:] + b[:-1] @ b[:-1])
         k = top / bottom if bottom > 0.0 else 0.0
-        pairs = [(f[1:] - k * b[:-1], b[:-1] - k * f[1:]) for f, b in zip(forward, backward, strict=True)]
+        pairs = [
+            (f[1:] - k * b[:-1], b[:-1] - k * f[1:])
+            for f, b in zip(forward, backward, strict=True)
+        ]
         forward, backward = [p[0] for p in pairs], [p[1] for p in pairs]
         a = np.concatenate([a - k * a[::-1], [k]])
         variance *= 1.0 - k * k
@@ -121,5 +126,7 @@ def _stable(a: np.ndarray) -> tuple[float, ...]:
         return ()
     roots = np.roots(np.concatenate([[1.0], -a]))
     size = np.abs(roots)
-    roots = np.where(size > SPECTRAL_RADIUS, roots / np.maximum(size, 1e-12) * SPECTRAL_RADIUS, roots)
+    roots = np.where(
+        size > SPECTRAL_RADIUS, roots / np.maximum(size, 1e-12) * SPECTRAL_RADIUS, roots
+    )
     return tuple(float(v) for v in -np.real(np.poly(roots))[1:])

@@ -153,9 +153,7 @@ def _level(
     )
 
 
-def _confusions(
-    runs: Sequence[StepRun], groups: Sequence[Sequence[int]]
-) -> tuple[Confusion, ...]:
+def _confusions(runs: Sequence[StepRun], groups: Sequence[Sequence[int]]) -> tuple[Confusion, ...]:
     if all(len(g) < 2 for g in groups):
         return (
             Confusion(

@@ -64,19 +64,29 @@ class StepRun:
         return linear_run(self.distance, getattr(self, output), slip)
 
     def inputs(self, spacing: float, start_fx: float = 0.0, start_fy: float = 0.0) -> RunInputs:
-        """Model inputs from the step on, with the samples of `grid(spacing)`."""
-        x, columns = self.grid(spacing, np.array([self.slip, self.fz]))
-        slip = np.diff(self._steady_slip(x, columns[0]), prepend=0.0)
+        """Model inputs from the step on, at the samples of `grid(spacing)`."""
+        after = self.distance[self.distance >= 0.0]
+        centres = bin_means(after, after, spacing)[0]
+        return self.inputs_at(centres, start_fx, start_fy)
+
+    def inputs_at(self, x: np.ndarray, start_fx: float = 0.0, start_fy: float = 0.0) -> RunInputs:
+        """Model inputs at distances x since the step [m], which lies before the first sample."""
+        after = self.distance >= 0.0
+        own = np.append(0.0, self.distance[after])
+        smooth = np.append(0.0, self._steady_slip(own[1:], self.slip[after]))
+        # Beyond the end of the record the slip goes on; such samples carry no weight.
+        slip = np.interp(x, own, smooth) + self.kappa * np.maximum(x - own[-1], 0.0)
+        load = np.interp(x, own[1:], self.fz[after])
+        travel = np.diff(x, prepend=0.0)
 
         def hold(value: float) -> np.ndarray:
             return np.full((1, len(x)), value)
 
-        travel = np.diff(x, prepend=0.0)
         return RunInputs(
             travel=travel[None] * math.cos(self.alpha),
-            slip_x=slip[None],
+            slip_x=np.diff(slip, prepend=0.0)[None],
             slip_y=np.tan(self.alpha) * math.cos(self.alpha) * travel[None],
-            fz=columns[1][None],
+            fz=load[None],
             alpha=hold(self.alpha),
             gamma=hold(self.gamma),
             pressure=hold(self.pressure),

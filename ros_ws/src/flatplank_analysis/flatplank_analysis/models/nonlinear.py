@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from . import kernel
 from .base import Parameter, RunInputs, column
-from .contact import TOYO, ContactGeometry, patch_relaxation
-from .steady_law import SteadyLaw, table_law
+from .contact import LOWEST_SHARE, TOYO, ContactGeometry, patch_relaxation
+from .steady_law import SteadyLaw, TableLaw, table_law
 
 LawMaker = Callable[[np.ndarray], SteadyLaw]
 """Law for parameters (lanes, p): the same table for all lanes, or one that depends on them."""
@@ -22,7 +23,7 @@ LawMaker = Callable[[np.ndarray], SteadyLaw]
 CARCASS = Parameter("c_cx", "N/m", 2e5, 2e4, 5e6, "thesis (7.14), figure 7.24")
 DAMPING_TIME = 0.01
 """t_kcx [s] (7.23)."""
-NEWTON = 2
+NEWTON = kernel.NEWTON
 """Newton steps per sample: the law is nearly straight over one increment."""
 
 
@@ -109,6 +110,10 @@ class _Mirrored:
     def stiffness(self) -> np.ndarray:
         return -self.law.stiffness()
 
+    def table(self) -> TableLaw | None:
+        table = self.law.table()
+        return None if table is None else TableLaw(table.first, table.step, -table.values)
+
 
 def start_slip(law: SteadyLaw, force: np.ndarray) -> np.ndarray:
     """Contact-patch slip at which the law gives `force` (lanes, runs): the start (7.24)."""
@@ -117,7 +122,10 @@ def start_slip(law: SteadyLaw, force: np.ndarray) -> np.ndarray:
     for _ in range(30):
         value, slope = law.force(slip)
         slope = np.sign(slope + 1e-300) * np.maximum(np.abs(slope), 0.02 * steepest)
-        slip = np.clip(slip - np.clip((value - force) / slope, -0.02, 0.02), -0.2, 0.2)
+        change = np.clip((value - force) / slope, -0.02, 0.02)
+        slip = np.clip(slip - change, -0.2, 0.2)
+        if np.max(np.abs(change)) < 1e-12:
+            break
     return slip
 
 
@@ -143,6 +151,9 @@ class _Stepper:
         damping_time: float,
     ) -> np.ndarray:
         """Force (lanes, runs, samples) from the slip before sample 0 (lanes, runs)."""
+        table = self.law.table()
+        if table is not None and kernel.compiled is not None:
+            return self._march_compiled(table, slip, inputs, increments, a, theta, damping_time)
         force, slope = self.law.force(slip)
         u = force * self.compliance
         out = np.empty((inputs.shape[1], *slip.shape))
@@ -157,11 +168,46 @@ class _Stepper:
             for _ in range(NEWTON):
                 sigma = self._sigma(0.5 * (slip + before), limit, half)
                 error = goal - sigma * (slip - before) - late * slip - compliance * force
-                slip = slip + error / (sigma + late + compliance * np.maximum(slope, 0.0))
+                shrink = self._shrink(slip, before, limit, half)
+                rate = sigma - np.minimum(shrink, 0.5 * sigma) + late
+                slip = slip + error / (rate + compliance * np.maximum(slope, 0.0))
                 force, slope = self.law.force(slip)
             plane[:] = force
             u = u + follow * (force * self.compliance - u)
         return np.moveaxis(out, 0, -1)
+
+    def _march_compiled(
+        self,
+        table: TableLaw,
+        slip: np.ndarray,
+        inputs: RunInputs,
+        increments: np.ndarray,
+        a: np.ndarray,
+        theta: np.ndarray,
+        damping_time: float,
+    ) -> np.ndarray:
+        values = table.values if table.values.ndim == 3 else table.values[None]
+        rows = (inputs.travel, increments, a, _followed(inputs.dt, damping_time))
+        return kernel.compiled(
+            np.ascontiguousarray(slip),
+            self.law.force(slip)[0] * self.compliance,
+            np.ascontiguousarray(self.compliance),
+            *(np.ascontiguousarray(row) for row in rows),
+            np.ascontiguousarray(np.atleast_3d(theta)),
+            table.first,
+            table.step,
+            np.ascontiguousarray(values),
+            self.longitudinal,
+        )
+
+    def _shrink(
+        self, slip: np.ndarray, before: np.ndarray, theta: np.ndarray, half: np.ndarray
+    ) -> np.ndarray:
+        """What the shrinking adhering part takes from the derivative of the error [m]."""
+        middle = 0.5 * (slip + before)
+        base = np.maximum(1.0 + middle, 0.1) if self.longitudinal else 1.0
+        adheres = 1.0 - theta * np.abs(middle) / base > LOWEST_SHARE
+        return np.where(adheres, 0.5 * theta * half * np.abs(slip - before), 0.0)
 
     def _sigma(self, slip: np.ndarray, theta: np.ndarray, half: np.ndarray) -> np.ndarray:
         return patch_relaxation(slip, theta, half, self.longitudinal)

@@ -26,6 +26,10 @@ class SteadyLaw(Protocol):
         """Slope at zero slip [N], broadcasting to (lanes, runs)."""
         ...
 
+    def table(self) -> TableLaw | None:
+        """The law as an even table, if it is one."""
+        ...
+
 
 @dataclass(frozen=True)
 class TableLaw:
@@ -52,6 +56,10 @@ class TableLaw:
         values = self.values if self.values.ndim == 3 else self.values[None]
         span = np.full(values.shape[:2], 0.005)
         return (self.force(span)[0] - self.force(-span)[0]) / 0.01
+
+    def table(self) -> TableLaw:
+        """The law itself."""
+        return self
 
     def _take(self, cell: np.ndarray) -> np.ndarray:
         values = self.values
@@ -104,3 +112,7 @@ class SineLaw:
     def stiffness(self) -> np.ndarray:
         """Slope at zero slip [N]."""
         return np.asarray(self.slope, float)
+
+    def table(self) -> None:
+        """A formula is no table."""
+        return None

@@ -78,7 +78,9 @@ def read_tir(path: str | Path) -> TirFile:
     try:
         text = Path(path).read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise FlatplankError(error.strerror or "cannot be read", str(path), "give a .tir") from None
+        raise FlatplankError(
+            error.strerror or "cannot be read", str(path), "give a .tir"
+        ) from None
     tir = parse_tir(text, str(path))
     check_tir(tir)
     return tir

@@ -53,7 +53,9 @@ def tire_state(
     if isinstance(tir, (str, Path)):
         tir = read_tir(tir)
     c = tir.coefficients if isinstance(tir, TirFile) else tir
-    o = operating_point(c, fz, kappa, alpha, gamma, c.NOMPRES if pressure is None else pressure, vx)
+    o = operating_point(
+        c, fz, kappa, alpha, gamma, c.NOMPRES if pressure is None else pressure, vx
+    )
     forces = steady(c, o)
     return TireState(
         fx=float(forces.fx),

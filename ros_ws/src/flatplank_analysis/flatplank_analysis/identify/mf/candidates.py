@@ -66,9 +66,7 @@ def describe_levels(points: SteadyPoints, axis: str) -> str:
     return f"{len(levels)} {name}{shown}"
 
 
-def proposals(
-    points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]
-) -> list[Candidate]:
+def proposals(points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]) -> list[Candidate]:
     """Every new level of one axis, measured at the points that the data already have."""
     base = _representative(points)
     found = []

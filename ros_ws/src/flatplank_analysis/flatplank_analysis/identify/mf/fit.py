@@ -17,11 +17,11 @@ from ..least_squares import Solution, linearise
 from ..quality import relative_error
 from ..results import Confusion, Estimate, Fit
 from ..uncertainty import Covariance, run_covariance
-from .candidates import proposals
+from .candidates import describe_levels, levels_of, proposals
 from .parameters import COEFFICIENTS, Coefficient
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
-from .stages import STAGES
+from .stages import STAGES, Stage
 
 JOINT_ORDER = ("rho", "a", "b", "cx", "cy", "re", "fx", "fy", "mz")
 
@@ -93,8 +93,9 @@ def fit_magic_formula(
         for output, names in stage.outputs.items():
             free = _free(names.split(), output, settings, touched)
             data = chosen.with_output(output)
-            if not free or len(data) < 2:
-                skipped.append(f"{name}: no measurement of {output}" if free else f"{name}: fixed")
+            reason = _obstacle(stage, output, free, data)
+            if reason:
+                skipped.append(f"{name}: {reason}")
                 continue
             problem, solution = _solve(output, data, free, base, settings)
             base = base.replaced(dict(zip(problem.free, solution.x, strict=True)))
@@ -112,6 +113,19 @@ def fit_magic_formula(
     return MFFit(tir.replaced(changed), fits, errors, tuple(skipped))
 
 
+def _obstacle(stage: Stage, output: str, free: Sequence[str], data: SteadyPoints) -> str:
+    """Why this stage cannot be fitted to these points; empty when it can."""
+    if not free:
+        return f"all coefficients of {output} are fixed"
+    if len(data) < 2:
+        return f"no measurement of {output}"
+    for axis in stage.needs:
+        if len(levels_of(data, axis)) < 2:
+            told = describe_levels(data, axis)
+            return f"{', '.join(free)} not determined by {told}; measure a second one"
+    return ""
+
+
 def _free(
     names: Sequence[str], output: str, settings: MFSettings, touched: Mapping[str, list[str]]
 ) -> list[str]:
@@ -124,7 +138,9 @@ def _free(
 
 def _output_of(name: str) -> str:
     if name not in COEFFICIENTS:
-        raise FlatplankError(f"{name} cannot be fitted", "fit settings", "see the coefficient table")
+        raise FlatplankError(
+            f"{name} cannot be fitted", "fit settings", "see the coefficient table"
+        )
     for stage in STAGES.values():
         for output, names in stage.outputs.items():
             if name in names.split():

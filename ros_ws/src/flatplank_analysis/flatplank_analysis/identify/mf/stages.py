@@ -74,6 +74,8 @@ class Stage:
     outputs: dict[str, str]
     """Output -> its free coefficients."""
     select: Select
+    needs: tuple[str, ...] = ()
+    """Axes of which the data must hold more than one level."""
 
 
 def _nominal(p: SteadyPoints, c: Coefficients) -> np.ndarray:
@@ -111,30 +113,35 @@ STAGES: dict[str, Stage] = {
             "pure_x",
             {"fx": "PCX1 PDX1 PDX2 PEX1 PEX2 PEX3 PEX4 PKX1 PKX2 PKX3 PHX1 PHX2 PVX1 PVX2"},
             _pure_x,
+            ("kappa",),
         ),
         Stage(
             "pure_y",
             {"fy": "PCY1 PDY1 PDY2 PEY1 PEY2 PEY3 PKY1 PKY2 PHY1 PHY2 PVY1 PVY2"},
             _pure_y,
+            ("alpha",),
         ),
         Stage(
             "aligning",
             {"mz": "QBZ1 QBZ2 QCZ1 QDZ1 QDZ2 QEZ1 QEZ2 QHZ1 QHZ2 QDZ6 QDZ7"},
             _pure_y,
+            ("alpha",),
         ),
         Stage(
             "combined",
             {
                 "fx": "RBX1 RBX2 RCX1 REX1 RHX1",
-                "fy": "RBY1 RBY2 RBY3 RCY1 REY1 RHY1 RVY1 RVY2",
+                "fy": "RBY1 RBY2 RBY3 RCY1 REY1 RHY1",
                 "mz": "SSZ1 SSZ2",
             },
             _combined,
+            ("kappa", "alpha"),
         ),
         Stage(
             "pressure",
             {"fx": "PPX1 PPX2 PPX3 PPX4", "fy": "PPY1 PPY2 PPY3 PPY4", "mz": "PPZ1"},
             _pressure,
+            ("pressure",),
         ),
         Stage(
             "camber",
@@ -144,6 +151,7 @@ STAGES: dict[str, Stage] = {
                 "mz": "QBZ5 QDZ3 QDZ4 QDZ8 QDZ9 QHZ3",
             },
             _all,
+            ("gamma",),
         ),
         Stage("radius", {"re": "BREFF DREFF FREFF"}, _all),
         Stage(

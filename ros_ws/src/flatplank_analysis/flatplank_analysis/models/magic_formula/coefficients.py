@@ -69,8 +69,7 @@ _NOT_ZERO = {"Q_RE0": 1.0, "PKY4": 2.0, "LONGVL": 16.7}
 _UNKNOWN = {"LATERAL_STIFFNESS": float("nan"), "LONGITUDINAL_STIFFNESS": float("nan")}
 
 DEFAULTS: dict[str, float] = {
-    name: 1.0 if section == "SCALING_COEFFICIENTS" else 0.0
-    for name, section in SECTION_OF.items()
+    name: 1.0 if section == "SCALING_COEFFICIENTS" else 0.0 for name, section in SECTION_OF.items()
 } | (_NOT_ZERO | _UNKNOWN)
 
 

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fits of a whole campaign, one task per condition, so that any scheduler can spread them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..errors import FlatplankError
+from ..models.registry import shipped_tir
+from ..models.tir import read_tir
+from .carcass import CarcassFit, fit_carcass
+from .fit_file import FitFile
+from .mf.fit import MFFit, fit_magic_formula
+from .mf.points import SteadyPoints, merge, points_from_runs, steady_points
+from .repeats import LinearCondition, fit_linear
+from .runs import StepRun, by_condition
+
+Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""`map` or anything like it (`executor.map`, a cluster's)."""
+
+
+class Result(Protocol):
+    """What every fit of a campaign hands back."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConditionFits:
+    """Fits per condition, and the conditions that could not be fitted, with the reason."""
+
+    model: str
+    fits: tuple[LinearCondition | CarcassFit, ...]
+    problems: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "model": self.model,
+            "conditions": [fit.to_json() for fit in self.fits],
+            "problems": list(self.problems),
+        }
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One condition; picklable, so that it can go to another process."""
+
+    model: str
+    runs: tuple[StepRun, ...]
+    options: dict[str, Any]
+
+
+def fit_campaign(
+    runs: Sequence[StepRun],
+    settings: FitFile,
+    *,
+    extra: Sequence[SteadyPoints] = (),
+    mapper: Mapper = map,
+) -> Result:
+    """Fit a model to all runs; `extra` are points beyond them (radius, stiffness, contact).
+
+    `mapper` spreads the conditions, for example the `map` of a process pool.
+    """
+    if settings.model not in FITTERS:
+        known = ", ".join(FITTERS)
+        raise FlatplankError(f"no model {settings.model}", "fit", f"choose one of {known}")
+    if not runs:
+        raise FlatplankError("no usable run", "fit", "give a campaign with slip-step runs")
+    return FITTERS[settings.model](runs, settings, extra, mapper)
+
+
+def _per_condition(
+    runs: Sequence[StepRun], settings: FitFile, extra: Sequence[SteadyPoints], mapper: Mapper
+) -> ConditionFits:
+    options = settings.carcass_options() if settings.model == "nonlinear" else {}
+    tasks = [
+        _Task(settings.model, tuple(members), options) for members in by_condition(runs).values()
+    ]
+    done = list(mapper(_run_task, tasks))
+    fits = tuple(d for d in done if not isinstance(d, str))
+    problems = tuple(d for d in done if isinstance(d, str))
+    if not fits:
+        raise FlatplankError(problems[0], "fit", "see the other conditions too")
+    return ConditionFits(settings.model, fits, problems)
+
+
+def _run_task(task: _Task) -> LinearCondition | CarcassFit | str:
+    """Fit one condition; a bad one is a line of text, so that the others go on."""
+    try:
+        if task.model == "linear":
+            return fit_linear(task.runs)
+        return fit_carcass(task.runs, **task.options)
+    except FlatplankError as error:
+        return str(error)
+
+
+def _magic_formula(
+    runs: Sequence[StepRun], settings: FitFile, extra: Sequence[SteadyPoints], mapper: Mapper
+) -> MFFit:
+    tir = read_tir(settings.tire) if settings.tire else shipped_tir()
+    parts = list(mapper(points_from_runs, by_condition(runs).values()))
+    if "stiffness" in settings.stages:
+        parts += _stiffness(runs, mapper)
+    return fit_magic_formula(merge([*parts, *extra]), tir, settings.mf_settings())
+
+
+def _stiffness(runs: Sequence[StepRun], mapper: Mapper) -> list[SteadyPoints]:
+    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7) of every condition."""
+    groups = by_condition(runs)
+    tasks = [_Task("nonlinear", tuple(members), {}) for members in groups.values()]
+    fits = [f for f in mapper(_run_task, tasks) if isinstance(f, CarcassFit)]
+    chosen = [f for f in fits if f.c_cx.determined]
+    if not chosen:
+        return []
+    members = [groups[f.condition] for f in chosen]
+    return [
+        steady_points(
+            {"cx": np.array([f.slip_stiffness.value / f.sigma_x.value for f in chosen])},
+            fz=np.array([np.mean([r.mean_load for r in m]) for m in members]),
+            pressure=np.array([m[0].pressure for m in members]),
+            alpha=np.array([m[0].alpha for m in members]),
+            gamma=np.array([m[0].gamma for m in members]),
+        )
+    ]
+
+
+Fitter = Callable[[Sequence[StepRun], FitFile, Sequence[SteadyPoints], Mapper], Any]
+
+FITTERS: dict[str, Fitter] = {
+    "linear": _per_condition,
+    "nonlinear": _per_condition,
+    "mf": _magic_formula,
+}
+"""Model name to its fit; another model is one line here."""
