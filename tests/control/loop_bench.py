@@ -35,9 +35,9 @@ class LoopBench:
     """Steps everything once per bus cycle, in the order of the graph."""
 
     def __init__(
-        self, tire: str = "toyo", rate_hz: int = 250, seed: int = 1, **controller
+        self, tire: str = "toyo", rate_hz: int = 250, seed: int = 1, defects=None, **controller
     ) -> None:
-        config = PlantConfig.load(tire)
+        config = PlantConfig.load(tire, overrides={"defects": defects} if defects else None)
         self.plant = Plant(config, seed, rate_hz)
         rate = float(rate_hz)
         self.hub = MeasurementHub(HubParameters())

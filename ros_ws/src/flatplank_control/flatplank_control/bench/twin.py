@@ -91,7 +91,7 @@ class Twin:
                 reference = source.step(encoder_sample)
             inside = source.state
         if source is not self.sequencer:
-            # as the node does: what is asked of an idle sequencer is judged by where the plank is now
+            # as the node does: requests are judged by where the plank is now
             self.sequencer.watch(encoder_sample.plank_position, encoder_sample.cycle)
         command, drive_sample = self.drive.step(inputs, encoder_sample, hub_sample, reference)
         self._commands = (command,)

@@ -107,7 +107,7 @@ class SlipSequencer:
         self._position = None
 
     def watch(self, plank_position: float, cycle: int) -> None:
-        """Where the plank is [m] while another mode is in force: what is asked for is judged by it."""
+        """Where the plank is [m] while another mode is in force: requests are judged by it."""
         self._position, self._agenda.last_cycle = plank_position, cycle
 
     def step(self, encoders: EncoderSample) -> Reference:
