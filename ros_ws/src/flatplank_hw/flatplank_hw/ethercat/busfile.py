@@ -150,9 +150,9 @@ class BusFile:
     name: str
     slaves: tuple[Slave, ...]
     rate_hz: int = 250
-    watchdog_ms: int = 50
+    watchdog_ms: int = 40
     """process data watchdog of every slave with outputs [ms]"""
-    command_timeout_ms: int = 100
+    command_timeout_ms: int = 44
     """a command older than this stops its axis [ms]"""
     path: str = field(default="", compare=False)
 

@@ -104,9 +104,9 @@ def parse_bus(raw: Any, path: str = "bus file") -> BusFile:
         name=str(top["name"]),
         slaves=slaves,
         rate_hz=integer(top.get("rate_hz", 250), f"{path}: rate_hz", 50, 2000),
-        watchdog_ms=integer(top.get("watchdog_ms", 50), f"{path}: watchdog_ms", 5, 1000),
+        watchdog_ms=integer(top.get("watchdog_ms", 40), f"{path}: watchdog_ms", 5, 1000),
         command_timeout_ms=integer(
-            top.get("command_timeout_ms", 100), f"{path}: command_timeout_ms", 5, 1000
+            top.get("command_timeout_ms", 44), f"{path}: command_timeout_ms", 5, 1000
         ),
         path=path,
     )

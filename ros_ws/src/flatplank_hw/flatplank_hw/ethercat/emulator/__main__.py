@@ -19,6 +19,9 @@ from flatplank_hw.ethercat.emulator.wire import Wire
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.ethercat.realtime import die_with_parent
 
+WARM_UP = 5
+"""cycles before the first frame: whatever the plant compiles or loads, it does now"""
+
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
     """Command line."""
@@ -56,7 +59,7 @@ def make(options: argparse.Namespace) -> Runner:
         vocabulary = Vocabulary(
             Rig(bench, wire, port.set_link),
             stop=lambda: setattr(runner, "running", False),
-            scheduling=lambda: runner.scheduling,
+            facts=runner.facts,
         )
         runner.attach(ControlServer(options.control, vocabulary))
     return runner
@@ -74,6 +77,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: setattr(runner, "running", False))
+    for _ in range(WARM_UP):
+        runner.bench.step()
     print("ready", flush=True)
     runner.run(fifo=options.fifo)
     runner.close()

@@ -64,8 +64,8 @@ class StateMachine:
         self._changed(old, State.INIT)
 
     def request(self, control: int) -> None:
-        """AL control was written."""
-        if self.error and not control & ACKNOWLEDGE:
+        """AL control was written. An error must be acknowledged before the way goes up again."""
+        if self.error and not control & ACKNOWLEDGE and control & 0x0F >= self.state:
             return
         self.error, self.code = False, 0
         try:

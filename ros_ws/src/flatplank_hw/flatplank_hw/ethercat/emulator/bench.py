@@ -54,7 +54,8 @@ class EmulatedBench:
         answered = self.inputs.cycle if self.inputs is not None else 0
         commands = self.coupling.commands(answered, self.now)
         self.inputs = self.plant.step(commands)
-        self.witness.see(self.now, self.inputs)
+        truth = getattr(self.plant, "truth", None)
+        self.witness.see(self.now, self.inputs, truth.wheel_velocity if truth is not None else None)
         self.coupling.publish(self.inputs, self.now)
         for slave in self.slaves:
             slave.tick(self.now)

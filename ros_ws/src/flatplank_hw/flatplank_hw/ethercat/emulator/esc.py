@@ -11,7 +11,7 @@ from collections.abc import Callable
 from flatplank_hw.ethercat.emulator import registers as reg
 from flatplank_hw.ethercat.emulator.fmmu import READ, WRITE, read_fmmus
 from flatplank_hw.ethercat.emulator.frame import Command
-from flatplank_hw.ethercat.emulator.syncmanager import SyncManager, read_sync_managers
+from flatplank_hw.ethercat.emulator.syncmanager import FULL, SyncManager, read_sync_managers
 
 _READS = {Command.APRD, Command.FPRD, Command.BRD, Command.APRW, Command.FPRW, Command.BRW}
 _WRITES = {Command.APWR, Command.FPWR, Command.BWR, Command.APRW, Command.FPRW, Command.BRW}
@@ -20,6 +20,8 @@ _POSITION = {Command.APRD, Command.APWR, Command.APRW, Command.ARMW}
 _STATION = {Command.FPRD, Command.FPWR, Command.FPRW, Command.FRMW}
 _BROADCAST = {Command.BRD, Command.BWR, Command.BRW}
 _LOGICAL = {Command.LRD, Command.LWR, Command.LRW}
+
+SYNC_MANAGERS = (reg.SYNC_MANAGER_END - reg.SYNC_MANAGER) // 8
 
 
 def _ignore(*_: object) -> None:
@@ -212,6 +214,10 @@ class SlaveController:
         self._managers = [
             before[m.number].continued(m) if m.number in before else m for m in managers
         ]
+        full = {m.number for m in self._managers if m.full}
+        for number in range(SYNC_MANAGERS):
+            if number not in full:
+                self.memory[reg.SYNC_MANAGER + 8 * number + 5] &= ~FULL
         for manager in self._managers:
             if manager.repeat_asked(self.memory):
                 manager.repeat(self.memory)

@@ -104,10 +104,10 @@ def counter_offset(rig: Rig, offset: int) -> Undo:
     return lambda: setattr(rig.bench.segment, "counter_offset", 0)
 
 
-def cable_cut(rig: Rig, after: str) -> Undo:
+def cable_cut(rig: Rig, behind: str) -> Undo:
     """The cable is cut behind a slave; 'master' cuts it in front of the first one."""
     segment = rig.bench.segment
-    position = 0 if after == "master" else rig.bench.slaves.index(rig.slave(after)) + 1
+    position = 0 if behind == "master" else rig.bench.slaves.index(rig.slave(behind)) + 1
     segment.cut_after = position
     segment.show_topology()
 
@@ -202,8 +202,12 @@ def drive_fault(rig: Rig, axis: str = "wheel", code: int = 0x2310, persists: boo
 
 
 def stuck_axis(rig: Rig, axis: str = "wheel") -> Undo:
-    """The shaft is blocked while the drive says that it runs, until it sees its following error."""
+    """The shaft is blocked while the drive wants it to turn, until it sees its following error."""
     drive = rig.drive(axis)
+    stick = getattr(rig.bench.plant, "stick", None)
+    if stick is not None:
+        stick(axis, True)
+        return lambda: stick(axis, False)
     drive.stuck = True
     return lambda: setattr(drive, "stuck", False)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import gc
 import select
 import time
+from typing import Any
 
 from flatplank_hw.ethercat.emulator.bench import EmulatedBench
 from flatplank_hw.ethercat.emulator.control import ControlServer
@@ -13,6 +14,7 @@ from flatplank_hw.ethercat.emulator.port import Port
 from flatplank_hw.ethercat.emulator.wire import Wire
 from flatplank_hw.ethercat.realtime import prepare
 
+STALL_NS = 3_000_000
 SILENT_CYCLES = 5
 """a longer silence of the master is a silence: bench time follows the wall again"""
 
@@ -32,6 +34,8 @@ class Runner:
         self._wall = 0
         """wall time up to which bench time has gone [ns]"""
         self._silent = True
+        self.stalled_ns = 0
+        """wall time for which this process was not let run [ns]"""
 
     def attach(self, control: ControlServer) -> None:
         """Listen to a control socket."""
@@ -45,14 +49,21 @@ class Runner:
         if self.control is not None:
             self.control.close()
 
+    def facts(self) -> dict[str, Any]:
+        """About the process, for the control socket."""
+        return {"scheduling": self.scheduling, "stalled_ms": self.stalled_ns / 1e6}
+
     def run(self, fifo: bool = False) -> None:
         """Until `running` goes false."""
         self.scheduling = prepare(fifo, priority=40)
         self._wall = time.monotonic_ns()
+        gc.freeze()
         gc.disable()
         while self.running:
-            self._poll.poll(self._timeout_ms())
+            deadline = self._deadline()
+            self._poll.poll(max(deadline - time.monotonic_ns(), 0) / 1e6)
             now = time.monotonic_ns()
+            self._forgive(now - deadline)
             self._serve(now)
             for frame in self.wire.due(now):
                 self.port.send(frame)
@@ -60,14 +71,18 @@ class Runner:
                 self.control.poll()
             self._silence(now)
 
-    def _timeout_ms(self) -> float:
-        now = time.monotonic_ns()
+    def _deadline(self) -> int:
+        """When there is something to do even if nothing comes [ns]."""
         period = self.bench.bus.period_ns
         until = self._wall + (period if self._silent else SILENT_CYCLES * period)
         due = self.wire.next_due
-        if due is not None:
-            until = min(until, due)
-        return max(until - now, 0) / 1e6
+        return until if due is None else min(until, due)
+
+    def _forgive(self, late: int) -> None:
+        """A wait that ended late was this process's own stall: no bench time has passed in it."""
+        if late > STALL_NS:
+            self._wall += late
+            self.stalled_ns += late
 
     def _serve(self, now: int) -> None:
         while True:
@@ -90,7 +105,6 @@ class Runner:
         period = self.bench.bus.period_ns
         if not self._silent and now - self._wall >= SILENT_CYCLES * period:
             self._silent = True
-            gc.collect()
         if self._silent:
             while now - self._wall >= period:
                 self._wall += period

@@ -14,10 +14,10 @@ from flatplank_hw.ethercat.strict import nearest
 class Vocabulary:
     """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles` (how long)."""
 
-    def __init__(self, rig: Rig, stop: Callable[[], None], scheduling: Callable[[], str]) -> None:
+    def __init__(self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]) -> None:
         self.rig = rig
         self._undo: dict[str, list[Undo]] = {}
-        self._scheduling = scheduling
+        self._facts = facts
         self._words: dict[str, Callable[..., dict[str, Any]]] = {
             "mend": self._mend,
             "state": self._state,
@@ -70,7 +70,7 @@ class Vocabulary:
         return {
             "cycle": bench.cycle,
             "now_ns": bench.now,
-            "scheduling": self._scheduling(),
+            **self._facts(),
             "wire": dict(self.rig.wire.counts),
             "slaves": [
                 {
@@ -94,6 +94,7 @@ class Vocabulary:
         known = [n for n in dir(operator) if not n.startswith("_")]
         if name not in known:
             raise ValueError(f"no operator's switch '{name}'{nearest(name, known)}")
+        self.rig.bench.witness.fault(self.rig.bench.now)
         getattr(operator, name)(*(arguments or []))
         return {"cycle": self.rig.bench.cycle + 1}
 

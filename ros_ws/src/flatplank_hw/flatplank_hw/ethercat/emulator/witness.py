@@ -7,8 +7,10 @@ from typing import Any
 
 from flatplank_hw.bus.image import AXES, BusInputs
 
+WHEEL_MOVING = 0.002
+"""wheel speed over which the wheel counts as turning; its ordinary speed is 0.1 [rad/s]"""
 MOVING = 800
-"""motor counts per cycle over which a shaft counts as turning (2^23 counts per turn: 1e-4 turns)"""
+"""the same for a motor alone [counts per cycle]"""
 ENABLED_MASK, ENABLED = 0x006F, 0x0027
 
 
@@ -25,14 +27,20 @@ class Witness:
         self.now = 0
         self._position: list[int | None] = [None] * len(AXES)
 
-    def see(self, now: int, inputs: BusInputs) -> None:
-        """One cycle of the plant's own truth, before any firmware has changed it."""
+    def see(self, now: int, inputs: BusInputs, wheel_speed: float | None = None) -> None:
+        """One cycle of the plant's own truth, before any firmware has changed it.
+
+        wheel_speed: of the wheel itself, behind gear and backlash [rad/s]; None: the motor's counts.
+        """
         self.now = now
         for i, axis in enumerate(inputs.axes):
             before = self._position[i]
             if before is not None:
                 step = (axis.position - before + 2**31) % 2**32 - 2**31
-                if abs(step) > MOVING:
+                turning = abs(step) > MOVING
+                if i == 0 and wheel_speed is not None:
+                    turning = abs(wheel_speed) > WHEEL_MOVING
+                if turning:
                     self.last_moving[i] = now
             self._position[i] = axis.position
             on = axis.status_word & ENABLED_MASK == ENABLED

@@ -17,7 +17,7 @@ from flatplank_hw.ethercat.master.interface import (
     check_permission,
 )
 from flatplank_hw.ethercat.master.link import ParentLink
-from flatplank_hw.ethercat.master.loop import BusLoop
+from flatplank_hw.ethercat.master.loop import BusLoop, Timing
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.ethercat.realtime import prepare
 
@@ -31,6 +31,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--data-fd", type=int, required=True)
     parser.add_argument("--control-fd", type=int, required=True)
     parser.add_argument("--fifo", action="store_true")
+    parser.add_argument("--slip", action="store_true")
+    parser.add_argument("--reply-timeout-ms", type=float, default=0.0)
     return parser.parse_args(arguments)
 
 
@@ -48,7 +50,8 @@ def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> 
         raise BusError(f"{error}; install it: pip install pysoem") from None
     soem = SoemBus(bus, options.interface)
     soem.open()
-    loop = BusLoop(bus, soem, link, prepare(options.fifo, priority=50))
+    timing = Timing(options.slip, options.reply_timeout_ms * 1e-3)
+    loop = BusLoop(bus, soem, link, prepare(options.fifo, priority=50), timing)
     try:
         loop.start()
     except ValueError:

@@ -41,10 +41,14 @@ class BusClient:
         interface: str,
         rate_hz: int = 0,
         fifo: bool = True,
+        slip: bool = False,
+        reply_timeout_ms: float = 0.0,
         launch: Sequence[str] = (),
         on_event: Callable[[dict[str, Any]], None] | None = None,
     ) -> None:
-        """rate_hz 0: as in the bus file; launch: words in front of the interpreter, for instance
+        """rate_hz 0: as in the bus file; slip: after a stall of this computer cycle numbers go on
+        without a gap (for an emulated bus, which stalls with it); reply_timeout_ms: a later answer is
+        lost (0: 2 ms or 0.6 of the period; an emulator on a busy computer wants 12); launch: words in front of the interpreter, for instance
         those of `BenchNamespace.enter`; on_event: told of emergencies and recoveries."""
         self.bus = read_bus_file(bus_file)
         self.interface = interface
@@ -54,7 +58,9 @@ class BusClient:
         self.last_report: dict[str, Any] = {}
         """diagnostics that the bus process left at its end"""
         self._bus_file = str(bus_file)
-        self._fifo = fifo
+        self._slip = slip
+        self._flags = ["--fifo"] * fifo + ["--slip"] * slip
+        self._flags += ["--reply-timeout-ms", str(reply_timeout_ms)]
         self._launch = list(launch)
         self._on_event = on_event or (lambda _event: None)
         self._lock = threading.Lock()
@@ -76,7 +82,7 @@ class BusClient:
         words += ["--interface", self.interface, "--bus", self._bus_file]
         words += ["--rate", str(self.rate_hz)]
         words += ["--data-fd", str(data.fileno()), "--control-fd", str(control.fileno())]
-        words += ["--fifo"] * self._fifo
+        words += self._flags
         self.process = subprocess.Popen(
             words,
             pass_fds=(data.fileno(), control.fileno()),
@@ -169,9 +175,12 @@ class BusClient:
         return found
 
     def _invent(self, now: float) -> BusInputs:
-        """As many cycles on as the wall says; the bus process will count likewise."""
+        """As many cycles on as the wall says; the bus process will count likewise.
+
+        With `slip` it does not, so there the images count one by one.
+        """
         self.invented += 1
-        gone = max(round((now - self._last_wall) * self.rate_hz), 1)
+        gone = max(round((now - self._last_wall) * self.rate_hz), 1) if not self._slip else 1
         cycle = self._last.cycle + gone
         self._last = self._last._replace(
             cycle=cycle, stamp_ns=cycle * self.period_ns, health=int(Health.LOST)

@@ -6,13 +6,14 @@ from __future__ import annotations
 import time
 from typing import Any, NamedTuple
 
-from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
+from flatplank_hw.bus.image import BusInputs, Health
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master.errors import BusError
 from flatplank_hw.ethercat.master.guard import Cause, Guard
 from flatplank_hw.ethercat.master.health import HealthMonitor, Seen
 from flatplank_hw.ethercat.master.histogram import Histogram
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
+from flatplank_hw.ethercat.master.inbox import Inbox
 from flatplank_hw.ethercat.master.ladder import Ladder, Rung
 from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.pacing import CycleClock
@@ -21,11 +22,23 @@ from flatplank_hw.ethercat.master.soem import SoemBus
 
 STATE_POLL = 10
 """AL states are read every so many cycles, and at once when something looks wrong"""
-MAILBOX_POLL = 5
+MAILBOX_POLL_S = 0.008
+"""one mailbox is looked into so often, in turn [s]"""
+SILENT = 25
+"""cycles without an answer after which the wire counts as silent"""
 STOP_S = 0.4
 """longest time that the axes get to stop before the bus is taken down [s]"""
 TURNING = 2000
 """motor speed over which an axis counts as turning [counts/s]"""
+
+
+class Timing(NamedTuple):
+    """How the loop treats time; the defaults are for a real bus."""
+
+    slip: bool = False
+    """after a stall the cycle numbers go on without a gap"""
+    reply_timeout_s: float = 0.0
+    """a later answer is lost; 0: 2 ms, at most 0.6 of the period [s]"""
 
 
 class Emergency(NamedTuple):
@@ -40,7 +53,7 @@ class Emergency(NamedTuple):
 class BusLoop:
     """Everything of one running bus."""
 
-    def __init__(self, bus: BusFile, soem: SoemBus, link: ParentLink, scheduling: str) -> None:
+    def __init__(self, bus: BusFile, soem: SoemBus, link: ParentLink, scheduling: str, timing: Timing) -> None:
         self.bus = bus
         self.soem = soem
         self.link = link
@@ -56,12 +69,17 @@ class BusLoop:
         self.emergencies: list[Emergency] = []
         self.health = Health.LOST
         self.inputs: BusInputs | None = None
-        self.commands: dict[int, AxisCommand] = {}
-        self.clock = CycleClock(bus.period_ns, time.perf_counter_ns())
+        self.inbox = Inbox()
+        self.timing = timing
+        self.clock = CycleClock(bus.period_ns, time.perf_counter_ns(), timing.slip)
+        self._patience = timing.reply_timeout_s or min(bus.period_ns * 0.6e-9, 0.002)
         self._mailboxes = [i for i, s in enumerate(bus.slaves) if s.mailbox is not None]
+        self._turn = 0
+        self._mailbox_poll = max(round(MAILBOX_POLL_S * bus.rate_hz), 2)
         self._last_start = 0
         self._blank = [bytes((s.input_bits + 7) // 8) for s in bus.slaves]
         self._trouble = ""
+        self._arrived = False
         soem.emergency = self._emergency
 
     def start(self) -> None:
@@ -69,7 +87,7 @@ class BusLoop:
         self.soem.scan()
         self.soem.configure()
         self.soem.to_op(self.outputs.encode((), 0, 0))
-        self.clock = CycleClock(self.bus.period_ns, time.perf_counter_ns())
+        self.clock = CycleClock(self.bus.period_ns, time.perf_counter_ns(), self.timing.slip)
 
     def run(self) -> None:
         """Cycle until told to stop or the parent is gone; then stop the axes."""
@@ -87,25 +105,24 @@ class BusLoop:
             self.cycle_times.add(now - self._last_start)
         self._last_start = now
         cycle = self.clock.advance(now)
-        for command in self.link.commands():
-            self.commands[command.axis] = command
+        self.inbox.take(self.link.commands())
         self._exchange(cycle)
         self.link.publish(self.guard.overlay(self.inputs))
         self._housekeeping(cycle)
 
     def _exchange(self, cycle: int) -> None:
-        asked = self.guard.step(cycle, self.commands, self.inputs, self.health)
+        asked = self.guard.step(cycle, self.inbox.current, self.inputs, self.health)
         digital = 0
         for command in asked:
             digital |= command.digital_outputs
         data = self.outputs.encode(asked, digital, cycle)
-        timeout = min(self.bus.period_ns * 0.6e-9, 0.002)
-        result = self.soem.exchange(data, timeout)
+        result = self.soem.exchange(data, self._patience)
         echo_ok = True
         if result.arrived:
             self.round_trips.add(result.round_trip_ns)
             if self.outputs.echo is not None:
                 echo_ok = self.soem.output_byte(*self.outputs.echo) == cycle & 0xFF
+        self._arrived = result.arrived
         self.health = self.monitor.observe(Seen(result.arrived, result.counter, echo_ok))
         good = self.health in (Health.OK, Health.DEGRADED) and result.arrived
         self._decode(cycle, self.soem.inputs() if good or self.inputs is None else None)
@@ -127,16 +144,23 @@ class BusLoop:
         for request in self.link.requests():
             self._serve(request)
         bad = self.health not in (Health.OK, Health.DEGRADED)
-        if cycle % STATE_POLL == 0 or (self.monitor.suspicious and cycle % 2 == 0):
+        if self._look_at_states(cycle):
             self.monitor.states(self.soem.states())
-        elif cycle % MAILBOX_POLL == 0 and self._mailboxes and not bad:
-            self.soem.poll_mailbox(self._mailboxes[cycle // MAILBOX_POLL % len(self._mailboxes)])
-        else:
+        elif cycle % self._mailbox_poll == 0 and self._mailboxes and self._arrived and not bad:
+            self._turn = (self._turn + 1) % len(self._mailboxes)
+            self.soem.poll_mailbox(self._mailboxes[self._turn])
+        elif self._arrived or bad:
             self.sdos.serve(self.soem)
         if bad or self.health != Health.OK:
             self._recover()
         else:
             self.ladder.step(time.monotonic(), self.health, ())
+
+    def _look_at_states(self, cycle: int) -> bool:
+        """Often when something is wrong, but seldom on a silent wire, where each look costs 10 ms."""
+        if self._arrived:
+            return cycle % STATE_POLL == 0 or (self.monitor.suspicious and cycle % 2 == 0)
+        return self.monitor.in_a_row > SILENT and cycle % SILENT == 0
 
     def _recover(self) -> None:
         states = tuple(s.state for s in self.monitor.faulty)

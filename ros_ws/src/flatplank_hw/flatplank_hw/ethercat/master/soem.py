@@ -18,8 +18,10 @@ from flatplank_hw.ethercat.master.health import SlaveState, describe
 from flatplank_hw.ethercat.master.identity import check_identities
 from flatplank_hw.ethercat.master.image import expected_counter
 
-SDO_TIMEOUT_US = 30_000
+SDO_TIMEOUT_US = 20_000
 """an unanswered SDO stops the cycle for so long; the library's 700 ms would trip every watchdog"""
+START_SDO_TIMEOUT_US = 700_000
+"""before OP nothing suffers from a slow slave"""
 WATCHDOG_DIVIDER_NS = 100_000
 STATES = {"INIT": 1, "PREOP": 2, "SAFEOP": 4, "OP": 8}
 
@@ -58,8 +60,7 @@ class SoemBus:
                 f"interface '{self.interface}' cannot be opened; is it there, and up?"
             ) from None
         self._fd = max(_sockets() - before)
-        self._master.sdo_read_timeout = SDO_TIMEOUT_US
-        self._master.sdo_write_timeout = SDO_TIMEOUT_US
+        self._set_sdo_timeout(SDO_TIMEOUT_US)
 
     def reopen(self) -> None:
         """A new socket: whatever answers were on their way are gone."""
@@ -77,6 +78,13 @@ class SoemBus:
 
     def configure(self) -> None:
         """SDOs, PDOs, image, watchdogs; the slaves are in SAFEOP afterwards."""
+        self._set_sdo_timeout(START_SDO_TIMEOUT_US)
+        try:
+            self._configure()
+        finally:
+            self._set_sdo_timeout(SDO_TIMEOUT_US)
+
+    def _configure(self) -> None:
         for slave, spec in zip(self._master.slaves, self.bus.slaves, strict=True):
             if spec.mailbox is not None:
                 slave.config_func = self._configurer(spec)
@@ -126,6 +134,9 @@ class SoemBus:
         for slave in self._master.slaves:
             if slave.state & 0x0F in (STATES["OP"], STATES["SAFEOP"]):
                 continue
+            if slave.state & 0x10:
+                slave.state = slave.state & 0x0F | pysoem.STATE_ACK
+                slave.write_state()
             if slave.state == 0 and not slave.recover(2000):
                 good = False
             elif slave.reconfig(2000) != STATES["SAFEOP"]:
@@ -203,6 +214,10 @@ class SoemBus:
         self._sdo(number, lambda s: s.sdo_write(index, subindex, data))
 
     # --- details ---------------------------------------------------------------------------
+
+    def _set_sdo_timeout(self, timeout_us: int) -> None:
+        self._master.sdo_read_timeout = timeout_us
+        self._master.sdo_write_timeout = timeout_us
 
     def _sdo(self, number: int, act: Callable[[pysoem.CdefSlave], bytes]) -> bytes:
         name = self.bus.slaves[number].name

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A device description into the bus file: identity and PDOs from the maker, channels from us."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
+from flatplank_hw.ethercat.esi.read import EsiDevice, EsiError
+from flatplank_hw.ethercat.strict import nearest
+
+CIA402 = {
+    0x6040: "control_word",
+    0x6060: "mode",
+    0x607A: "target_position",
+    0x60FF: "target_velocity",
+    0x6071: "target_torque",
+    0x6041: "status_word",
+    0x6061: "mode_display",
+    0x6064: "position",
+    0x606C: "velocity",
+    0x6077: "torque",
+    0x603F: "error_code",
+}
+"""objects of CiA 402 and what they are to an axis"""
+TORQUES = (0x6071, 0x6077)
+PER_THOUSAND = 1000.0
+
+
+def slave_from_device(
+    device: EsiDevice, name: str, kind: str, axis: str = "", rated_torque_nm: float = 0.0
+) -> Slave:
+    """A slave of the bus file; with an axis its CiA 402 objects get their channels.
+
+    Torques are in thousandths of the rated torque [N m], so that one must be given for them.
+    """
+    channels = _cia402(axis, rated_torque_nm) if axis else {}
+    return Slave(
+        name=name,
+        device=kind,
+        vendor=device.vendor,
+        product=device.product,
+        revision=device.revision,
+        axis=axis,
+        dc=device.dc,
+        mailbox=device.mailbox,
+        sync_managers=device.sync_managers,
+        outputs=_named(device.outputs, channels, echo=bool(axis)),
+        inputs=_named(device.inputs, channels, echo=False),
+        write_assignment=not device.fixed_assignment,
+        sdos=device.sdos,
+    )
+
+
+def merge_device(
+    bus: BusFile, name: str, device: EsiDevice, rated_torque_nm: float = 0.0
+) -> BusFile:
+    """The bus with the identity and the PDOs of one slave replaced; its channels stay where their
+    objects are. Channels that would be lost are an error."""
+    names = [s.name for s in bus.slaves]
+    if name not in names:
+        raise EsiError(f"no slave '{name}' in the bus file{nearest(name, names)}")
+    old = bus.slave(name)
+    new = slave_from_device(device, name, old.device, old.axis, rated_torque_nm)
+    known = {
+        (e.index, e.subindex): e for e in (*old.output_entries, *old.input_entries) if e.index
+    }
+    new = replace(
+        new,
+        outputs=_kept(new.outputs, known),
+        inputs=_kept(new.inputs, known),
+        sdos=tuple({(s.index, s.subindex): s for s in (*new.sdos, *old.sdos)}.values()),
+        objects=old.objects,
+    )
+    _check_nothing_lost(old, new, rated_torque_nm)
+    slaves = tuple(new if s.name == name else s for s in bus.slaves)
+    return replace(bus, slaves=slaves)
+
+
+def _cia402(axis: str, rated_torque_nm: float) -> dict[int, Entry]:
+    found = {}
+    for index, word in CIA402.items():
+        if index in TORQUES and not rated_torque_nm:
+            continue
+        unit = rated_torque_nm / PER_THOUSAND if index in TORQUES else 0.0
+        found[index] = Entry(index, 0, "", 0, channel=f"{axis}.{word}", unit_nm=unit)
+    return found
+
+
+def _named(pdos: tuple[Pdo, ...], channels: dict[int, Entry], echo: bool) -> tuple[Pdo, ...]:
+    """Channels on their first assigned place; the first whole padding byte carries the echo."""
+    used: set[str] = set()
+    out = []
+    for pdo in pdos:
+        entries = []
+        for entry in pdo.entries:
+            source = channels.get(entry.index)
+            if source is not None and pdo.assigned and source.channel not in used:
+                used.add(source.channel)
+                entry = replace(entry, channel=source.channel, unit_nm=source.unit_nm)
+            elif echo and not entry.index and entry.bits == 8 and pdo.assigned:
+                entry, echo = replace(entry, channel="echo"), False
+            entries.append(entry)
+        out.append(replace(pdo, entries=tuple(entries)))
+    return tuple(out)
+
+
+def _kept(pdos: tuple[Pdo, ...], known: dict[tuple[int, int], Entry]) -> tuple[Pdo, ...]:
+    def keep(entry: Entry) -> Entry:
+        old = known.get((entry.index, entry.subindex))
+        if old is None or not old.channel:
+            return entry
+        return replace(
+            entry,
+            channel=old.channel,
+            full_scale_volts=old.full_scale_volts,
+            full_scale_counts=old.full_scale_counts,
+            unit_nm=old.unit_nm,
+        )
+
+    return tuple(replace(p, entries=tuple(keep(e) for e in p.entries)) for p in pdos)
+
+
+def _check_nothing_lost(old: Slave, new: Slave, rated_torque_nm: float) -> None:
+    had = {e.channel for e in (*old.output_entries, *old.input_entries)} - {"", "echo"}
+    has = {e.channel for e in (*new.output_entries, *new.input_entries)}
+    lost = sorted(had - has)
+    if lost:
+        torque = any("torque" in c for c in lost) and not rated_torque_nm
+        hint = "; give the rated torque" if torque else "; choose another PDO or revision"
+        raise EsiError(f"slave '{new.name}': the device has no place for {', '.join(lost)}{hint}")

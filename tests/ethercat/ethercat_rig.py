@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bench on an emulated bus for tests: namespace, emulator process, bus process, and a node by hand."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
+from flatplank_hw.ethercat.emulator.control import Control
+from flatplank_hw.ethercat.master import BusClient
+from flatplank_hw.ethercat.namespace import EMULATOR, MASTER, BenchNamespace, NamespaceError
+
+BUS_FILES = Path(__file__).parents[2] / "ros_ws/src/flatplank_hw/config/bus"
+BENCH = BUS_FILES / "bench.yaml"
+TURNING = 200_000_000
+"""motor speed of about 0.1 rad/s at the wheel [counts/s]"""
+VELOCITY_MODE = 9
+_UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
+
+
+def namespace() -> BenchNamespace:
+    """A namespace, or a skipped test that says why."""
+    try:
+        return BenchNamespace()
+    except NamespaceError as error:
+        pytest.skip(str(error))
+
+
+class Emulator:
+    """The emulator as a program of its own, with its control socket."""
+
+    def __init__(self, ns: BenchNamespace, bus: Path = BENCH, *more: str) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="fp-")
+        path = f"{self._folder.name}/control"
+        words = [*ns.enter, sys.executable, "-m", "flatplank_hw.ethercat.emulator"]
+        words += ["--interface", EMULATOR, "--bus", str(bus), "--control", path]
+        self.process = subprocess.Popen(
+            [*words, "--fifo", "--with-parent", *more],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        assert self.process.stdout is not None and self.process.stderr is not None
+        if self.process.stdout.readline().strip() != b"ready":
+            pytest.fail(f"emulator: {self.process.stderr.read().decode()}")
+        self.control = Control(path)
+
+    def send(self, do: str, **arguments: Any) -> dict[str, Any]:
+        """One word on the control socket."""
+        return self.control.send(do, **arguments)
+
+    def wheel(self) -> dict[str, Any]:
+        """What the witness at the plant's shaft says of the wheel."""
+        return self.send("witness")["axes"]["wheel"]
+
+    def close(self, kill: bool = False) -> None:
+        """End it, or kill it."""
+        if kill:
+            self.process.kill()
+        else:
+            self.process.terminate()
+        self.process.communicate()
+        self.control.close()
+        self._folder.cleanup()
+
+
+class InsistentNode:
+    """The worst node there is: once told to, it drives towards 'enabled and turning' for ever.
+
+    It never looks at the health. That nothing moves by itself after a fault must come from the bus.
+    """
+
+    def __init__(self, client: BusClient) -> None:
+        self.client = client
+        self.last: BusInputs | None = None
+        self.insists = False
+        self.speed = TURNING
+        self.silent = False
+        self.resets = 0
+        self.seen: set[str] = set()
+        self.gaps = 0
+
+    def run(
+        self, until: Callable[[BusInputs], bool], seconds: float = 5.0, what: str = ""
+    ) -> BusInputs:
+        """Answer images until a condition holds; the limit is only for a test that fails."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            for inputs in self.client.poll():
+                self._answer(inputs)
+                if until(inputs):
+                    return inputs
+        report = self.client.diagnostics() if self.client.alive else {}
+        pytest.fail(f"not reached: {what or until}; last {self.last}, {report}")
+
+    def cycles(self, count: int) -> None:
+        """Go on for so many cycles."""
+        start = self.last.cycle if self.last else 0
+        self.run(lambda i: i.cycle >= start + count, what=f"{count} cycles")
+
+    def _answer(self, inputs: BusInputs) -> None:
+        if self.last is not None and inputs.cycle != self.last.cycle + 1:
+            self.gaps += 1
+        self.last = inputs
+        self.seen.add(Health(inputs.health).name)
+        if self.silent:
+            return
+        word = 0
+        if self.resets:
+            self.resets -= 1
+            word = 0x80 if self.resets == 0 else 0x00
+        elif self.insists:
+            word = _UPWARD.get(inputs.axes[0].status_word & 0x6F, 0)
+        speed = self.speed if self.insists else 0
+        self.client.send(AxisCommand(0, inputs.cycle, word, VELOCITY_MODE, 0, speed, 0, 0))
+
+    def reset(self) -> None:
+        """One fault reset: the bit goes up once."""
+        self.resets = 3
+
+    def spin_up(self) -> None:
+        """Enable and turn."""
+        self.insists = True
+        self.run(
+            lambda i: i.health == 0 and i.axes[0].velocity > TURNING * 0.9, what="wheel turns"
+        )
+
+    def rest(self) -> None:
+        """Disable and wait for standstill."""
+        self.insists = False
+        self.run(lambda i: abs(i.axes[0].velocity) < 1000, what="wheel rests")
+
+
+class Bench:
+    """Everything together; the wheel hangs free, so that it may turn."""
+
+    def __init__(self, bus: Path = BENCH, rate_hz: int = 0, emulator: tuple[str, ...] = ()) -> None:
+        self.namespace = namespace()
+        self.bus = bus
+        self.events: list[dict[str, Any]] = []
+        self.emulator: Emulator | None = None
+        try:
+            rate = ("--rate", str(rate_hz)) if rate_hz else ()
+            self.emulator = Emulator(self.namespace, bus, *rate, *emulator)
+            self.client = BusClient(
+                bus,
+                MASTER,
+                rate_hz=rate_hz,
+                slip=True,
+                launch=self.namespace.enter,
+                on_event=self.events.append,
+            )
+            self.client.start()
+            self.node = InsistentNode(self.client)
+        except BaseException:
+            self.close()
+            raise
+
+    def unload(self) -> None:
+        """Lift the wheel off the road."""
+        self.emulator.send("operator", name="unload")
+        self.node.cycles(5)
+
+    def close(self) -> None:
+        """End everything."""
+        if hasattr(self, "client"):
+            self.client.stop()
+        if self.emulator is not None:
+            self.emulator.close()
+        self.namespace.close()
