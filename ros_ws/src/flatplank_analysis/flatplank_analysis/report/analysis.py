@@ -18,7 +18,6 @@ from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
 from flatplank_analysis.identify.linear import linear_run
 from flatplank_analysis.identify.mf.points import points_from_runs
-from flatplank_analysis.identify.quality import is_transient, rmse
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.models.steady_law import table_law
@@ -26,6 +25,7 @@ from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of, on_grid, repeat_std
 from flatplank_analysis.post.slip import StepFacts, step_facts
+from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.magic import fit_points, mf_curves
 from flatplank_analysis.report.results import (
@@ -54,6 +54,8 @@ COLUMNS = (
 SHOWN = ("fx", "fy", "fz", "plank_velocity")
 THIN = 20
 """every 20th point of the 0.1 mm grid is kept after the filter: 2 mm"""
+MODEL_SPACING = 0.005
+"""grid of the nonlinear model [m]"""
 TAIL = 0.5
 """road over which a steady lateral force is averaged [m]"""
 ROLLING = ("slip", "free_rolling")
@@ -252,9 +254,8 @@ def linear_curves(conditions: Sequence[ConditionResult]) -> ModelCurves:
     """The linear model of every condition."""
     curves, errors = {}, {}
     for c in conditions:
-        x = c.since_step[(c.since_step >= 0.0) & np.isfinite(c.measured["fx"])]
-        curves[c.condition] = (x, c.linear.response(x))
-        errors[c.condition] = c.linear.rmse_transient
+        x = positions(c)
+        curves[c.condition], errors[c.condition] = compared(c, x, c.linear.response(x))
     return ModelCurves("linear", "linear transient model", curves, errors)
 
 
@@ -266,20 +267,14 @@ def nonlinear_curves(
     load = float(np.mean([run.mean_load for run in steps]))
     mu = float(np.max(np.abs(fit.curve.force))) / load
     model = NonlinearX(lambda _: law, friction=mu)
+    stiffness = np.array([[fit.c_cx.value]])
     curves, errors = {}, {}
     for c in conditions:
-        runs = [s for s in steps if s.level == c.condition.kappa]
-        x = c.since_step[(c.since_step >= 0.0) & np.isfinite(c.measured["fx"])]
+        x = positions(c)
         parts = []
-        for run in runs:
-            inputs = run.inputs(0.005, c.linear.start_force.value)
-            grid, _ = run.grid(0.005, run.fx[None])
-            force = model.simulate(np.array([[fit.c_cx.value]]), inputs)[0, 0]
-            parts.append(np.interp(x, grid, force))
-        response = np.mean(parts, axis=0)
-        curves[c.condition] = (x, response)
-        seen = c.measured["fx"][np.isin(c.position, x + c.step_position)]
-        if seen.size != x.size:
-            seen = np.interp(x, c.since_step, c.measured["fx"])
-        errors[c.condition] = rmse(seen, response, is_transient(x, c.linear.transient_end))
+        for run in (s for s in steps if s.level == c.condition.kappa):
+            grid, _ = run.grid(MODEL_SPACING, run.fx[None])
+            inputs = run.inputs(MODEL_SPACING, c.linear.start_force.value)
+            parts.append(np.interp(x, grid, model.simulate(stiffness, inputs)[0, 0]))
+        curves[c.condition], errors[c.condition] = compared(c, x, np.mean(parts, axis=0))
     return ModelCurves("nonlinear", "nonlinear transient model", curves, errors)

@@ -11,10 +11,10 @@ import numpy as np
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
 from flatplank_analysis.identify.mf.points import SteadyPoints, merge, steady_points
-from flatplank_analysis.identify.quality import is_transient, rmse
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.mf_tyre import MFTyre
 from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.results import ConditionResult, ModelCurves, PointResult
 
 MIN_LEVELS = 5
@@ -54,9 +54,10 @@ def mf_curves(fit: MFFit, point: PointResult) -> ModelCurves:
     model = MFTyre(fit.tir.coefficients)
     curves, errors = {}, {}
     for c in point.conditions:
-        keep = (c.since_step >= 0.0) & np.isfinite(c.measured["fx"])
-        x, seen = c.since_step[keep], c.measured["fx"][keep]
-        load = c.measured["fz"][keep] if "fz" in c.measured else np.full_like(x, _load(c))
+        x = positions(c)
+        load = np.full_like(x, _load(c))
+        if "fz" in c.measured:
+            load = np.interp(x, c.since_step, c.measured["fz"])
         kappa = c.facts.kappa_actual if math.isfinite(c.facts.kappa_actual) else c.condition.kappa
         inputs = slip_inputs(
             x,
@@ -69,6 +70,5 @@ def mf_curves(fit: MFFit, point: PointResult) -> ModelCurves:
             start_fy=c.lateral_steady if math.isfinite(c.lateral_steady) else 0.0,
         )
         response = model.simulate(np.empty((1, 0)), inputs)[0, 0]
-        curves[c.condition] = (x, response)
-        errors[c.condition] = rmse(seen, response, is_transient(x, c.linear.transient_end))
+        curves[c.condition], errors[c.condition] = compared(c, x, response)
     return ModelCurves("mf", "MF-Tyre", curves, errors)
