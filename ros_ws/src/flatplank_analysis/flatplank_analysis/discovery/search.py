@@ -181,28 +181,8 @@ class _Searcher:
         own = state.fit
         starts = [term_of(item.candidate, item.sizes * s) for s in item.candidate.effect.starts()]
         if len(starts) > 1:
-            starts = [self.line_search(state, item)]
+            starts = [line_search(self.model, state, item)]
         return self.fitter.fit(own.base, [*own.terms, starts[0]], known=own, quick=True)
-
-    def line_search(self, state: State, item: Screened) -> Term:
-        """Size with the smallest plain sum of squares once the base has moved along."""
-        effect, fit = item.candidate.effect, state.fit
-        width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
-        terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
-        terms += [term_of(item.candidate, np.ones_like(width) * s) for s in (1.0, 3.0)]
-        own = fit.lane()
-        lanes = [Lane(own.base, (*own.effects, (effect, t.values))) for t in terms]
-        change = self.model.predict(lanes) - fit.predicted
-        weight = self.fitter.weight
-        flat = (state.jacobian * weight).reshape(len(state.jacobian), -1)
-        gram = flat @ flat.T
-        gram += 1e-8 * np.trace(gram) * np.eye(len(gram))
-        errors = []
-        for c in change:
-            e = ((state.residual - c) * weight).reshape(-1)
-            right = flat @ e
-            errors.append(float(e @ e - right @ np.linalg.solve(gram, right)))
-        return terms[int(np.argmin(errors))]
 
     def preferred(
         self, tried: list[tuple[Decision, Fit]], step: Step
@@ -266,6 +246,27 @@ class _Searcher:
         rows = list(range(offset)) + [offset + i for i, _ in kept]
         smaller = self.fitter.fit(fit.base, [fit.terms[j] for j in rows])
         return self.step_of(smaller, [f for _, f in kept])
+
+
+def line_search(model: Model, state: State, item: Screened) -> Term:
+    """Size with the smallest plain sum of squares once the base has moved along."""
+    effect, fit = item.candidate.effect, state.fit
+    width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
+    terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
+    terms += [term_of(item.candidate, np.ones_like(width) * s) for s in (1.0, 3.0)]
+    own = fit.lane()
+    lanes = [Lane(own.base, (*own.effects, (effect, t.values))) for t in terms]
+    change = model.predict(lanes) - fit.predicted
+    weight = 1.0 / np.array([max(f.floor, 1e-12) for f in state.floors])[:, None, None]
+    flat = (state.jacobian * weight).reshape(len(state.jacobian), -1)
+    gram = flat @ flat.T
+    gram += 1e-8 * np.trace(gram) * np.eye(len(gram))
+    errors = []
+    for c in change:
+        e = ((state.residual - c) * weight).reshape(-1)
+        right = flat @ e
+        errors.append(float(e @ e - right @ np.linalg.solve(gram, right)))
+    return terms[int(np.argmin(errors))]
 
 
 def _nearly(decision: Decision) -> bool:

@@ -16,6 +16,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.errors import FlatplankError
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,11 @@ def make_candidates(
                 values = effect.vector(setting | {p.name: p.null + p.screen})
                 lanes.append(Lane(own.base, (*own.effects, (effect, values))))
     predicted = model.predict(lanes) - fit.predicted if lanes else np.zeros((0,))
+    for effect, _, at in plan:
+        if not np.isfinite(predicted[at : at + len(effect.linear())]).all():
+            raise FlatplankError(
+                "predicts NaN or infinity", f"effect {effect.identifier}", "check its range"
+            )
     return [
         Candidate(effect, setting, predicted[at : at + len(effect.linear())])
         for effect, setting, at in plan

@@ -84,7 +84,7 @@ class TireModel:
         motion.lateral = -slope[:, :, None] * motion.travel
         for effect, instance in deep:
             if effect.overrides("motion"):
-                instance.motion(motion)
+                _call(effect, instance.motion, motion)
         for name in ("travel", "rolled", "lateral"):
             _check(getattr(motion, name), shape, name)
         return motion
@@ -100,7 +100,7 @@ class TireModel:
         for effect, instance in deep:
             if effect.overrides("tire"):
                 object.__setattr__(instance, "per_run", flat[id(effect)])
-                instance.tire(tire)
+                _call(effect, instance.tire, tire)
         _check(tire.load, shape, "load")
         _check(tire.friction, shape, "friction")
         return tire, params
@@ -176,7 +176,7 @@ class TireModel:
                 names = ("travel", "slip", "lateral", "load", "friction")
                 for name, value in zip(names, now, strict=True):
                     setattr(node, name, value.reshape(shape).copy())
-                effect.node(node)
+                _call(type(effect), effect.node, node)
                 now = [np.broadcast_to(getattr(node, k), shape).reshape(-1) for k in names]
             travel, slip, lateral, w, mu = (np.ascontiguousarray(a) for a in now)
             both = np.stack([slip, lateral])
@@ -190,7 +190,7 @@ class TireModel:
         signal = Signal(self.data, fx, force[1].copy(), np.zeros_like(fx), force[0], force[1])
         for effect, instance in deep:
             if effect.overrides("signal"):
-                instance.signal(signal)
+                _call(effect, instance.signal, signal)
         names = self.runs.channels
         shape = force.shape[1:]
         for name in names:
@@ -198,6 +198,20 @@ class TireModel:
         if "fz" in names and np.any(signal.fz):
             signal.fz = self.data.only_common(signal.fz)
         return np.stack([getattr(signal, name) for name in names], axis=1)
+
+
+def _call(effect, hook, argument) -> None:
+    """Run a hook; what goes wrong in it is told with the name of the effect."""
+    try:
+        hook(argument)
+    except FlatplankError:
+        raise
+    except Exception as error:
+        raise FlatplankError(
+            f"raised {type(error).__name__}: {error}",
+            f"effect {effect.identifier}, {hook.__name__}()",
+            "mend the file of the effect; `flatplank effects check FILE` tests it",
+        ) from error
 
 
 def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:

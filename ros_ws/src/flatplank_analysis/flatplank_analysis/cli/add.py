@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Put an effect into the model file and refit everything jointly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flatplank_analysis.cli import common, loop
+from flatplank_analysis.discovery.modelfile import save_model
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank add EFFECT [DIR] [--model FILE] [--json]`."""
+    arguments = loop.loop_parser("add", __doc__, effect=True).parse_args(argv)
+    return common.guarded("add", lambda: _run(arguments))
+
+
+def _run(arguments) -> int:
+    session, model, path = loop.open_for_change(arguments)
+    loop.progress("refit of everything", 0.3)
+    changed, _, numbers = session.add(model, arguments.effect)
+    loop.progress_done()
+    save_model(changed, path)
+    if arguments.json:
+        common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
+        return 0
+    low, high = numbers["interval"]
+    print(
+        f"{arguments.effect}: {numbers['size']:.4g} {numbers['unit']} "
+        f"(90 %: {low:.4g} .. {high:.4g})\n"
+        f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N, "
+        f"held out {numbers['held_out']:.1f} N, floor {numbers['floor']:.1f} N; written to {path}"
+    )
+    for doubt in numbers["doubts"]:
+        print(f"doubt: {doubt}")
+    return 0

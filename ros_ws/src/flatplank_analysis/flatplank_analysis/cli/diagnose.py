@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which physical effect a model lacks: search, tests, verdict, next run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from flatplank_analysis.cli import common, loop
+from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_analysis.discovery.verdict import Diagnosis
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank diagnose DIR [--model FILE] [--effects FILE] [--report DIR] [--json]`."""
+    parser = loop.loop_parser("diagnose", __doc__)
+    parser.add_argument("--report", metavar="DIR", help="write a page with figures there")
+    parser.add_argument("--out", metavar="FILE", help="write the JSON to a file as well")
+    arguments = parser.parse_args(argv)
+    return common.guarded("diagnose", lambda: _run(arguments))
+
+
+def _run(arguments) -> int:
+    session, model = loop.open_to_look(arguments)
+    result = session.diagnose(model, loop.progress)
+    loop.progress_done()
+    if arguments.out:
+        import json
+
+        write_atomic(Path(arguments.out), json.dumps(result.to_dict(), indent=2) + "\n")
+    page = None
+    if arguments.report:
+        from flatplank_analysis.discovery.report.page import write_report
+
+        history = model.history if model else ()
+        page = write_report(result, Path(arguments.report), session.campaign.path, history)
+    if arguments.json:
+        common.print_json(result.to_dict())
+    else:
+        print(text_of(result))
+        if page:
+            print(f"report: {page}")
+    return 0
+
+
+def text_of(result: Diagnosis) -> str:
+    """The diagnosis in words."""
+    lines = [f"verdict: {result.verdict} ({result.reason})"]
+    if result.search is not None:
+        lines.append(
+            f"error of Fx: {result.rmse_before:.1f} N before, {result.rmse_after:.1f} N after, "
+            f"floor {result.floor:.1f} N; held out {result.held_out_after:.1f} N"
+        )
+    for found in result.found:
+        d = found.decision
+        effect, unit = d.term.effect, d.term.effect.main_parameter().unit
+        low, high = d.interval
+        lines += [
+            f"{effect.identifier}: {d.term.size:.4g} {unit} "
+            f"(90 %: {low:.4g} .. {high:.4g}), {effect.kind}, p = {d.p_value:.2g}",
+            f"  {effect.what}",
+            f"  check: {effect.check}",
+            f"  removed by: {effect.removes}",
+        ]
+        if found.alike:
+            lines.append(f"  cannot be told apart here: {', '.join(found.alike)}")
+    if result.verdict in ("none of these", "partly"):
+        for m in result.maps[:3]:
+            place = f"{m.place[0]:.3g} .. {m.place[1]:.3g} {m.unit}"
+            lines.append(f"left over {m.coordinate}: {m.place_share:.0%} within {place}")
+        for event in result.events[:3]:
+            who = "; ".join(event.conditions)
+            lines.append(
+                f"event: {event.coordinate} {event.start:.2f} .. {event.end:.2f}, "
+                f"{event.level:.0f} N, in {who}"
+            )
+    if result.next_run:
+        repeats = result.next_run.get("repeats")
+        lines.append(
+            f"next run: {result.next_run['what']}" + (f", {repeats} x" if repeats else "")
+        )
+    lines += [f"note: {note}" for note in result.notes]
+    return "\n".join(lines + [f"{result.seconds:.1f} s"])

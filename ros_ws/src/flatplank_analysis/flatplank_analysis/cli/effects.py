@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The library of effects: list them, explain one, check a file of one's own."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from flatplank_analysis.cli import common, loop
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.effects.registry import find, library, load_file
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank effects [NAME] [--effects FILE] [--json]`, `flatplank effects check FILE`."""
+    parser = argparse.ArgumentParser(prog="flatplank effects", description=__doc__)
+    parser.add_argument("what", nargs="*", help="nothing: all; NAME: one; check FILE: test a file")
+    parser.add_argument("--effects", metavar="FILE", action="append", default=[])
+    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    arguments = parser.parse_args(argv)
+    if arguments.what[:1] == ["check"]:
+        if len(arguments.what) != 2:
+            parser.error("check FILE")
+        return _check(arguments.what[1], arguments.json)
+    if arguments.what:
+        return _one(find(arguments.what[0], arguments.effects), arguments.json)
+    return _all(library(arguments.effects), arguments.json)
+
+
+def describe(effect: type[Effect]) -> dict:
+    """An effect for programs."""
+    return {
+        "name": effect.identifier,
+        "title": effect.title,
+        "kind": effect.kind,
+        "coordinate": effect.coordinate,
+        "source": effect.source,
+        "what": effect.what,
+        "check": effect.check,
+        "removes": effect.removes,
+        "parameters": [
+            {
+                "name": p.name,
+                "unit": p.unit,
+                "null": p.null,
+                "bounds": [p.lower, p.upper],
+                "screen": p.screen,
+                "matters": p.matters,
+                "note": p.note,
+            }
+            for p in effect.parameters()
+        ],
+    }
+
+
+def _all(known: dict[str, type[Effect]], as_json: bool) -> int:
+    if as_json:
+        common.print_json([describe(e) for e in known.values()])
+        return 0
+    rows = [("name", "kind", "what")]
+    rows += [(e.identifier, e.kind, e.title) for e in known.values()]
+    widths = [max(len(r[i]) for r in rows) for i in range(3)]
+    for row in rows:
+        print("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip())
+    return 0
+
+
+def _one(effect: type[Effect], as_json: bool) -> int:
+    data = describe(effect)
+    if as_json:
+        common.print_json(data)
+        return 0
+    print(f"{data['name']}: {data['title']} ({data['kind']}; shows over {data['coordinate']})")
+    for key in ("what", "check", "removes", "source"):
+        print(f"  {key}: {data[key]}")
+    rows = [("parameter", "unit", "null", "range", "matters")]
+    for p in data["parameters"]:
+        low, high = p["bounds"]
+        cells = (f"{p['null']:g}", f"{low:g} .. {high:g}", f"{p['matters']:g}")
+        rows.append((p["name"], p["unit"], *cells))
+    print(loop.table(rows))
+    return 0
+
+
+def _check(path: str, as_json: bool) -> int:
+    from flatplank_analysis.effects.checks import check_effect
+
+    faults = {e.identifier: check_effect(e) for e in load_file(path)}
+    if as_json:
+        common.print_json({name: {"ok": not f, "faults": f} for name, f in faults.items()})
+    else:
+        for name, found in faults.items():
+            print(f"{name}: " + ("passes the contract" if not found else "; ".join(found)))
+    return 1 if any(faults.values()) else 0

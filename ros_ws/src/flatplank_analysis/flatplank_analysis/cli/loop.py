@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the verbs of the search share: arguments, progress, tables on the terminal."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from flatplank_analysis.cli import common
+from flatplank_analysis.discovery.modelfile import ModelFile, load_model
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.session import Session
+
+MODEL = "model.yaml"
+
+
+def loop_parser(verb: str, text: str, effect: bool = False) -> argparse.ArgumentParser:
+    """A parser with the arguments of the loop."""
+    parser = argparse.ArgumentParser(prog=f"flatplank {verb}", description=text)
+    if effect:
+        parser.add_argument("effect", metavar="EFFECT", help="identifier, see `flatplank effects`")
+        parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")
+    else:
+        parser.add_argument("folder", metavar="DIR", help="campaign folder")
+    parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
+    parser.add_argument(
+        "--effects", metavar="FILE", action="append", default=[], help="Python file with effects"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    return parser
+
+
+def model_path(arguments: argparse.Namespace) -> Path:
+    """Where the model file is: as told, else model.yaml in the campaign folder or here."""
+    if arguments.model:
+        return Path(arguments.model)
+    if arguments.folder is None or "://" in arguments.folder:
+        return Path(MODEL)
+    folder = Path(arguments.folder)
+    return folder / MODEL if os.access(folder, os.W_OK) else Path(MODEL)
+
+
+def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, Path]:
+    """Session, model file (a new one when there is none) and its path, for add and remove."""
+    path = model_path(arguments)
+    model = load_model(path) if path.exists() else ModelFile()
+    folder = arguments.folder or model.campaign
+    if not folder:
+        raise FlatplankError("no campaign", str(path), "name the campaign folder: DIR")
+    files = [*arguments.effects, *(e.file for e in model.effects if e.file)]
+    return Session.open(folder, list(dict.fromkeys(files))), model, path
+
+
+def open_to_look(arguments: argparse.Namespace) -> tuple[Session, ModelFile | None]:
+    """Session and the model file when one was named."""
+    model = load_model(arguments.model) if arguments.model else None
+    files = [*arguments.effects, *(e.file for e in (model.effects if model else ()) if e.file)]
+    session = Session.open(arguments.folder, list(dict.fromkeys(files)))
+    common.tell(session.campaign.problems)
+    return session, model
+
+
+def progress(text: str, share: float) -> None:
+    """One line that is overwritten, where a person looks on."""
+    if sys.stderr.isatty():
+        print(f"\r\x1b[2K{min(share, 0.99):4.0%} {text}", end="", file=sys.stderr, flush=True)
+
+
+def progress_done() -> None:
+    """Clear the progress line."""
+    if sys.stderr.isatty():
+        print("\r\x1b[2K", end="", file=sys.stderr, flush=True)
+
+
+def table(rows: list[tuple[str, ...]]) -> str:
+    """Text columns, the first to the left, the others to the right."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    out = []
+    for row in rows:
+        cells = [
+            cell.ljust(w) if i == 0 else cell.rjust(w)
+            for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        out.append("  ".join(cells).rstrip())
+    return "\n".join(out)

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The contract of an effect, tested on a small made-up campaign; the same for every effect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.errors import FlatplankError
+
+KINDS = ("machine", "sensor", "tire")
+TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "removes")
+
+
+@lru_cache(maxsize=1)
+def probe_model():
+    """A model on eight made-up runs that differ in everything that an effect may look at."""
+    from flatplank_analysis.tirebase.data import from_tables
+    from flatplank_analysis.tirebase.model import TireModel
+
+    tables = [
+        _probe_table(i, kappa, start)
+        for i, (kappa, start) in enumerate(
+            (kappa, start) for kappa in (-0.1, -0.01, 0.01, 0.1) for start in (1, 2)
+        )
+    ]
+    return TireModel(from_tables(tables))
+
+
+def _probe_table(index: int, kappa: float, start: int) -> MeasurementTable:
+    rng = np.random.default_rng(index)
+    load, speed, radius = (3000.0, 4500.0)[start - 1], 0.03, 0.31
+    time = np.arange(0.0, 50.0, 0.05)
+    plank = np.maximum(time - 1.0, 0.0) * speed
+    rolled = np.maximum(plank - 0.0015, 0.0) + kappa * np.maximum(plank - 0.7, 0.0)
+    fx = 3000.0 * np.tanh(20.0 * kappa) * (1.0 - np.exp(-np.maximum(plank - 0.7, 0.0) / 0.3))
+    noise = rng.normal(0.0, 5.0, (5, len(time)))
+    wavy = 20.0 * np.sin(2.0 * np.pi * plank / 0.4)
+    columns = {
+        "time": time,
+        "plank_position": plank,
+        "wheel_angle": rolled / radius,
+        "fx": fx - 100.0 * (plank > 0.01) + noise[0],
+        "fy": -600.0 * (1.0 - np.exp(-plank / 0.4)) + noise[1],
+        "fz": load + wavy + noise[2],
+        "mx": 10.0 * np.sin(plank) + noise[3],
+        "mz": 20.0 * np.cos(plank) + noise[4],
+    }
+    info = RunInfo(
+        file=f"probe_{index}", tire="PROBE", kappa=kappa, fz=load, pressure=2.0 + 0.5 * start,
+        alpha_deg=1.0, gamma_deg=2.0, start=start, run_index=index,
+        effective_rolling_radius=radius, step_position=0.7, speed=speed,
+    )  # fmt: skip
+    return MeasurementTable(columns, info)
+
+
+def check_effect(effect: type[Effect]) -> list[str]:
+    """What an effect does wrong, in one line each; empty when it keeps the contract."""
+    faults = list(_texts(effect))
+    if faults:
+        return faults
+    try:
+        return list(_behaviour(effect))
+    except FlatplankError as error:
+        return [str(error)]
+
+
+def _texts(effect: type[Effect]) -> Iterator[str]:
+    for name in TEXTS:
+        if not str(getattr(effect, name, "")).strip():
+            yield f"'{name}' is missing"
+    if effect.kind not in KINDS:
+        yield f"kind '{effect.kind}' is not one of {', '.join(KINDS)}"
+    if not effect.identifier.replace("_", "").isalnum() or not effect.identifier.islower():
+        yield "identifier: small letters, digits and _ only"
+    if not effect.linear():
+        yield "no parameter has a screening step: param(..., screen=...)"
+        return
+    for p in effect.parameters():
+        if not p.unit:
+            yield f"{p.name}: no unit"
+        if not p.lower <= p.null <= p.upper:
+            yield f"{p.name}: the null {p.null:g} is outside of {p.lower:g} .. {p.upper:g}"
+        if p.screen and not p.lower <= p.null + p.screen <= p.upper:
+            yield f"{p.name}: the screening step leaves the range"
+    if effect.main_parameter().matters <= 0.0:
+        yield f"{effect.main_parameter().name}: no size that matters: param(..., matters=...)"
+
+
+def _behaviour(effect: type[Effect]) -> Iterator[str]:
+    model = probe_model()
+    base = np.array([p.null for p in model.parameters])
+    at = {p.name: i for i, p in enumerate(model.parameters)}
+    base[at["angle_offset"]] = 0.002
+    plain = model.predict([Lane(base)])[0]
+    residual = model.runs.measured - plain
+    settings = effect.variants(model.runs, residual)
+    if not settings:
+        yield "variants() gave nothing"
+        return
+    for setting in settings:
+        null = effect.vector(dict(setting))
+        if not np.array_equal(model.predict([Lane(base, ((effect, null),))])[0], plain):
+            yield f"changes the prediction at its null ({setting or 'all null'})"
+            return
+    lanes, names = _lanes(effect, base, settings[0])
+    together = model.predict(lanes)
+    if not np.isfinite(together).all():
+        bad = [n for n, t in zip(names, together, strict=True) if not np.isfinite(t).all()]
+        yield f"gives NaN or infinity at {', '.join(bad)}"
+        return
+    for lane, both, name in zip(lanes, together, names, strict=True):
+        if not np.array_equal(model.predict([lane])[0], both):
+            yield f"lanes influence each other ({name})"
+            return
+    for p, out in zip(effect.linear(), together, strict=False):
+        if not np.abs(out - plain).max() > 1e-6:
+            yield f"{p.name}: nothing changes at the screening step"
+
+
+def _lanes(effect: type[Effect], base: np.ndarray, setting) -> tuple[list[Lane], list[str]]:
+    """Screening step of each parameter first, then the ends of the ranges."""
+    lanes, names = [], []
+    for p in effect.linear():
+        values = effect.vector(dict(setting) | {p.name: p.null + p.screen})
+        lanes.append(Lane(base, ((effect, values),)))
+        names.append(f"{p.name} = {p.null + p.screen:g}")
+    for p in effect.parameters():
+        for end in (p.lower, p.upper):
+            if np.isfinite(end):
+                lanes.append(Lane(base, ((effect, effect.vector(dict(setting) | {p.name: end})),)))
+                names.append(f"{p.name} = {end:g}")
+    return lanes, names

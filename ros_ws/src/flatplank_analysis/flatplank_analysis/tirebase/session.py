@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loop on a campaign: compare, diagnose, add, remove; what the command line calls."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.discovery import modelfile, nextrun, screen, verdict
+from flatplank_analysis.discovery.decide import best_chi2, decide
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.modelfile import Entry, ModelFile
+from flatplank_analysis.discovery.search import Found, Options, Progress, Search, Step, run_search
+from flatplank_analysis.discovery.state import (
+    channel_weights,
+    make_state,
+    start_base,
+    term_of,
+)
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.effects.registry import find, library
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_analysis.tirebase.data import TireRuns, load_runs
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.plans import plans_for
+
+
+@dataclass
+class Session:
+    """A campaign with the base of the search and the library of effects."""
+
+    campaign: Campaign
+    data: TireRuns
+    model: TireModel
+    effects: dict[str, type[Effect]]
+    files: tuple[str, ...] = ()
+
+    @classmethod
+    def open(cls, folder: str, files: Sequence[str] = (), mapping: Any = None) -> Session:
+        """Read a campaign; `files` hold effects of the user."""
+        effects = library(files)
+        campaign = Campaign.load(folder, mapping=mapping)
+        try:
+            data = load_runs(campaign)
+        except FlatplankError as error:
+            raise NothingUsableError(error.what, folder, error.remedy) from error
+        return cls(campaign, data, TireModel(data), effects, tuple(files))
+
+    def options(self, model: ModelFile | None, progress: Progress | None) -> Options:
+        """Search options that start from a model file."""
+        if model is None:
+            return Options(progress=progress)
+        return Options(progress=progress, start=dict(model.parameters), terms=self.terms(model))
+
+    def terms(self, model: ModelFile) -> tuple[Term, ...]:
+        """Effects of a model file as terms."""
+        out = []
+        for entry in model.effects:
+            files = [*self.files, *([entry.file] if entry.file else [])]
+            effect = self.effects.get(entry.name) or find(entry.name, files)
+            known = {p.name for p in effect.parameters()}
+            for name in entry.parameters:
+                if name not in known:
+                    raise FlatplankError(
+                        f"effect {entry.name} has no parameter '{name}'", "model file",
+                        f"known: {', '.join(sorted(known))}",
+                    )  # fmt: skip
+            out.append(Term(effect, effect.vector(dict(entry.parameters)), effect.held()))
+        return tuple(out)
+
+    def diagnose(
+        self, model: ModelFile | None = None, progress: Progress | None = None
+    ) -> Diagnosis:
+        """Search for what the model lacks."""
+        began = time.perf_counter()
+        if verdict.undecidable(self.data.runs):
+            return verdict.refused(self.data.runs, time.perf_counter() - began)
+        search = run_search(self.model, list(self.effects.values()), self.options(model, progress))
+        plans = plans_for(self.model) if any(f.alike for f in search.last.found) else []
+        proposal = nextrun.next_run(search, plans)
+        result = verdict.diagnose(search, proposal)
+        result = replace(result, next_run=proposal or self.fixed_proposal(result))
+        return replace(result, seconds=time.perf_counter() - began)
+
+    def fixed_proposal(self, result: Diagnosis) -> dict[str, Any]:
+        """Without a pair to tell apart: the run that separates the coordinates."""
+        steps = self.data.runs.facts["step"]
+        one = bool(np.ptp(steps[np.isfinite(steps)]) < 0.05) if np.isfinite(steps).any() else True
+        if result.verdict in (verdict.NONE, verdict.PARTLY) and one:
+            usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.5
+            worst = result.events[0].conditions if result.events else ()
+            return {
+                "what": "the conditions that show it, with a second step position",
+                "settings": {"step_position": round(usual + 0.7, 3), "conditions": list(worst)},
+                "repeats": 3,
+                "separates": [["plank position"], ["distance since the step"]],
+            }
+        return {}
+
+    def fit(self, model: ModelFile | None, extra: Sequence[Term] = ()) -> Step:
+        """Fit the model file's model as it is, with floor and ranking."""
+        base = start_base(self.model, dict(model.parameters) if model else None)
+        terms = [*(self.terms(model) if model else ()), *extra]
+        runs = self.model.runs
+        rough = np.std(np.diff(runs.measured, axis=-1), axis=(1, 2))
+        fitter = Fitter(self.model, channel_weights(runs, list(rough)))
+        fit = fitter.fit(base, terms)
+        state = make_state(self.model, fitter, fit, list(self.effects.values()))
+        fitter = Fitter(
+            self.model, channel_weights(runs, [max(f.floor, 1e-9) for f in state.floors])
+        )
+        fit = fitter.fit(fit.base, fit.terms, known=fit)
+        state = make_state(self.model, fitter, fit, list(self.effects.values()))
+        return Step(state, screen.screen(state), [])
+
+    def add(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
+        """Put an effect into the model and refit everything jointly."""
+        effect = self.effects.get(name) or find(name, self.files)
+        before = self.fit(model)
+        known = screen.settings_of(before.screen, name)
+        if not known:
+            raise FlatplankError(
+                f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
+            )
+        start = self.best_start(before, known[0])
+        after = self.fit(self.file_of(model, before.state.fit), [start])
+        numbers = self.numbers(after) | {
+            "rmse_before": _number(self.rmse(before)),
+            "floor_before": _number(before.state.floors[0].floor),
+        }
+        index = len(after.state.fit.terms) - 1
+        decision = decide(
+            before.state, best_chi2(before.state, before.state.fit), after.state.fit, index, 1
+        )
+        numbers |= {
+            "size": _number(decision.term.size),
+            "unit": effect.main_parameter().unit,
+            "interval": [_number(v) for v in decision.interval],
+            "held_out_gain": _number(decision.held_out_gain),
+            "p_value": _number(decision.p_value),
+            "doubts": list(decision.reasons),
+        }
+        grown = self.file_of(model, after.state.fit)
+        if not model.history:
+            grown = replace(grown, history=(self.start_line(before),))
+        return grown.with_step("add", name, numbers), after, numbers
+
+    def best_start(self, step: Step, item: screen.Screened) -> Term:
+        """Start of a refit: a line search where the screened size may be far off."""
+        from flatplank_analysis.discovery.search import line_search
+
+        if len(item.candidate.effect.starts()) > 1:
+            return line_search(self.model, step.state, item)
+        sizes = item.sizes if np.any(item.sizes) else np.full(len(item.sizes), 0.1)
+        return term_of(item.candidate, sizes)
+
+    def remove(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
+        """Take the last instance of an effect out of the model and refit everything."""
+        rows = [i for i, e in enumerate(model.effects) if e.name == name]
+        if not rows:
+            there = ", ".join(e.name for e in model.effects) or "none"
+            raise FlatplankError(f"'{name}' is not in the model", "remove", f"there: {there}")
+        kept = tuple(e for i, e in enumerate(model.effects) if i != rows[-1])
+        smaller = replace(model, effects=kept)
+        step = self.fit(smaller)
+        numbers = self.numbers(step)
+        return (
+            self.file_of(smaller, step.state.fit).with_step("remove", name, numbers),
+            step,
+            numbers,
+        )
+
+    def file_of(self, model: ModelFile, fit: Fit) -> ModelFile:
+        """The model file with the fitted numbers."""
+        names = [p.name for p in self.model.parameters]
+        own = {e.name: e.file for e in model.effects}
+        user = {e.identifier: self.source_file(e) for e in self.effects.values()}
+        entries = tuple(
+            Entry(
+                t.effect.identifier,
+                t.named(),
+                own.get(t.effect.identifier, "") or user.get(t.effect.identifier, ""),
+            )
+            for t in fit.terms
+        )
+        parameters = dict(zip(names, (float(v) for v in fit.base), strict=True))
+        return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)
+
+    def source_file(self, effect: type[Effect]) -> str:
+        """The user's file in which an effect is defined."""
+        for file in self.files:
+            if effect.__module__ == f"flatplank_user_effects_{Path(file).stem}":
+                return str(Path(file).resolve())
+        return ""
+
+    def start_line(self, step: Step) -> Mapping[str, Any]:
+        """First line of a history: the model before anything was added."""
+        return {"step": 0, "action": "start", "effect": "", **self.numbers(step), "effects": []}
+
+    def rmse(self, step: Step) -> float:
+        """Error of the longitudinal force [N]."""
+        return self.model.runs.rmse(step.state.residual[0])
+
+    def numbers(self, step: Step) -> dict[str, Any]:
+        """What the waterfall needs of a step."""
+        from flatplank_analysis.discovery.decide import held_out_errors
+
+        state = step.state
+        out = {
+            "rmse": _number(self.rmse(step)),
+            "floor": _number(state.floors[0].floor),
+            "unexplained": _number(state.floors[0].unexplained),
+        }
+        held = self.rmse(step)
+        if state.fit.terms:
+            rows = list(range(len(state.fit.terms)))
+            _, error = held_out_errors(state, state.fit, rows, channel=0)
+            held = float(np.sqrt(error / state.runs.used.sum()) * state.floors[0].floor)
+        return out | {"held_out": _number(held)}
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.6g}") if np.isfinite(value) else None
+
+
+def found_of(search: Search) -> list[Found]:
+    """Accepted effects of a search."""
+    return search.last.found
