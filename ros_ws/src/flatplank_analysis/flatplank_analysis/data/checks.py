@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from flatplank_analysis.data.problem import Problem
-from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.data.table import STANDARD_COLUMNS, MeasurementTable
 
 #: columns without which a measurement of a kind is of no use
 REQUIRED: dict[str, tuple[str, ...]] = {
@@ -65,6 +65,8 @@ def not_a_number(table: MeasurementTable) -> Iterator[Problem]:
     """No NaN where a value is needed; a column that is NaN throughout was not measured."""
     needed = REQUIRED.get(table.info.measurement, ())
     for name, values in table.columns.items():
+        if name not in STANDARD_COLUMNS and name not in needed:
+            continue
         bad = ~np.isfinite(values)
         if not bad.any() or (bad.all() and name not in needed):
             continue

@@ -20,6 +20,18 @@ from flatplank_analysis.report.extras import FREE_RADIUS, other_measurements
 from flatplank_analysis.report.results import PointResult
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 
+COLUMNS = (
+    "time",
+    "plank_position",
+    "plank_velocity",
+    "wheel_angle",
+    "wheel_velocity",
+    "motor_velocity",
+    "fx",
+    "fy",
+    "fz",
+    "mz",
+)
 Group = tuple[list[StepRun], list[RadiusRun], list[Problem]]
 
 
@@ -30,7 +42,7 @@ def read_group(runs: Sequence[Run]) -> Group:
     problems: list[Problem] = []
     for run in runs:
         try:
-            table, remarks = run.read()
+            table, remarks = run.read(COLUMNS)
             problems += remarks
             radii.append(radius_of_run(table))
             if run.info.measurement == "slip":
