@@ -216,6 +216,33 @@ def test_load_follows_height_and_pressure() -> None:
     assert rig.plant.truth.fz == pytest.approx(0.018 * 1.77e5, rel=2e-3)
 
 
+def test_a_standing_tire_has_a_lateral_stiffness() -> None:
+    rig = Rig()
+    rig.load()
+    rig.plant.operator.lateral(0.001)
+    rig.run(1.0)
+    t = rig.plant.truth
+    stuck = 1.0 / (1.0 / 1.1e5 + 1.0 / (2 * 0.0708 * 5.8e6))
+    assert -t.fy / 0.001 == pytest.approx(stuck, rel=0.05)
+    rig.plant.operator.lateral(0.0)
+    rig.run(1.0)
+    assert abs(rig.plant.truth.fy) < 20.0
+
+
+def test_a_cleat_lifts_the_tire_and_pushes_it_back_and_forth() -> None:
+    rig = Rig(over={"cleat": {"height": 0.003, "position": 0.5}})
+    rig.load()
+    rig.enable()
+    rig.record = True
+    rig.roll(0.0, 0.8)
+    x, fx, fz = rig.column("road_position"), rig.column("fx"), rig.column("fz")
+    assert fz.max() == pytest.approx(3700.0 + 0.003 * 2.13e5, rel=0.01)
+    assert x[fz.argmax()] == pytest.approx(0.5, abs=0.005)
+    near = (x > 0.4) & (x < 0.6)
+    assert x[near][fx[near].argmin()] < 0.5 < x[near][fx[near].argmax()]
+    assert fx[near].min() < -100.0
+
+
 def test_the_configuration_survives_yaml_and_names_the_nearest_key() -> None:
     config = PlantConfig.load("continental", preset="thesis2023")
     plain = yaml.safe_load(yaml.safe_dump(config.to_plain()))
@@ -264,7 +291,7 @@ def test_a_run_of_the_campaign_path_equals_the_bench() -> None:
     other = np.interp(x, table["road_position"], table["fx_true"])
     # the servo starts ideally in the campaign path; what that leaves behind rolls out
     difference = np.abs(other - rig.column("fx"))
-    assert difference[x > 0.05].max() < 30.0
+    assert difference[x > 0.05].max() < 60.0
     assert difference[x > 1.3].max() < 2.0
     k = x > 1.3
     wheel = np.interp(x, table["road_position"], table["wheel_velocity"])

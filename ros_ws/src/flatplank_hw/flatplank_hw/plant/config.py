@@ -83,6 +83,7 @@ class AxesConfig:
     clearance: float
     steer_speed_deg: float
     camber_speed_deg: float
+    lateral_limit: float
     steer_limit_deg: float
     camber_limit_deg: float
 
@@ -172,6 +173,16 @@ class EncoderConfig:
 
 
 @dataclass(frozen=True)
+class CleatConfig:
+    """An obstacle screwed onto the road; height 0: none."""
+
+    height: float = 0.0
+    length: float = 0.01
+    position: float = 2.0
+    """machine position of its middle [m]"""
+
+
+@dataclass(frozen=True)
 class SolverConfig:
     """Discretisation."""
 
@@ -192,6 +203,7 @@ class PlantConfig:
     hub: HubConfig
     encoders: EncoderConfig
     solver: SolverConfig
+    cleat: CleatConfig = CleatConfig()
     driven_axes: tuple[str, ...] = ("wheel",)
     command_delay_cycles: int = 2
     watchdog_cycles: int = 15

@@ -60,6 +60,24 @@ def move_axes(m, s, op, d, ds, dt):
 
 
 @inner
+def turn_wheel(m, s, ts, d, ds, curve, re, dx, dt, k):
+    """Motor and wheel through one step of the tire; its force follows its tangent meanwhile."""
+    fx = ts.fx
+    slope = s.height * ts.gx * re
+    steps = m.tire_steps * m.drive_steps
+    for i in range(m.drive_steps):
+        share = (k * m.drive_steps + i + 1) / steps
+        v_ref = ds.v_start + share * (ds.v_ref - ds.v_start)
+        fx -= ts.gx * dx / m.drive_steps
+        last = s.theta
+        substep(
+            m, s, d, ds, curve, dt / m.drive_steps, ds.kind, v_ref, ds.slope_torque, s.height * fx,
+            slope, s.drag,
+        )  # fmt: skip
+        fx += ts.gx * re * (s.theta - last)
+
+
+@inner
 def mechanics(m, s, p, ts, bristles, op, d, ds, curve, road_map, k):
     """One step of the tire with its substeps of the drive train."""
     dt = m.dt / m.tire_steps
@@ -77,23 +95,9 @@ def mechanics(m, s, p, ts, bristles, op, d, ds, curve, road_map, k):
     dy = dx_road * sin - dy_road * cos
 
     re = rolling_radius(m, s, p, ts)
-    h = dt / m.drive_steps
+    s.drag = p.rolling * s.fz * s.height + m.bearing_torque
     before = s.theta
-    fx = ts.fx
-    wheel = ds[WHEEL]
-    drag = p.rolling * s.fz * s.height + m.bearing_torque
-    slope = s.height * ts.gx * re
-    steps = m.tire_steps * m.drive_steps
-    for i in range(m.drive_steps):
-        share = (k * m.drive_steps + i + 1) / steps
-        v_ref = wheel.v_start + share * (wheel.v_ref - wheel.v_start)
-        fx -= ts.gx * dx / m.drive_steps
-        last = s.theta
-        substep(
-            m, s, d[WHEEL], wheel, curve, h, wheel.kind, v_ref, wheel.slope_torque,
-            s.height * fx, slope, drag,
-        )  # fmt: skip
-        fx += ts.gx * re * (s.theta - last)
+    turn_wheel(m, s, ts, d[WHEEL], ds[WHEEL], curve, re, dx, dt, k)
     dq = re * (s.theta - before)
     wear = max(1.0 - m.wear * s.run, 0.3)
     advance(
@@ -101,7 +105,6 @@ def mechanics(m, s, p, ts, bristles, op, d, ds, curve, road_map, k):
         m.mapped > 0, dt,
     )  # fmt: skip
     s.road_velocity = dx_road / dt
-    s.drag = drag
     forward = s.road_velocity * cos
     s.kappa = re * s.omega / forward - 1.0 if abs(forward) > 1e-6 else 0.0
 
@@ -161,7 +164,7 @@ def encode(m, s, d, ds, digital, noise, out):
 def tell(s, p, ts, out):
     """The hidden truth of this cycle, in the order of layout.TRUTH."""
     values = (
-        s.t, ts.fx, ts.fy, s.fz, ts.uy * s.fz, -p.rolling * s.fz * s.height, ts.mz,
+        s.t, ts.fx + s.slope_force, ts.fy, s.fz, ts.uy * s.fz, -p.rolling * s.fz * s.height, ts.mz,
         s.road, s.road_velocity, s.plank, s.pinion,
         s.theta, s.omega, s.motor, s.motor_velocity, s.torque, s.spring,
         0.0, s.kappa, ts.re, s.height, s.alpha, s.gamma, s.pressure,
@@ -169,6 +172,17 @@ def tell(s, p, ts, out):
     )  # fmt: skip
     for i in range(len(values)):
         out[i] = values[i]
+
+
+@inner
+def command_drives(m, s, op, d, ds, commands, count):
+    """Each fitted drive takes the command in force."""
+    for a in range(5):
+        if d[a].fitted:
+            age = count - 1 - commands[a, 5]
+            allowed = not op.estop or (a == WHEEL and not m.estop_wheel)
+            drive(d[a], ds[a], commands[a], age, m.dt, allowed)
+    s.stuck_motor = 1.0 if ds[WHEEL].stuck else 0.0
 
 
 @entry
@@ -183,12 +197,7 @@ def cycle(
     s.cycle = count
     s.t = count * m.dt
     if count > 0:
-        for a in range(5):
-            if d[a].fitted:
-                age = count - 1 - commands[a, 5]
-                allowed = not op.estop or (a == WHEEL and not m.estop_wheel)
-                drive(d[a], ds[a], commands[a], age, m.dt, allowed)
-        s.stuck_motor = 1.0 if ds[WHEEL].stuck else 0.0
+        command_drives(m, s, op, d, ds, commands, count)
         for k in range(m.tire_steps):
             mechanics(m, s, p, ts, bristles, op, d, ds, curve, road_map, k)
         wheel = ds[WHEEL]
@@ -198,22 +207,9 @@ def cycle(
                 check_blocked(d[a], ds[a], m.dt)
     noise = noise_block[noise_row]
     my = -p.rolling * s.fz * s.height
-    sense(
-        m,
-        s,
-        ts.fx,
-        ts.fy,
-        s.fz,
-        ts.uy * s.fz,
-        my,
-        ts.mz,
-        mix,
-        drift,
-        work,
-        history,
-        noise,
-        out_volts,
-    )
+    fx = ts.fx + s.slope_force
+    mx = ts.uy * s.fz
+    sense(m, s, fx, ts.fy, s.fz, mx, my, ts.mz, mix, drift, work, history, noise, out_volts)
     encode(m, s, d, ds, switches(m, s, op), noise, out_counts)
     tell(s, p, ts, out_truth)
     out_truth[17] = s.motor - m.gear * s.theta - s.offset

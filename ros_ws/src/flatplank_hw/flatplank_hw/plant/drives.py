@@ -119,6 +119,24 @@ def towards(d, ds, dt):
 
 
 @inner
+def follow_position(d, ds, mode, target, rising, dt):
+    """Cyclic and profile position; targets are counts that wrap."""
+    if mode == CYCLIC_POSITION:
+        error = wrap32(target - counts(d, ds)) * TURN / d.counts
+        feed = wrap32(target - ds.last_target) * TURN / d.counts / dt
+        ds.last_target = target
+        ds.v_ref = d.position_gain * error + feed
+        return abs(error) < d.window
+    if rising:
+        start = 0 if ds.control & RELATIVE else counts(d, ds)
+        ds.target = ds.motor + wrap32(target - start) * TURN / d.counts
+    if ds.control & HALT:
+        ds.v_ref = ramp(ds.v_ref, 0.0, d.acceleration * dt)
+        return False
+    return towards(d, ds, dt)
+
+
+@inner
 def follow_mode(d, ds, command, dt):
     """Set-points of an enabled drive; returns whether the target is reached."""
     word, mode = ds.control, command[1]
@@ -142,20 +160,8 @@ def follow_mode(d, ds, command, dt):
         goal = 0.0 if word & HALT else command[4] * TORQUE_UNIT
         ds.slope_torque = ramp(ds.slope_torque, goal, most)
         return ds.slope_torque == goal
-    if mode == CYCLIC_POSITION:
-        error = wrap32(command[2] - counts(d, ds)) * TURN / d.counts
-        feed = wrap32(command[2] - ds.last_target) * TURN / d.counts / dt
-        ds.last_target = command[2]
-        ds.v_ref = d.position_gain * error + feed
-        return abs(error) < d.window
-    if mode == PROFILE_POSITION:
-        if rising:
-            start = 0 if word & RELATIVE else counts(d, ds)
-            ds.target = ds.motor + wrap32(command[2] - start) * TURN / d.counts
-        if word & HALT:
-            ds.v_ref = ramp(ds.v_ref, 0.0, d.acceleration * dt)
-            return False
-        return towards(d, ds, dt)
+    if mode in (CYCLIC_POSITION, PROFILE_POSITION):
+        return follow_position(d, ds, mode, command[2], rising, dt)
     ds.v_ref = ramp(ds.v_ref, 0.0, d.acceleration * dt)
     if mode == HOMING:
         if rising:

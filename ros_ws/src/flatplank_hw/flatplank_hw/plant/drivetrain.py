@@ -104,6 +104,26 @@ def servo(m, s, d, ds, h, kind, v_ref, torque):
 
 
 @inner
+def solve(m, s, h, a_w, b_w, a_m, b_m, mf, mf_rest):
+    """Motor speed, wheel speed, gear torque, friction direction, side of the gap at the end of the
+    step: the first side that is consistent with itself.
+    """
+    joined = s.joined > 0.0
+    speed = wheel = torque = 0.0
+    sign = region = 0
+    for attempt in range(3):
+        region = 0
+        if joined:
+            region = s.region if attempt == 0 else (s.region + attempt + 1) % 3 - 1
+        speed, wheel, torque, sign = try_region(m, s, h, region, a_w, b_w, a_m, b_m, mf, mf_rest)
+        gap = s.motor - m.gear * s.theta - s.offset + h * (speed - m.gear * wheel)
+        fits = abs(gap) <= m.backlash if region == 0 else gap * region >= m.backlash - 1e-12
+        if fits or not joined:
+            break
+    return speed, wheel, torque, sign, region
+
+
+@inner
 def substep(m, s, d, ds, curve, h, kind, v_ref, torque, tire_torque, tire_slope, drag):
     """Advance motor and wheel by h [s].
 
@@ -117,35 +137,18 @@ def substep(m, s, d, ds, curve, h, kind, v_ref, torque, tire_torque, tire_slope,
     b_w = j_wheel / h * s.omega - tire_torque
     mf = friction_torque(curve, s.motor_velocity)
     mf_rest = curve[0, 1]
-    limited = kind
-    limit_torque = torque
-    speed = wheel = gear_torque = 0.0
-    sign = region = 0
-    for _ in range(2):
-        a_m, b_m = servo(m, s, d, ds, h, limited, v_ref, limit_torque)
-        for attempt in range(3):
-            region = s.region if attempt == 0 else (s.region + attempt + 1) % 3 - 1
-            if not joined:
-                region = 0
-            speed, wheel, gear_torque, sign = try_region(
-                m, s, h, region, a_w, b_w, a_m, b_m, mf, mf_rest
-            )
-            gap = s.motor - m.gear * s.theta - s.offset + h * (speed - m.gear * wheel)
-            fits = abs(gap) <= m.backlash if region == 0 else gap * region >= m.backlash - 1e-12
-            if fits or not joined:
-                break
-        applied = limit_torque if limited == TORQUE else 0.0
-        if limited == VELOCITY:
-            applied = ds.integral + (d.gain + d.integral_gain * h) * (v_ref - speed)
-            if abs(applied) > d.torque_limit:
-                limited = TORQUE
-                limit_torque = d.torque_limit if applied > 0.0 else -d.torque_limit
-                continue
+    a_m, b_m = servo(m, s, d, ds, h, kind, v_ref, torque)
+    speed, wheel, gear, sign, region = solve(m, s, h, a_w, b_w, a_m, b_m, mf, mf_rest)
+    s.torque = torque if kind == TORQUE else 0.0
+    if kind == VELOCITY:
+        s.torque = ds.integral + (d.gain + d.integral_gain * h) * (v_ref - speed)
+        if abs(s.torque) > d.torque_limit:
+            s.torque = d.torque_limit if s.torque > 0.0 else -d.torque_limit
+            a_m, b_m = servo(m, s, d, ds, h, TORQUE, v_ref, s.torque)
+            speed, wheel, gear, sign, region = solve(m, s, h, a_w, b_w, a_m, b_m, mf, mf_rest)
+        else:
             ds.integral += d.integral_gain * h * (v_ref - speed)
-        s.torque = applied
-        break
-    s.torque = limit_torque if limited == TORQUE else s.torque
     s.motor_velocity, s.omega = speed, wheel
     s.motor += h * speed
     s.theta += h * wheel
-    s.friction_sign, s.region, s.spring = sign, region, gear_torque
+    s.friction_sign, s.region, s.spring = sign, region, gear

@@ -64,14 +64,15 @@ MACHINE = _record(
 
 MACHINE_STATE = _record(
     "t pinion speed pinion_velocity plank road road_before road_velocity w_rack w_road w_y y_road "
-    "height steer steer_play wheel_camber road_camber pressure alpha gamma fz kappa "
+    "lateral slope_force height steer steer_play wheel_camber road_camber pressure "
+    "alpha gamma fz kappa "
     "theta omega motor motor_velocity offset torque spring joined stuck_motor wheel_shaft "
     "drag push",
     "cycle run armed limit_front limit_rear friction_sign region",
 )
 
 OPERATOR = _record(
-    "stop_position height load steer wheel_camber road_camber pressure",
+    "stop_position height lateral load steer wheel_camber road_camber pressure",
     "direction fast use_stop load_mode estop flexplates",
 )
 
@@ -129,5 +130,4 @@ COMMAND_FIELDS = 5
 MAP_START = 0.2
 MAP_STEP = 0.002
 """the road map begins 0.2 m before the plank's rest position, one row per 2 mm: friction factor,
-height
-"""
+height of the plank, height of a cleat"""

@@ -98,6 +98,12 @@ class Operator:
         _within("steer", angle, -limit, limit, "rad")
         self._op["steer"] = angle
 
+    def lateral(self, position: float) -> None:
+        """Handwheel of the hub: to the left of the middle of the road [m]."""
+        limit = self._c.axes.lateral_limit
+        _within("lateral", position, -limit, limit, "m")
+        self._op["lateral"] = position
+
     def wheel_camber(self, angle: float) -> None:
         """Camber of the hub [rad]."""
         self._camber("wheel_camber", angle)
@@ -139,7 +145,7 @@ class Operator:
     def view(self) -> OperatorView:
         """What can be seen at the machine."""
         s, op = self._s[0], self._op[0]
-        wanted = ("height", "steer", "wheel_camber", "road_camber")
+        wanted = ("height", "lateral", "steer", "wheel_camber", "road_camber")
         return OperatorView(
             float(s["plank"]),
             bool(s["pinion_velocity"] != 0.0),

@@ -120,6 +120,15 @@ def servo_record(r: np.ndarray, s: ServoConfig, watchdog: int) -> None:
     r["watchdog"], r["fitted"] = watchdog, 1
 
 
+def put_cleat(c: PlantConfig, site: Site) -> None:
+    """A cleat as the tire envelops it: a hump as long as cleat and contact together."""
+    x = site.positions() + c.plank.trigger_position
+    half = 0.5 * c.cleat.length + c.tire.contact_half_length
+    u = np.clip((x - c.cleat.position) / half, -1.0, 1.0)
+    site.road_map[:, 2] += 0.5 * c.cleat.height * (1.0 + np.cos(np.pi * u))
+    site.use_map()
+
+
 def build_records(c: PlantConfig, dt: float) -> Records:
     """Constants of the kernels with all defects built in."""
     drives = np.zeros(len(AXES), layout.DRIVE)
@@ -127,7 +136,7 @@ def build_records(c: PlantConfig, dt: float) -> Records:
         k = AXES.index(axis)
         servo_record(drives[k : k + 1], c.servos[axis], c.watchdog_cycles)
     rows = int((c.plank.road_length + 3.0 * layout.MAP_START) / layout.MAP_STEP)
-    road_map = np.zeros((rows, 2))
+    road_map = np.zeros((rows, 3))
     road_map[:, 0] = 1.0
     w = c.wheel_drive
     curve = np.array([w.friction_speed, w.friction_torque]).T.copy()
@@ -142,6 +151,8 @@ def build_records(c: PlantConfig, dt: float) -> Records:
     )
     r = records
     site = Site(r.machine, r.tire, drives[:1], r.road_map, r.mix, r.drift)
+    if c.cleat.height:
+        put_cleat(c, site)
     for defect in c.defects.values():
         defect.install(site)
     return records

@@ -107,7 +107,7 @@ def move_road(m, s, ts, v_pinion, dt):
     s.road = road
     side = ts.fx * sin - ts.fy * cos
     s.w_y = slack(s.w_y, m.support_gap_y, m.support_friction, m.gap_damping, side, ts.gy, dt)
-    y = s.w_y
+    y = s.w_y - s.lateral
     if m.wander != 0.0:
         y += m.wander * math.sin(TURN * s.plank / m.wander_period + m.wander_phase)
     side_step = y - s.y_road
@@ -152,17 +152,21 @@ def vertical_load(m, s, p, ts, road_map):
     if m.runout != 0.0:
         deflection += m.runout * math.cos(s.theta - m.runout_phase)
     if m.mapped:
-        deflection += surface(road_map, s.road, 1)
+        deflection += surface(road_map, s.road, 1) + surface(road_map, s.road, 2)
     if m.support_gap_z > 0.0:
         share = (s.fz - m.support_from) / (m.support_to - m.support_from)
         share = min(max(share, 0.0), 1.0)
         deflection -= m.support_gap_z * share * share * (3.0 - 2.0 * share)
+    s.slope_force = 0.0
     if deflection <= 0.0:
         return 0.0
     fz = p.cz * (s.pressure / p.p0) ** p.cz_p * deflection
     fz *= 1.0 + ts.fx * (m.load_drive if ts.fx > 0.0 else m.load_brake)
     if m.nu1 != 0.0 or m.nu2 != 0.0 or m.nu3 != 0.0:
         fz += uniformity(m, s.theta)
+    if m.mapped:
+        rise = surface(road_map, s.road + 1e-3, 2) - surface(road_map, s.road - 1e-3, 2)
+        s.slope_force = -fz * rise / 2e-3
     return max(fz, 0.0)
 
 
@@ -209,4 +213,5 @@ def operator_axes(m, s, op, p, dt):
     s.steer = ramp(s.steer, op.steer, m.steer_speed * dt)
     s.wheel_camber = ramp(s.wheel_camber, op.wheel_camber, m.camber_speed * dt)
     s.road_camber = ramp(s.road_camber, op.road_camber, m.camber_speed * dt)
+    s.lateral = ramp(s.lateral, op.lateral, m.vertical_speed * dt)
     s.pressure = op.pressure

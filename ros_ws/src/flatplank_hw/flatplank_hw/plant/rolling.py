@@ -63,8 +63,12 @@ def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
     dx = dx_road * cos + dy_road * sin
     dy = dx_road * sin - dy_road * cos
     re = rolling_radius(m, s, p, ts)
-    s.drag = p.rolling * s.fz * s.height + m.bearing_torque if omega > 0.0 else 0.0
-    angle = lost_motion(m, s, ts, re, omega * dt, dx) if s.joined > 0.0 else dx / re
+    s.drag = p.rolling * s.fz * s.height + m.bearing_torque if s.plank > 0.0 else 0.0
+    if s.joined > 0.0:
+        angle = lost_motion(m, s, ts, re, omega * dt, dx)
+    else:
+        # free wheel: the tire force carries the rolling resistance
+        angle = (dx - (ts.fx + s.drag / s.height) / max(ts.gx, 1e3)) / re
     s.theta += angle
     s.omega = angle / dt
     s.motor_velocity = omega * m.gear
@@ -74,6 +78,28 @@ def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
         road_map, m.mapped > 0, dt,
     )  # fmt: skip
     s.road_velocity = dx_road / dt
+
+
+@inner
+def encoded(m, s):
+    """Plank position by the pinion encoder [m]."""
+    per_count = m.pinion_radius * TURN / m.pinion_counts
+    return math.floor(s.pinion / per_count) * per_count
+
+
+@inner
+def write_row(m, s, p, ts, curve, work, x, trigger, row):
+    """One sample of the measurement table, then the hidden fx and road position."""
+    height = m.lvdt_zero + m.lvdt_slope * work[16]
+    row[0], row[1], row[2] = s.t, x, s.pinion_velocity
+    row[3] = math.floor(s.theta / TURN * m.wheel_counts) * TURN / m.wheel_counts
+    row[4], row[5] = s.omega, s.motor_velocity
+    carried = max(s.height * ts.fx + s.drag, 0.0) / m.gear / m.efficiency
+    row[6] = carried + (friction_torque(curve, s.motor_velocity) if s.motor_velocity else 0.0)
+    read(m, work[10:16], height, s.gamma, row[7:13])
+    row[13] = height
+    row[14] = 1.0 if trigger else 0.0
+    row[15], row[16] = ts.fx + s.slope_force, s.road
 
 
 @entry
@@ -99,35 +125,24 @@ def roll(
         s.t = n * m.dt
         for _ in range(steps if n > 0 else 0):
             omega = 0.0
-            x = math.floor(s.pinion / m.pinion_radius / TURN * m.pinion_counts)
-            x *= m.pinion_radius * TURN / m.pinion_counts
+            x = encoded(m, s)
             if math.isnan(started) and x > 0.0:
                 started = s.t
             if s.t >= started + delay:
                 since = x - (m.trigger_at if math.isnan(zero) else zero)
                 omega = m.fast * cos * (1.0 + lookup(profile, since)) / radius
             tire_step(m, s, p, ts, bristles, op, road_map, omega, dt)
-        x = math.floor(s.pinion / m.pinion_radius / TURN * m.pinion_counts)
-        x *= m.pinion_radius * TURN / m.pinion_counts
+        x = encoded(m, s)
         trigger = s.plank >= m.trigger_at
         if trigger and math.isnan(zero):
             zero = x
         my = -p.rolling * s.fz * s.height
+        fx = ts.fx + s.slope_force
         sense(
-            m, s, ts.fx, ts.fy, s.fz, ts.uy * s.fz, my, ts.mz, mix, drift, work[:10], history,
+            m, s, fx, ts.fy, s.fz, ts.uy * s.fz, my, ts.mz, mix, drift, work[:10], history,
             noise[n], work[10:17],
         )  # fmt: skip
-        height = m.lvdt_zero + m.lvdt_slope * work[16]
-        row = out[n]
-        row[0], row[1], row[2] = s.t, x, s.pinion_velocity
-        row[3] = math.floor(s.theta / TURN * m.wheel_counts) * TURN / m.wheel_counts
-        row[4], row[5] = s.omega, s.motor_velocity
-        carried = max(s.height * ts.fx + s.drag, 0.0) / m.gear / m.efficiency
-        row[6] = carried + (friction_torque(curve, s.motor_velocity) if s.motor_velocity else 0.0)
-        read(m, work[10:16], height, s.gamma, row[7:13])
-        row[13] = height
-        row[14] = 1.0 if trigger else 0.0
-        row[15], row[16] = ts.fx, s.road
+        write_row(m, s, p, ts, curve, work, x, trigger, out[n])
         if s.plank >= m.road_length:
             rows = n + 1
             break

@@ -68,6 +68,22 @@ def slide(tx, ty, cx, cy, limit):
 
 
 @inner
+def yielding(tx, ty, kx, ky, limit):
+    """A bristle beyond its limit: its force fx, fy and the stiffness xx, yy, xy that it keeps."""
+    if ty == 0.0:
+        return math.copysign(limit, tx), 0.0, 0.0, ky * limit / abs(tx), 0.0
+    if limit <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    nx, ny, stretch = slide(tx, ty, kx, ky, limit)
+    ax = kx / (limit + kx * stretch)
+    ay = ky / (limit + ky * stretch)
+    wx, wy = nx * ax, ny * ay
+    d = nx * wx + ny * wy
+    xx, yy, xy = limit * (ax - wx * wx / d), limit * (ay - wy * wy / d), -limit * wx * wy / d
+    return limit * nx, limit * ny, xx, yy, xy
+
+
+@inner
 def place(x, rows):
     """Row of the road map at position x [m]: one row per 2 mm, from -0.2 m on."""
     return min(max(int((x + 0.2) * 500.0), 0), rows - 1)
@@ -147,26 +163,40 @@ def patch_forces(p, s, b, first, last, q, shift, spin, peak, cx, cy, wear, x, ro
         else:
             sliding += 1
             b[4, k] = 1.0
-            if ty == 0.0:
-                sy += part * ky * limit / abs(tx)
-                tx = math.copysign(limit, tx)
-            elif limit <= 0.0:
-                tx = ty = 0.0
-            else:
-                nx, ny, stretch = slide(tx, ty, kx, ky, limit)
-                wx = nx * kx / (limit + kx * stretch)
-                wy = ny * ky / (limit + ky * stretch)
-                d = nx * wx + ny * wy
-                sx += part * limit * (wx / nx - wx * wx / d) if nx != 0.0 else 0.0
-                sy += part * limit * (wy / ny - wy * wy / d)
-                sxy -= part * limit * wx * wy / d
-                tx, ty = limit * nx, limit * ny
+            tx, ty, xx, yy, xy = yielding(tx, ty, kx, ky, limit)
+            sx += part * xx
+            sy += part * yy
+            sxy += part * xy
         b[2, k] = tx / kx
         b[3, k] = ty / ky
         fx += tx
         fy += ty
         mz += xi * ty
     return fx, fy, mz, sx, sy, sxy, sliding / max(last - first + 1, 1)
+
+
+@inner
+def imbalance(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy):
+    """Newton step of the carcass deflection [m]; zero when carcass and bristles are in balance."""
+    v = ux - s.ucx
+    soft = 1.0 + p.softening * abs(v)
+    rx = cx * v / soft - fx
+    ry = cy * uy - fy
+    if abs(rx) < TOLERANCE and abs(ry) < TOLERANCE:
+        return 0.0, 0.0
+    jx = cx / (soft * soft) + sx
+    jy = cy + sy
+    det = jx * jy - sxy * sxy
+    return (ry * sxy - rx * jy) / det, (rx * sxy - ry * jx) / det
+
+
+@inner
+def keep(p, b, first, last):
+    """The trial deflections become the bristles' own."""
+    for j in range(first, last + 1):
+        k = j & (p.ring - 1)
+        b[0, k] = b[2, k]
+        b[1, k] = b[3, k]
 
 
 @inner
@@ -198,22 +228,13 @@ def advance(p, s, b, fz, pressure, dq, dx, dy, turn, gamma, x, wear, road_map, m
         fx, fy, mz, sx, sy, sxy, share = patch_forces(
             p, s, b, first, last, q, shift, spin, peak, cpx, cpy, wear, x, road_map, mapped
         )
-        v = ux - s.ucx
-        soft = 1.0 + p.softening * abs(v)
-        rx = cx * v / soft - fx
-        ry = cy * uy - fy
+        more_x, more_y = imbalance(p, s, cx, cy, ux, uy, fx, fy, sx, sy, sxy)
         s.passes = i + 1
-        if abs(rx) < TOLERANCE and abs(ry) < TOLERANCE:
+        if more_x == 0.0 and more_y == 0.0:
             break
-        jx = cx / (soft * soft) + sx
-        jy = cy + sy
-        det = jx * jy - sxy * sxy
-        ux -= (rx * jy - ry * sxy) / det
-        uy -= (ry * jx - rx * sxy) / det
-    for j in range(first, last + 1):
-        k = j & (p.ring - 1)
-        b[0, k] = b[2, k]
-        b[1, k] = b[3, k]
+        ux += more_x
+        uy += more_y
+    keep(p, b, first, last)
     s.q, s.first, s.last = q, first, last
     s.ux, s.uy, s.fx, s.fy, s.mz = ux, uy, fx, fy, mz - uy * fx
     s.gx = cx * sx / (cx + sx)

@@ -44,7 +44,7 @@ class Site(NamedTuple):
     tire: np.ndarray
     wheel_servo: np.ndarray
     road_map: np.ndarray
-    """rows of friction factor and height [m] over plank position"""
+    """over plank position: friction factor, height of the plank [m], height of a cleat [m]"""
     mix: np.ndarray
     """measured from true (Fx, Fy, Fz, Mx, Mz) at the wheel centre"""
     drift: np.ndarray
