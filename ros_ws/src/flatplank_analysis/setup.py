@@ -9,6 +9,11 @@ VERBS = [
     "fit = flatplank_analysis.cli.fit:main",
     "tire = flatplank_analysis.cli.tire:main",
     "report = flatplank_analysis.cli.report:main",
+    "compare = flatplank_analysis.cli.compare:main",
+    "diagnose = flatplank_analysis.cli.diagnose:main",
+    "add = flatplank_analysis.cli.add:main",
+    "remove = flatplank_analysis.cli.remove:main",
+    "effects = flatplank_analysis.cli.effects:main",
 ]
 
 setup(

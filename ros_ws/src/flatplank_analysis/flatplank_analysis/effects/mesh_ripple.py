@@ -15,7 +15,8 @@ from flatplank_analysis.effects.waves import periods
 
 @dataclass(frozen=True)
 class MeshRipple(TireEffect):
-    """The plank runs ahead and back with the period of a tooth or a pinion turn; the encoder on the pinion does not see it.
+    """The plank runs ahead and back with the period of a tooth or a pinion turn; the encoder
+    on the pinion does not see it.
 
     Source: thesis 3.1; the plank encoder sits on the pinion (REFERENCE 6)
     """

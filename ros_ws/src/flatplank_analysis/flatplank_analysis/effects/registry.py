@@ -17,7 +17,7 @@ from flatplank_analysis.effects.base import TireEffect
 from flatplank_analysis.errors import FlatplankError
 
 GROUP = "flatplank.effects"
-_NOT_EFFECTS = {"base", "registry", "checks", "waves"}
+_NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays", "channels"}
 
 
 def effects_in(module) -> list[type[Effect]]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Play of the road (plank) in the direction of travel."""
+"""The plank slides through its play while the force passes zero."""
 
 from __future__ import annotations
 

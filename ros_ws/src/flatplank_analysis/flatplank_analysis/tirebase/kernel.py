@@ -215,7 +215,8 @@ def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
             cross = p[COMBINE] * kc * other[STIFF] / p[STIFF]
             k, f, x, creep, slope = advance(
                 state[0, axis, e], state[1, axis, e], state[2, axis, e], state[3, axis, e],
-                state[4, axis, e], ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross,
+                state[4, axis, e], ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e],
+                rate, cross,
             )  # fmt: skip
             state[0, axis, e], state[1, axis, e] = k, f
             state[2, axis, e], state[3, axis, e], state[4, axis, e] = x, creep, slope

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.data import Campaign
-from flatplank_analysis.discovery import modelfile, nextrun, screen, verdict
+from flatplank_analysis.discovery import nextrun, screen, verdict
 from flatplank_analysis.discovery.decide import best_chi2, decide
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The axle height is fixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.effects.base import Signal, Tire, TireEffect
+
+
+@dataclass(frozen=True)
+class LoadLossBraking(TireEffect):
+    """The axle height is fixed: braking takes load off the tire.
+
+    Source: thesis table 6.3: -3.6 % of load at -10 % of slip
+    """
+
+    identifier = "load_loss_braking"
+    title = "Load loss when braking"
+    kind = "machine"
+    coordinate = "slip level"
+    source = "thesis table 6.3: -3.6 % of load at -10 % of slip"
+    what = (
+        "With a fixed axle height the braking torque turns the support and lifts the wheel a "
+        "little."
+    )
+    check = "Read the load before and after a -10 % step; look at the loaded radius."
+    removes = "Control the load instead of the height; or nothing, when the load is measured."
+
+    loss: float = param(
+        0.0,
+        unit="1",
+        bounds=(-0.05, 0.2),
+        screen=0.02,
+        matters=0.01,
+        note="load lost per braking force",
+    )
+
+    def tire(self, tire: Tire) -> None:
+        if "fz" not in tire.data.runs.channels:
+            tire.x.loss_brake += self.per_run.loss
+
+    def signal(self, signal: Signal) -> None:
+        # the measured load, loss included, is what the base feeds to the tire
+        signal.fz = signal.fz + self.loss * np.minimum(signal.true_fx, 0.0)

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Less friction at one place of the plank; grows with the slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.effects.base import Tire, TireEffect
+
+
+@dataclass(frozen=True)
+class WornPatch(TireEffect):
+    """Less friction at one place of the plank; grows with the slip.
+
+    Source: thesis 3.1: worn sandpaper at 0.15, 2.35 and 3.90 m
+    """
+
+    identifier = "worn_patch"
+    title = "Worn patch of the road surface"
+    kind = "machine"
+    coordinate = "plank position"
+    source = "thesis 3.1: worn sandpaper at 0.15, 2.35 and 3.90 m"
+    what = "The sandpaper is worn or loose at one place of the plank."
+    check = "Look at the place; move the step to another position: the dip stays on the plank."
+    removes = "New sandpaper."
+    main = "depth"
+    instances = 3
+
+    depth: float = param(
+        0.0,
+        unit="1",
+        bounds=(-0.3, 0.7),
+        screen=0.05,
+        matters=0.01,
+        note="relative loss of friction",
+    )
+    position: float = param(2.0, unit="m", bounds=(0.0, 4.2))
+    width: float = param(0.2, unit="m", bounds=(0.03, 0.8))
+
+    @classmethod
+    def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        last = float(runs.coordinates["plank position"].values.max())
+        return [{"position": float(p), "width": 0.2} for p in np.arange(0.2, last, 0.16)]
+
+    @classmethod
+    def scanned(cls, runs: RunSet) -> int:
+        return 30
+
+    def tire(self, tire: Tire) -> None:
+        away = (tire.data.position - self.position) / (0.5 * self.width)
+        tire.friction *= 1.0 - self.depth * np.exp(-(away**4))
