@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 
-from ..identify.carcass import CarcassProblem, carcass_problem, search_carcass
+from ..identify.carcass_problem import CarcassProblem, carcass_problem, search_carcass
 from ..models.contact import LOWEST_SHARE
 from .campaigns import Truth, simulate_runs
 

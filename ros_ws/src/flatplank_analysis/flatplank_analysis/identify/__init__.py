@@ -2,7 +2,8 @@
 """Identification: parameters from measurements, with what the data can and cannot say."""
 
 from .campaign import ConditionFits, fit_campaign
-from .carcass import CarcassFit, SteadyCurve, fit_carcass, steady_curve
+from .carcass import fit_carcass
+from .carcass_report import CarcassFit
 from .fit_file import FitFile, parse_fit, read_fit_file
 from .linear import LinearFit, linear_run
 from .mf import (
@@ -26,6 +27,7 @@ from .quality import (
 from .repeats import LinearCondition, LinearLevel, fit_linear
 from .results import Confusion, Estimate, Fit
 from .runs import StepRun, actual_slip, by_condition, by_level, step_run
+from .steady_curve import SteadyCurve, steady_curve
 
 __all__ = [
     "ARNoise",

@@ -12,7 +12,8 @@ import numpy as np
 from ..errors import FlatplankError
 from ..models.registry import shipped_tir
 from ..models.tir import read_tir
-from .carcass import CarcassFit, fit_carcass
+from .carcass import fit_carcass
+from .carcass_report import CarcassFit
 from .fit_file import FitFile
 from .mf.fit import MFFit, fit_magic_formula
 from .mf.points import SteadyPoints, merge, points_from_runs, steady_points

@@ -17,7 +17,7 @@ Residuals = Callable[[np.ndarray], np.ndarray]
 
 STEP = 1e-4
 """Relative step of the central differences: above the grain of a tabulated law."""
-DAMPING = np.array([1e-3, 1e1, 1e4])
+DAMPING = np.array([1e-3, 1e-1, 1.0, 1e1, 1e3])
 """Tried together, times the current damping."""
 
 
@@ -61,9 +61,10 @@ def solve(
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
     x = np.clip(np.asarray(start, float), lower, upper)
     scale = np.where(x == 0.0, 1.0, np.abs(x)) if scale is None else np.asarray(scale, float)
-    damping, converged, count = 1e-3, False, 0
+    damping, converged, count, small = 1e-3, False, 0, 0
     r, jac = linearise(residuals, x, lower, upper, scale)
-    for count in range(1, iterations + 1):
+    for turn in range(1, iterations + 1):
+        count = turn
         trials = _trials(x, r, jac, damping * DAMPING, lower, upper, scale)
         best, found, ahead = _look(residuals, trials, lower, upper, scale)
         cost = float(r @ r)
@@ -79,7 +80,9 @@ def solve(
         moved = np.max(np.abs(trials[best] - x) / scale)
         x, r = trials[best], found
         jac = linearise(residuals, x, lower, upper, scale)[1] if ahead is None else ahead
-        if gain <= tolerance * cost or moved <= 1e-7:
+        # A small gain means the end only where the step was not held back by damping.
+        small = small + 1 if gain <= tolerance * cost or moved <= 1e-7 else 0
+        if small and (damping < 1e-2 or small > 3):
             converged = True
             break
     edge = 1e-9 * np.maximum(scale, 1e-12)
@@ -128,7 +131,7 @@ def _look(
 ) -> tuple[int, np.ndarray, np.ndarray | None]:
     """Best trial, its residual, and, when it is the boldest one, the Jacobian there too.
 
-    One call for all: near the end the boldest step is the best one, and half of the calls are saved.
+    One call for all: near the end the boldest step is the best one; half of the calls are saved.
     """
     lanes, width = _stencil(trials[0], lower, upper, scale)
     out = residuals(np.vstack([trials, lanes[1:]]))

@@ -182,7 +182,7 @@ def _linear_fit(
 
 
 def _errors(solution: Solution, noise: ARNoise) -> tuple[list[float], float]:
-    """Standard errors of a plain least-squares fit in coloured noise, and corr(sigma, asymptote)."""
+    """Standard errors of plain least squares in coloured noise, and corr(sigma, asymptote)."""
     jac = solution.jacobian
     inverse = np.linalg.pinv(jac.T @ jac)
     covariance = inverse @ noise.score_covariance(jac) @ inverse

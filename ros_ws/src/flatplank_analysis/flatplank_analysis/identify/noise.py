@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Autocorrelated measurement noise: an autoregressive model, and what it does to an estimate.
 
-Samples of a force are far from independent (their autoregressive coefficients sum to 0.97-0.99), so
+Samples of a force are far from independent (their autoregressive coefficients sum to 0.97-0.99):
 a standard error that counts samples is far too small. The noise is described by
 e_i = sum a_k e_(i-k) + w_i and comes from differences between repeats where there are repeats.
 """

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The interface of every transient tire model: lanes of parameters, runs of inputs, distance.
 
-A model is driven by increments of position and angle, not by velocities: rest, reverse and any slip
-waveform need no special case. Arrays are (lanes, runs, samples): a lane is one set of parameters, so
-that a Jacobian, or a whole search step, is one call.
+A model is driven by increments of position and angle, not by velocities: rest, reverse and any
+slip waveform need no special case. Arrays are (lanes, runs, samples): a lane is one set of
+parameters, so that a Jacobian, or a whole search step, is one call.
 """
 
 from __future__ import annotations
@@ -31,9 +31,10 @@ class Parameter:
 class RunInputs:
     """What drives the models. Arrays (runs, samples); increments are from the sample before.
 
-    `travel` |dx| of the wheel over the road in the wheel plane [m]; `slip_x` r_e d(angle) - dx [m],
-    that is kappa times travel; `slip_y` tan(alpha) times travel [m]; `fz` [N]; `alpha`, `gamma`
-    [rad]; `pressure` [Pa]; `dt` [s]; `start_fx`, `start_fy` (runs,) [N] the force before sample 0.
+    `travel` |dx| of the wheel over the road, in the wheel plane [m]; `slip_x` r_e d(angle) - dx
+    [m], that is kappa times travel; `slip_y` tan(alpha) times travel [m]; `fz` [N]; `alpha`,
+    `gamma` [rad]; `pressure` [Pa]; `dt` [s]; `start_fx`, `start_fy` (runs,) [N] the force before
+    sample 0.
     """
 
     travel: np.ndarray

@@ -2,8 +2,8 @@
 """MF-Tyre: the Magic Formula behind first-order relaxation of both slips (section 7.3).
 
 The slips that enter the Magic Formula are those of the contact point: kappa' = u / sigma_x and
-alpha' = v / sigma_y with sigma du + u |dx| = sigma ds (Pacejka section 7.2), the relaxation lengths
-following load, pressure and camber.
+alpha' = v / sigma_y with sigma du + u |dx| = sigma ds (Pacejka section 7.2); the relaxation
+lengths follow load, pressure and camber.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nonlinear transient model: contact patch with its own relaxation on a carcass spring (7.13-7.24).
+"""Nonlinear transient model: a contact patch with its own relaxation on a spring (7.13-7.24).
 
 Quasi-static in the patch mass: at 0.03 m/s the mass of 1 kg moves nothing that a force of newtons
 could show. `nonlinear_mass.py` has the variant with mass.
@@ -83,7 +83,7 @@ class NonlinearX:
 
 @dataclass(frozen=True)
 class NonlinearY(NonlinearX):
-    """Fy over the lateral contact-patch slip; the law gives Fy over tan(alpha'), falling (ISO W)."""
+    """Fy over the patch's lateral slip; the law gives Fy over tan(alpha'), falling (ISO W)."""
 
     law: LawMaker = _default_law_y
     name: str = "nonlinear-y"

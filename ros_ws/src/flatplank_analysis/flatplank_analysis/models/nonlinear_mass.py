@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nonlinear transient model with the contact patch mass and carcass damping (7.14) as they stand.
 
-For comparison only: at the bench's speed the result differs from the quasi-static one by newtons in
-the first millimetres. The steps are implicit, so that their size follows from accuracy alone.
+For comparison only: at the bench's speed the result differs from the quasi-static one by newtons
+in the first millimetres. The steps are implicit, so that their size follows from accuracy alone.
 """
 
 from __future__ import annotations

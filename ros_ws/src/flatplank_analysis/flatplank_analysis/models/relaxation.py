@@ -11,9 +11,9 @@ def deflection(
 ) -> np.ndarray:
     """Solve sigma du + u |dx| = sigma ds for the deflection u [m] along the last axis.
 
-    `travel` |dx| and `slip` ds [m] are increments that broadcast to (lanes, runs, samples), `sigma`
-    [m] likewise, `start` u before sample 0 (lanes, runs). At rest u takes the slip in full; over a
-    long way it goes to sigma ds/|dx|.
+    `travel` |dx| and `slip` ds [m] are increments that broadcast to (lanes, runs, samples), as
+    does `sigma` [m]; `start` is u before sample 0 (lanes, runs). At rest u takes the slip in full;
+    over a long way it goes to sigma ds/|dx|.
     """
     ratio = np.asarray(travel / sigma, float)
     kept = np.exp(-ratio)

@@ -185,7 +185,7 @@ def new_tir(values: Mapping[str, float], name: str = "") -> TirFile:
 
 def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
     c, given = tir.coefficients, tir.values
-    if c.VXLOW > abs(vx):
+    if abs(vx) < c.VXLOW:
         yield (
             f"VXLOW = {c.VXLOW:g} m/s is above the speed of {abs(vx):g} m/s: many tools scale the "
             "slip down there; it is not scaled here, set VXLOW = 0"

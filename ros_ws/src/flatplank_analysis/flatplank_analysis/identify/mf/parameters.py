@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start, bounds and size of every coefficient that can be identified.
 
-`size` is a change that a tire engineer would call large: a coefficient whose error is as big is not
-determined by the data. Bounds hold C > 0 and mu > 0; E <= 1 is a penalty, since E is a sum.
+`size` is a change that a tire engineer would call large: a coefficient whose error is as big is
+not determined by the data. Bounds hold C > 0 and mu > 0; E <= 1 is a penalty, since E is a sum.
 Sources: typical passenger tires in Pacejka (2012) appendix 3, and the thesis's Table I.1.
 """
 

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tire property files: written from the format's description, with its mistakes."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.models.registry import SHIPPED, shipped_tir
+from flatplank_analysis.models.tir import check_tir, format_tir, parse_tir, read_tir, write_tir
+from flatplank_analysis.models.tire_state import tire_state
+
+TEXT = """[MDI_HEADER]
+FILE_TYPE                = 'tir'
+FILE_VERSION             = 3.0
+FILE_FORMAT              = 'ASCII'
+! : a comment of the header
+$----------------------------------------------------------------units
+[UNITS]
+ LENGTH                  = 'meter'
+ FORCE                   = 'newton'
+ ANGLE                   = 'radians'
+ MASS                    = 'kg'
+ TIME                    = 'second'
+$----------------------------------------------------------------model
+[MODEL]
+ PROPERTY_FILE_FORMAT    = 'MF_05'
+ FITTYP                  = 61                $ MF 6.1
+ VXLOW                   = 1.0
+ LONGVL                  = 16.7
+[DIMENSION]
+UNLOADED_RADIUS          = 0.3135            $ Free tyre radius
+WIDTH                    = 0.205
+[OPERATING_CONDITIONS]
+NOMPRES                  = 2.2E5
+[VERTICAL]
+FNOMIN                   = 4000
+VERTICAL_STIFFNESS       = 2.0e+05
+[SHAPE]
+{radial width}
+ 1.0    0.0
+ 1.0    0.4
+[LONGITUDINAL_COEFFICIENTS]
+PCX1                     = 1.6
+PDX1                     = 1.0
+PKX1                     = 16               ! slip stiffness
+[LATERAL_COEFFICIENTS]
+PCY1                     = 1.3
+PDY1                     = 1
+PKY1                     = -15
+PKY2                     = 2
+[OWN_SECTION]
+OWN_KEY                  = 'kept as it is'
+"""
+
+
+def test_values_comments_and_unknown_parts() -> None:
+    tir = parse_tir(TEXT, "a.tir")
+    check_tir(tir)
+    assert tir.values["UNLOADED_RADIUS"] == 0.3135
+    assert tir.values["VERTICAL_STIFFNESS"] == 2e5
+    assert tir.coefficients.PKY4 == 2.0
+    assert tir.entries["OWN_KEY"].value == "'kept as it is'"
+    assert tir.kept["SHAPE"] == ("{radial width}", "1.0    0.0", "1.0    0.4")
+    assert tire_state(tir, 4000, 0.05, vx=16.7).fx == pytest.approx(2702.570925, rel=1e-9)
+
+
+def test_round_trip_keeps_everything(tmp_path: Path) -> None:
+    tir = parse_tir(TEXT)
+    write_tir(tir.replaced({"PKX1": 17.5, "QDZ1": 0.1}), tmp_path / "b.tir")
+    again = read_tir(tmp_path / "b.tir")
+    assert again.values == tir.values | {"PKX1": 17.5, "QDZ1": 0.1}
+    assert again.kept == tir.kept
+    assert {k: e.value for k, e in again.sections["OWN_SECTION"].items()} == {
+        "OWN_KEY": "'kept as it is'"
+    }
+    assert format_tir(again) == format_tir(parse_tir(format_tir(again)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("PDX1                     = 1.0", "", "missing PDX1"),
+        ("WIDTH                    = 0.205", "PKX1 = 15", "PKX1 stands twice, first in line 21"),
+        ("'meter'", "'mm'", "unit of LENGTH is mm"),
+        ("'radians'", "'degree'", "unit of ANGLE is degree"),
+        ("= 61 ", "= 6 ", "not Magic Formula 6.1"),
+        ("2.0e+05", "2,0e5", "is not a number"),
+        ("FNOMIN                   = 4000", "FNOMIN = 0", "FNOMIN = 0 is not positive"),
+    ],
+)
+def test_mistakes_are_one_line_with_place_and_remedy(
+    tmp_path: Path, old: str, new: str, says: str
+) -> None:
+    path = tmp_path / "bad.tir"
+    path.write_text(TEXT.replace(old, new))
+    with pytest.raises(FlatplankError, match=says) as error:
+        read_tir(path)
+    text = str(error.value)
+    assert "\n" not in text
+    assert "bad.tir" in text
+    assert "; " in text
+
+
+def test_missing_file_is_one_line() -> None:
+    with pytest.raises(FlatplankError, match="No such file"):
+        read_tir("nowhere.tir")
+
+
+def test_warnings() -> None:
+    said = " | ".join(parse_tir(TEXT).warnings(vx=0.03))
+    assert "VXLOW = 1 m/s is above the speed of 0.03 m/s" in said
+    assert "LATERAL_STIFFNESS is missing: sigma_y is not known" in said
+    assert "VXLOW" not in " ".join(parse_tir(TEXT).warnings(vx=16.7))
+    assert any("PKY2 = 0" in w for w in shipped_tir().warnings())
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_sets(name: str) -> None:
+    tir = shipped_tir(name)
+    assert tir.values["VXLOW"] == 0.0
+    state = tire_state(tir, tir.values["FNOMIN"])
+    plain = state.to_json()
+    assert plain["sigma_y"] is None
+    assert math.isnan(state.sigma_y)
+    assert set(plain) == {"fx", "fy", "mz", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}

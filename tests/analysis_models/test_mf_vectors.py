@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Magic Formula against numbers of an independent solver, and against itself written out."""
+
+from __future__ import annotations
+
+import math
+
+import mf_scalar
+import numpy as np
+import pytest
+
+from flatplank_analysis.models.magic_formula import (
+    DEFAULTS,
+    Coefficients,
+    operating_point,
+    steady,
+    steady_forces,
+)
+from flatplank_analysis.models.magic_formula import moment as moments
+from flatplank_analysis.models.magic_formula import structure as shape
+from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.models.tire_state import tire_state
+
+BOOK = {
+    "FNOMIN": 4000, "NOMPRES": 220000, "LONGVL": 16.7, "UNLOADED_RADIUS": 0.3135, "WIDTH": 0.205,
+    "VERTICAL_STIFFNESS": 2e5, "PFZ1": 0.8, "BREFF": 8, "DREFF": 0.24, "FREFF": 0.01, "Q_RE0": 1,
+    "LONGITUDINAL_STIFFNESS": 4e5, "LATERAL_STIFFNESS": 1e5, "PCFX3": 0.2, "PCFY3": 0.5,
+    "Q_RA1": 0.79, "Q_RA2": 0.35, "PCX1": 1.6, "PDX1": 1, "PDX2": -0.1, "PKX1": 16,
+    "RBX1": 8.3, "RBX2": 5, "RCX1": 0.9, "PCY1": 1.3, "PDY1": 1, "PDY2": -0.05, "PKY1": -15,
+    "PKY2": 2, "PKY4": 2, "PKY6": -1, "RBY1": 4.9, "RBY2": 2.2, "RCY1": 1, "QDZ1": 0.12,
+    "QBZ1": 10, "QCZ1": 1.1, "QBZ9": 10, "QDZ8": -0.05,
+}  # fmt: skip
+BOOK_ROWS = [
+    # fz, kappa, alpha, gamma, p, Fx, Fy, Mz, sigma_x, sigma_y
+    (4000, 0.05, 0, 0, 220000, 2702.570925, 0, 0, 0.16, 0.48),
+    (4000, 0.1, 0, 0, 220000, 3804.226065, 0, 0, 0.16, 0.48),
+    (4000, 0, 0.05, 0, 220000, 0, -2131.958946, 69.90989142, 0.16, 0.48),
+    (4000, 0, 0, 0.05, 220000, 0, -199.8182682, -3.132282184, 0.16, 0.48),
+    (4000, 0.05, 0.05, 0, 220000, 2543.799692, -2071.418441, 56.24566967, 0.16, 0.48),
+    (6000, 0.05, 0.05, 0.05, 220000, 3754.702493, -2798.846841, 92.90600603, 0.24, 0.576),
+    (4000, 0.05, 0.05, 0.02, 180000, 2543.799692, -2125.037539, 55.28749131, 0.1660377358, 0.528),
+]
+TOYO_ROWS = [
+    # fz, kappa, p, gamma [deg], Fx
+    (3700, 0, 2.5e5, 0, 209.2775958),
+    (3700, 0.01, 2.5e5, 0, 1228.818811),
+    (3700, -0.01, 2.5e5, 0, -760.5383075),
+    (3700, 0.05, 2.5e5, 0, 3699.473059),
+    (3700, -0.05, 2.5e5, 0, -2721.116429),
+    (3700, 0.1, 2.5e5, 0, 4045.733513),
+    (1850, 0.1, 2.5e5, 0, 1864.763600),
+    (5550, -0.1, 2.5e5, 0, -4618.273946),
+    (3700, 0.1, 2.0e5, 0, 3992.388249),
+    (3700, 0.05, 2.5e5, 5, 3662.476932),
+]
+
+
+@pytest.mark.parametrize("row", BOOK_ROWS)
+def test_book_set(row: tuple[float, ...]) -> None:
+    state = tire_state(Coefficients(BOOK), *row[:5], 16.7)
+    found = (state.fx, state.fy, state.mz, state.sigma_x, state.sigma_y)
+    assert found == pytest.approx(row[5:], rel=1e-6, abs=1e-9)
+
+
+def test_book_radius_and_contact() -> None:
+    state = tire_state(Coefficients(BOOK), 4000, vx=16.7)
+    assert state.re == pytest.approx(0.3063570816, rel=1e-9)
+    assert state.a == pytest.approx(0.06955483195, rel=1e-9)
+
+
+@pytest.mark.parametrize("row", TOYO_ROWS)
+def test_toyo_set(row: tuple[float, ...]) -> None:
+    fz, kappa, pressure, gamma, fx = row
+    state = tire_state(shipped_tir(), fz, kappa, 0, math.radians(gamma), pressure, 0.03)
+    assert state.fx == pytest.approx(fx, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("fz", "re"), [(3700, 0.3108766632), (1850, 0.3122844291), (5550, 0.3102223859)]
+)
+def test_toyo_radius(fz: float, re: float) -> None:
+    assert tire_state(shipped_tir(), fz).re == pytest.approx(re, rel=1e-9)
+
+
+def test_toyo_stiffness_and_side_force() -> None:
+    state = tire_state(shipped_tir(), 3700)
+    assert state.kx == pytest.approx(102048.22, rel=1e-8)
+    assert state.sigma_x == pytest.approx(0.6290342107, rel=1e-8)
+    assert state.fy == pytest.approx(869.0, abs=1.0)
+    assert abs(tire_state(shipped_tir(), 3700, alpha=math.radians(1.0)).fy) < 10.0
+
+
+def test_continental_set() -> None:
+    tir = shipped_tir("continental_ecocontact")
+    assert tire_state(tir, 3250, 0.0).fx == pytest.approx(234.0, rel=1e-9)
+    assert tire_state(tir, 3250, 0.01).fx == pytest.approx(1131.204208, rel=1e-9)
+
+
+def _everything(rng: np.random.Generator) -> dict[str, float]:
+    """Every coefficient of the forces away from zero, of a size that a tire may have."""
+    values = {k: float(rng.uniform(0.02, 0.2)) * rng.choice([-1, 1]) for k in DEFAULTS}
+    values |= {k: float(v) for k, v in BOOK.items()}
+    small = "PHX1 PHX2 PVX1 PVX2 PHY1 PHY2 PVY1 PVY2 QHZ1 QHZ2 RHX1 RHY1 RHY2 RBY3".split()
+    values |= {k: 0.05 * values[k] for k in small}
+    values |= {k: float(rng.uniform(0.8, 1.2)) for k in DEFAULTS if k[0] == "L" and "_" not in k}
+    values |= {"LONGVL": 16.7, "PEX1": -1.5, "PEX4": 0.3, "PEY1": 0.7, "PEY4": 8.0, "PEY5": -12.0}
+    values |= {"PDX3": 1.5, "PDY3": 1.2, "PKX3": 0.3, "QEZ1": -2.0, "QBZ10": 0.7, "RVY5": 1.9}
+    return values | {"RVY4": 9.0, "RVY6": 12.0, "RBX3": 6.0, "RBY4": 7.0, "PKY5": 1.1, "QSX9": 2.0}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_every_term_against_the_formulas_spelt_out(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    values = _everything(rng)
+    c = Coefficients(values)
+    for _ in range(20):
+        point = [rng.uniform(1500, 7000), *rng.uniform(-0.2, 0.2, 2), rng.uniform(-0.1, 0.1)]
+        point += [rng.uniform(1.6e5, 2.8e5), 16.7]
+        o = operating_point(c, *point)
+        found, wanted = steady(c, o), mf_scalar.forces(values, *point)
+        for name in ("fx", "fy", "mz"):
+            assert float(getattr(found, name)) == pytest.approx(wanted[name], rel=1e-9), name
+        assert float(found.kya) == pytest.approx(wanted["ky"], rel=1e-12)
+        mx = float(moments.overturning(c, o, found.fy))
+        assert mx == pytest.approx(wanted["mx"], rel=1e-9)
+
+
+def test_arrays_in_pieces_equal_single_points() -> None:
+    rng = np.random.default_rng(3)
+    c = Coefficients(_everything(rng))
+    fz, kappa, alpha = (rng.uniform(*b, 9000) for b in ((1e3, 7e3), (-0.1, 0.1), (-0.1, 0.1)))
+    fx, fy, mz = steady_forces(c, fz, kappa, alpha, 0.03, 2e5, 16.7)
+    for i in (0, 4095, 4096, 8999):
+        one = tire_state(c, fz[i], kappa[i], alpha[i], 0.03, 2e5, 16.7)
+        assert (fx[i], fy[i], mz[i]) == pytest.approx((one.fx, one.fy, one.mz), rel=1e-12)
+
+
+def test_lanes_of_coefficients_do_not_influence_each_other() -> None:
+    base = Coefficients(BOOK)
+    lanes = base.replaced({"PKX1": np.array([[16.0], [20.0]]), "QBZ1": np.array([[10.0], [9.0]])})
+    kappa = np.linspace(-0.1, 0.1, 7)
+    o = operating_point(lanes, 4000.0, kappa, 0.02, 0.01, 220000.0, 16.7)
+    both = steady(lanes, o)
+    for i, change in enumerate(({"PKX1": 16.0, "QBZ1": 10.0}, {"PKX1": 20.0, "QBZ1": 9.0})):
+        c = base.replaced(change)
+        one = steady(c, operating_point(c, 4000.0, kappa, 0.02, 0.01, 220000.0, 16.7))
+        np.testing.assert_array_equal(both.fx[i], one.fx)
+        np.testing.assert_array_equal(both.mz[i], one.mz)
+
+
+def test_deflection_carries_the_load_with_and_without_the_quadratic_term() -> None:
+    for q_fz2 in (0.0, 12.0):
+        c = Coefficients(BOOK | {"Q_FZ2": q_fz2})
+        o = operating_point(c, np.array([1000.0, 4000.0, 7000.0]), 0.0, 0.0, 0.0, 200000.0, 16.7)
+        rho = shape.deflection(c, o, 0.0, 0.0, 0.0) / c.UNLOADED_RADIUS
+        slope = math.sqrt((2e5 * 0.3135 / 4000) ** 2 - 4 * q_fz2)
+        load = (slope * rho + q_fz2 * rho**2) * (1 + 0.8 * o.dpi) * 4000
+        np.testing.assert_allclose(load, o.fz, rtol=1e-12)
+
+
+def test_no_load_gives_no_force() -> None:
+    fx, fy, mz = steady_forces(Coefficients(BOOK), np.array([0.0, -50.0]), 0.05, 0.05, vx=16.7)
+    assert np.all(fx == 0.0)
+    assert np.all(fy == 0.0)
+    assert np.all(np.abs(mz) < 1e-12)
+
+
+def test_radius_that_grows_with_speed_agrees_with_its_own_speed() -> None:
+    c = Coefficients(BOOK | {"Q_V1": 0.002})
+    o = operating_point(c, 4000.0, 0.1, 0.0, 0.0, 220000.0, 40.0)
+    radius, omega = shape.rolling(c, o, 40.0)
+    assert omega * radius == pytest.approx(44.0, rel=1e-12)
+    growth = 0.3135 * 0.002 * (omega * 0.3135 / 16.7) ** 2
+    assert radius == pytest.approx(tire_state(Coefficients(BOOK), 4000).re + growth, rel=1e-12)
