@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +27,13 @@ TURNING = 200_000_000
 """motor speed of about 0.1 rad/s at the wheel [counts/s]"""
 VELOCITY_MODE = 9
 _UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
+
+
+def be_quick(on: bool) -> None:
+    """Real-time scheduling for the node by hand, where allowed: no stall of its own may spoil a test."""
+    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK if on else os.SCHED_OTHER
+    with contextlib.suppress(PermissionError):
+        os.sched_setscheduler(0, policy, os.sched_param(30 if on else 0))
 
 
 def namespace() -> BenchNamespace:
@@ -141,24 +151,19 @@ class InsistentNode:
 class Bench:
     """Everything together; the wheel hangs free, so that it may turn."""
 
-    def __init__(self, bus: Path = BENCH, rate_hz: int = 0, emulator: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, bus: Path = BENCH, rate_hz: int = 0, emulator: tuple[str, ...] = ()
+    ) -> None:
         self.namespace = namespace()
         self.bus = bus
+        self._rate_hz = rate_hz
         self.events: list[dict[str, Any]] = []
         self.emulator: Emulator | None = None
         try:
             rate = ("--rate", str(rate_hz)) if rate_hz else ()
             self.emulator = Emulator(self.namespace, bus, *rate, *emulator)
-            self.client = BusClient(
-                bus,
-                MASTER,
-                rate_hz=rate_hz,
-                slip=True,
-                launch=self.namespace.enter,
-                on_event=self.events.append,
-            )
-            self.client.start()
-            self.node = InsistentNode(self.client)
+            self.new_client()
+            be_quick(True)
         except BaseException:
             self.close()
             raise
@@ -168,8 +173,48 @@ class Bench:
         self.emulator.send("operator", name="unload")
         self.node.cycles(5)
 
+    def new_client(self) -> None:
+        """A fresh bus process and node on the same emulator."""
+        if hasattr(self, "client"):
+            self.client.stop()
+        self.client = BusClient(
+            self.bus,
+            MASTER,
+            rate_hz=self._rate_hz,
+            slip=True,
+            launch=self.namespace.enter,
+            on_event=self.events.append,
+        )
+        self.client.start()
+        self.node = InsistentNode(self.client)
+
+    def revive(self) -> None:
+        """Whatever the test before has left: well, reset, and the wheel turning."""
+        self.emulator.send("mend")
+        if not self.client.alive:
+            self.new_client()
+        node = self.node
+        node.insists, node.silent = False, False
+        node.run(lambda i: i.health == 0, what="bus well")
+        node.cycles(30)
+        node.reset()
+        node.cycles(10)
+        node.spin_up()
+        node.cycles(5)
+        node.seen.clear()
+        self.client.events()
+        self.events.clear()
+
+    def meanwhile(self, work: Callable[[], Any]) -> Any:
+        """Do something slow while the node goes on answering."""
+        with ThreadPoolExecutor(1) as pool:
+            future = pool.submit(work)
+            self.node.run(lambda _inputs: future.done(), seconds=20.0, what="work done")
+            return future.result()
+
     def close(self) -> None:
         """End everything."""
+        be_quick(False)
         if hasattr(self, "client"):
             self.client.stop()
         if self.emulator is not None:

@@ -22,22 +22,6 @@ def bench() -> Iterator[Bench]:
     rig.close()
 
 
-def prepare(bench: Bench) -> None:
-    """Everything mended, reset, and the wheel turning."""
-    node = bench.node
-    bench.emulator.send("mend")
-    node.insists, node.silent = False, False
-    node.run(lambda i: i.health == 0, what="bus well")
-    node.cycles(30)
-    node.reset()
-    node.cycles(10)
-    node.spin_up()
-    node.cycles(5)
-    node.seen.clear()
-    bench.client.events()
-    bench.events.clear()
-
-
 class Stalls:
     """Counters that tell whether the computer itself disturbed a scenario."""
 
@@ -109,7 +93,7 @@ def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: s.name)
 def test_fault(bench: Bench, scenario: Scenario) -> None:
     for _ in range(ATTEMPTS):
-        prepare(bench)
+        bench.revive()
         stalls = Stalls(bench)
         seen = break_it(bench, scenario)
         if not stalls:
@@ -119,7 +103,7 @@ def test_fault(bench: Bench, scenario: Scenario) -> None:
 
 
 def test_next_measurement_runs_after_a_reset(bench: Bench) -> None:
-    prepare(bench)
+    bench.revive()
     assert bench.emulator.wheel()["moving"]
     bench.node.rest()
     assert not bench.emulator.wheel()["moving"]

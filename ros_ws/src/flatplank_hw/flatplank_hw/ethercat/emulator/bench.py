@@ -55,7 +55,9 @@ class EmulatedBench:
         commands = self.coupling.commands(answered, self.now)
         self.inputs = self.plant.step(commands)
         truth = getattr(self.plant, "truth", None)
-        self.witness.see(self.now, self.inputs, truth.wheel_velocity if truth is not None else None)
+        self.witness.see(
+            self.now, self.inputs, truth.wheel_velocity if truth is not None else None
+        )
         self.coupling.publish(self.inputs, self.now)
         for slave in self.slaves:
             slave.tick(self.now)

@@ -14,7 +14,9 @@ from flatplank_hw.ethercat.strict import nearest
 class Vocabulary:
     """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles` (how long)."""
 
-    def __init__(self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]) -> None:
+    def __init__(
+        self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
+    ) -> None:
         self.rig = rig
         self._undo: dict[str, list[Undo]] = {}
         self._facts = facts

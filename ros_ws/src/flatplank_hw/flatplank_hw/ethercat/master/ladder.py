@@ -17,6 +17,8 @@ PATIENCE_S = 0.25
 """time for a rung to show its effect [s]"""
 BACKOFF_S = 1.0
 """between full scans [s]"""
+REOPEN_S = 0.02
+"""between two new sockets [s]"""
 ADDRESSED, SAFEOP = 0x0F, 4
 
 
@@ -40,16 +42,27 @@ class Ladder:
         self._last = -1e9
         self._rung = Rung.NONE
 
-    def step(self, now: float, health: Health, states: tuple[int, ...]) -> Rung:
-        """now [s]; states: AL state of every slave that is not in OP (0: no answer)."""
+    def step(
+        self, now: float, health: Health, states: tuple[int, ...], silent: bool = False
+    ) -> Rung:
+        """now [s]; states: AL state of every slave that is not in OP (0: no answer); silent: no
+        process data come back at all."""
         if health in (Health.OK, Health.DEGRADED):
             self._bad_since, self._rung = None, Rung.NONE
             return Rung.NONE
         if self._bad_since is None:
             self._bad_since = now
         if health == Health.STALE:
-            return self._take(Rung.REOPEN, now) if now - self._last > 0.02 else Rung.NONE
-        if now - self._bad_since < SETTLE_S or not states:
+            if now - self._last < REOPEN_S:
+                return Rung.NONE
+            self._take(Rung.REOPEN, now)
+            self._rung = Rung.NONE
+            return Rung.REOPEN
+        if now - self._bad_since < SETTLE_S:
+            return Rung.NONE
+        if silent and self._rung < Rung.REOPEN:
+            return self._take(Rung.REOPEN, now)
+        if not states:
             return Rung.NONE
         wait = BACKOFF_S if self._rung == Rung.RESCAN else PATIENCE_S
         if self._rung >= Rung.ACKNOWLEDGE and now - self._last < wait:
@@ -65,7 +78,5 @@ class Ladder:
 
     def _take(self, rung: Rung, now: float) -> Rung:
         self._rung, self._last = max(self._rung, rung), now
-        if rung == Rung.REOPEN:
-            self._rung = Rung.NONE
         self.taken[rung.name] = self.taken.get(rung.name, 0) + 1
         return rung

@@ -53,7 +53,9 @@ class Emergency(NamedTuple):
 class BusLoop:
     """Everything of one running bus."""
 
-    def __init__(self, bus: BusFile, soem: SoemBus, link: ParentLink, scheduling: str, timing: Timing) -> None:
+    def __init__(
+        self, bus: BusFile, soem: SoemBus, link: ParentLink, scheduling: str, timing: Timing
+    ) -> None:
         self.bus = bus
         self.soem = soem
         self.link = link
@@ -80,6 +82,7 @@ class BusLoop:
         self._blank = [bytes((s.input_bits + 7) // 8) for s in bus.slaves]
         self._trouble = ""
         self._arrived = False
+        self._missed = 0
         soem.emergency = self._emergency
 
     def start(self) -> None:
@@ -157,14 +160,18 @@ class BusLoop:
             self.ladder.step(time.monotonic(), self.health, ())
 
     def _look_at_states(self, cycle: int) -> bool:
-        """Often when something is wrong, but seldom on a silent wire, where each look costs 10 ms."""
+        """After a stall, and often when something is wrong, but seldom on a silent wire, where each
+        look costs 10 ms."""
+        if self.clock.missed != self._missed:
+            self._missed = self.clock.missed
+            return True
         if self._arrived:
             return cycle % STATE_POLL == 0 or (self.monitor.suspicious and cycle % 2 == 0)
         return self.monitor.in_a_row > SILENT and cycle % SILENT == 0
 
     def _recover(self) -> None:
         states = tuple(s.state for s in self.monitor.faulty)
-        rung = self.ladder.step(time.monotonic(), self.health, states)
+        rung = self.ladder.step(time.monotonic(), self.health, states, not self._arrived)
         if rung == Rung.NONE:
             return
         self.link.tell({"event": "recovery", "rung": rung.name, "reason": self.monitor.reason})
@@ -182,11 +189,13 @@ class BusLoop:
         self.soem.acknowledge()
 
     def _reconfigure(self) -> None:
+        self.soem.reopen()
         if self.soem.mapped and self.soem.reconfigure():
             self.monitor.states(self.soem.states())
             self.soem.acknowledge()
 
     def _rescan(self) -> None:
+        self.soem.reopen()
         self.soem.scan()
         self.soem.configure()
         self.soem.to_op(self.outputs.encode((), 0, 0))
