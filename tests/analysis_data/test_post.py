@@ -18,6 +18,7 @@ from flatplank_analysis.post import (
     settling_distance,
     step_facts,
 )
+from flatplank_analysis.post.frequency import frequency_response
 
 
 def test_grid_of_the_thesis():
@@ -101,3 +102,25 @@ def test_settling_distance_of_appendix_e():
 def test_what_never_reaches_the_reference_does_not_settle():
     x = np.linspace(0.0, 4.2, 1000)
     assert np.isnan(settling_distance(x, -900.0 * np.exp(-3.0 * x) + 30.0))
+
+
+@pytest.mark.parametrize("shape", ["sine", "triangle"])
+def test_frequency_response_of_a_first_order_tire(shape):
+    """H = C / (1 + i 2 pi s sigma), from the response integrated in small steps."""
+    sigma, stiffness, wavelength = 0.4, 9e4, 0.5
+    x = np.arange(0.0, 6.0, 2e-3)
+    wave = np.sin(2.0 * np.pi * x / wavelength)
+    if shape == "triangle":
+        wave = 2.0 / np.pi * np.arcsin(wave)
+    kappa = 0.01 * wave
+    force = np.zeros_like(x)
+    for i in range(1, x.size):
+        decay = np.exp(-2e-3 / sigma)
+        force[i] = decay * force[i - 1] + (1.0 - decay) * stiffness * kappa[i]
+    found = frequency_response(x, kappa, force, skip=3.0)
+    assert found.frequency[0] == pytest.approx(1.0 / wavelength, rel=2e-3)
+    assert len(found.frequency) == {"sine": 1, "triangle": 2}[shape]
+    exact = stiffness / (1.0 + 2j * np.pi * found.frequency * sigma)
+    assert found.gain[0] == pytest.approx(abs(exact[0]), rel=0.03)
+    assert found.phase_deg[0] == pytest.approx(np.degrees(np.angle(exact[0])), abs=3.0)
+    assert found.first_order() == pytest.approx((sigma, stiffness), rel=0.03)

@@ -178,6 +178,30 @@ def test_verb_report(tmp_path, capsys):
     assert Path(_json(capsys)["page"]) == small / "report" / "report.html"
 
 
+def test_a_run_with_another_waveform_is_no_repeat_of_a_step(tmp_path):
+    """A sine is driven through the linear model and gives the same tire."""
+    step = step_table(0.02)
+    x = step["plank_position"]
+    since = np.maximum(x - 1.5, 0.0)
+    path = 2.0 * np.pi / 0.8
+    slip_travel = 0.02 / path * (1.0 - np.cos(path * since))
+    turned = 1j * path * SIGMA
+    wave = 0.02 / 1j * (np.exp(1j * path * since) - np.exp(-since / SIGMA))
+    force = STIFFNESS * (wave / (1.0 + turned)).real
+    sine = step.with_columns(wheel_angle=(x + slip_travel) / RADIUS, fx=force).with_info(
+        waveform={"name": "sine", "amplitude": 0.02, "wavelength": 0.8},
+        file="sine.parquet",
+    )
+    folder = export_campaign([step, sine], tmp_path / "c")
+    found = analyse(Campaign.load(folder))
+    assert len(found.conditions) == 1
+    (run,) = found.extras["waveforms"]
+    assert run["sigma"] == pytest.approx(SIGMA, rel=0.03)
+    assert run["slip_stiffness"] == pytest.approx(STIFFNESS, rel=0.03)
+    assert run["frequency"][0] == pytest.approx(1.25, rel=0.01)
+    assert len(make_figures(found)["waveforms"]) == 2
+
+
 def test_exit_code_two_when_nothing_is_usable(tmp_path, capsys):
     (tmp_path / "TOY_REL_LNG_5perc_T_p25_Fz3700_1.parquet").write_bytes(b"no parquet")
     for verb in (table_verb, fit_verb, report_verb):

@@ -108,13 +108,20 @@ def _here(executor: Executor) -> Iterator[Executor]:
     yield executor
 
 
+def available_cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def open_executor(
     jobs: int | None = None, scheduler: str | None = None
 ) -> AbstractContextManager[Executor]:
     """The executor for `--jobs N` (default: every core) or `--scheduler ADDRESS`."""
     if scheduler:
         return _dask(scheduler)
-    jobs = jobs if jobs is not None else len(os.sched_getaffinity(0))
+    jobs = jobs if jobs is not None else available_cores()
     if jobs < 1:
         raise FlatplankError(f"{jobs} jobs", "--jobs", "use 1 or more")
     return _here(Serial() if jobs == 1 else Processes(jobs))

@@ -185,7 +185,7 @@ def load_positive(table: MeasurementTable) -> Iterator[Problem]:
 def slip_sign(table: MeasurementTable) -> Iterator[Problem]:
     """The wheel turns as the desired slip says: omega r_e / (V cos alpha) - 1 has kappa's sign."""
     info = table.info
-    if info.measurement != "slip" or not np.isfinite(info.step_position):
+    if not info.is_step or not np.isfinite(info.step_position):
         return
     if not (table.has("wheel_velocity") and table.has("plank_velocity")):
         return

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 from flatplank_analysis.errors import FlatplankError
 
 #: kinds of measurement that the bench makes
+STEPS = ("step", "constant")
+"""waveforms that hold one slip to the end of the run"""
 MEASUREMENTS = ("slip", "free_rolling", "stiffness", "footprint", "unloaded_turn", "cleat")
 
 
@@ -107,10 +109,26 @@ class RunInfo:
     """keys that this version does not know"""
 
     @property
+    def kind(self) -> str:
+        """The measurement, with the waveform when that is no step, and the direction."""
+        name = str((self.waveform or {}).get("name", "step"))
+        words = [self.measurement]
+        if self.measurement == "slip" and name not in STEPS:
+            words.append(name)
+        if self.direction < 0.0:
+            words.append("reversed")
+        return " ".join(words)
+
+    @property
+    def is_step(self) -> bool:
+        """A slip step, forward: what the step models are fitted to."""
+        return self.kind == "slip"
+
+    @property
     def condition(self) -> Condition:
         """Key of the repeats of this run."""
         numbers = (self.fz, self.pressure, self.alpha_deg, self.gamma_deg, self.kappa)
-        return _condition(self.tire, self.measurement, *numbers)
+        return _condition(self.tire, self.kind, *numbers)
 
     @property
     def name(self) -> str:

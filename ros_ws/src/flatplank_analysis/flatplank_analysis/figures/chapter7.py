@@ -123,7 +123,7 @@ def steady_curves(result: CampaignResult) -> Iterator[Figure]:
     point = result.nominal()
     if point is None:
         return
-    shown = [("", [(point, "")])]
+    shown: list[tuple[str, list[tuple[PointResult, str]]]] = [("", [(point, "")])]
     for factor in pieces.FACTORS:
         points = pieces.varied(result, factor)
         if points:

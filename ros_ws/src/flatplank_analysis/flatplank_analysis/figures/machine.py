@@ -10,6 +10,8 @@ import numpy as np
 from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import INK, PALETTE
+from flatplank_analysis.models.magic_formula import operating_point
+from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.post.settling import ExponentialFit
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.tables import radius_values
@@ -28,6 +30,32 @@ def rolling_radius(result: CampaignResult) -> Iterator[Figure]:
     if panels:
         caption = "By (5.22), mean over the start angles, corrected to Fx = 0 with C_Fκ."
         yield Figure("rolling_radius", "Effective rolling radius", caption, panels, "6.1, 6.2")
+
+
+@maker("radius")
+def modelled_radius(result: CampaignResult) -> Iterator[Figure]:
+    """Figures 7.30, 7.31: measured r_e beside the Magic Formula's, over load."""
+    if result.magic is None or "re" not in result.magic.fits:
+        return
+    c = result.magic.tir.coefficients
+    straight = [
+        v for v in radius_values(result) if not v.point.alpha_deg and not v.point.gamma_deg
+    ]
+    series = []
+    for bar, color in zip(sorted({v.point.pressure for v in straight}), PALETTE, strict=False):
+        mine = [v for v in straight if v.point.pressure == bar]
+        x = np.array([v.point.fz for v in mine])
+        y = np.array([1e3 * v.corrected.value for v in mine])
+        series.append(Series(f"{bar:g} bar", x, y, "points", color))
+        loads = np.linspace(0.7 * x.min(), 1.2 * x.max(), 101)
+        o = operating_point(c, loads, 0.0, 0.0, 0.0, 1e5 * bar, 0.03)
+        curve = 1e3 * np.broadcast_to(effective_radius(c, o, 0.0), loads.shape)
+        series.append(Series("model", loads, curve, "curve", color, legend=False))
+    if series:
+        caption = "Points: measured, at Fx = 0. Lines: the fitted coefficients."
+        panel = Panel("vertical force Fz [N]", "effective rolling radius [mm]", series)
+        title = "Rolling radius, measured and modelled"
+        yield Figure("rolling_radius_model", title, caption, (panel,), "7.30")
 
 
 def _lines(values, over: str, split: str, x_label: str, label: str) -> Panel:

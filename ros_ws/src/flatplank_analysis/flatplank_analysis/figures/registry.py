@@ -25,8 +25,21 @@ def maker(section: str) -> Callable[[Maker], Maker]:
 
 def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
     """All figures that the results allow, by section."""
-    from flatplank_analysis.figures import chapter6, chapter7, machine  # noqa: F401  (they register)
+    from flatplank_analysis.figures import (  # noqa: F401  (they register)
+        chapter6,
+        chapter7,
+        machine,
+        waveforms,
+    )
 
-    order = ("measurements", "repeatability", "models", "parameters", "radius", "machine")
+    order = (
+        "measurements",
+        "repeatability",
+        "models",
+        "waveforms",
+        "parameters",
+        "radius",
+        "machine",
+    )
     made = {s: [f for m in MAKERS.get(s, []) for f in m(result)] for s in order}
     return {section: figures for section, figures in made.items() if figures}

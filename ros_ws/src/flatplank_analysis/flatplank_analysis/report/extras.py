@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.data.campaign import Campaign
+from flatplank_analysis.data.info import RunInfo
 from flatplank_analysis.data.problem import problem_of
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.post.gridding import SPACING, on_grid
 from flatplank_analysis.post.settling import fit_exponential
+from flatplank_analysis.report.waveforms import waveform_run
 from flatplank_analysis.steady.contact import fit_contact_length
 from flatplank_analysis.steady.stiffness import vertical_stiffness
 from flatplank_analysis.steady.transmission import friction_torque
@@ -41,11 +43,16 @@ def other_measurements(campaign: Campaign) -> Found:
     """Results by name; a run that cannot be used is noted among the campaign's problems."""
     found: Found = {}
     for kind, function in EXTRAS.items():
-        runs = campaign.where(lambda info, kind=kind: info.measurement == kind)
+        runs = campaign.where(lambda info, kind=kind: kind_of(info) == kind)
         tables = list(runs.tables())
         if tables:
             found |= function(campaign, tables, found)
     return found
+
+
+def kind_of(info: RunInfo) -> str:
+    """Key of `EXTRAS`: the measurement, or `waveform` for slip that is no forward step."""
+    return "waveform" if info.measurement == "slip" and not info.is_step else info.measurement
 
 
 def _each(
@@ -133,3 +140,8 @@ def _settling(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) ->
         }
 
     return {"free_rolling": [value for _, value in _each(campaign, tables, one)]}
+
+
+@extra("waveform")
+def _waveforms(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+    return {"waveforms": [value for _, value in _each(campaign, tables, waveform_run)]}

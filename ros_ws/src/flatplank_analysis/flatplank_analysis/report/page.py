@@ -31,6 +31,10 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
         "one carcass stiffness for all steps of an operating point; MF-Tyre has one set of "
         "coefficients for the whole campaign.",
     ),
+    "waveforms": (
+        "Other waveforms",
+        "Runs whose slip is no step, with the linear model driven by the measured slip.",
+    ),
     "parameters": ("Parameters", ""),
     "radius": ("Effective rolling radius", ""),
     "machine": ("Tire at rest and machine", ""),
@@ -38,7 +42,7 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
 TABLES_OF = {
     "measurements": ("steps",),
     "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf"),
-    "parameters": ("linear", "carcass", "magic_formula"),
+    "parameters": ("linear", "carcass", "magic_formula", "relative_error"),
     "radius": ("rolling_radius", "settling"),
 }
 

@@ -45,7 +45,7 @@ def read_group(runs: Sequence[Run]) -> Group:
             table, remarks = run.read(COLUMNS)
             problems += remarks
             radii.append(radius_of_run(table))
-            if run.info.measurement == "slip":
+            if run.info.is_step:
                 steps.append(step_run(table))
         except FlatplankError as error:
             problems.append(problem_of(error, run.info.file))
@@ -61,7 +61,7 @@ def read_steps(
     for campaign in campaigns:
         groups: dict[Condition, list[Run]] = {}
         for run in campaign.runs:
-            if run.info.measurement in ("slip", "free_rolling"):
+            if run.info.kind in ("slip", "free_rolling"):
                 groups.setdefault(run.info.condition.operating_point, []).append(run)
         for found, rolled, problems in executor.map(read_group, list(groups.values())):
             steps += found

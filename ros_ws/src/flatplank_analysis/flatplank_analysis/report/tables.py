@@ -74,7 +74,7 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
 def all_tables(result: CampaignResult) -> list[Table]:
     """What there is to tell, in the order of the report."""
     tables = [step_table(result), linear_table(result), *rmse_tables(result)]
-    tables += [carcass_table(result), magic_table(result)]
+    tables += [carcass_table(result), magic_table(result), relative_error_table(result)]
     tables += [radius_table(result), settling_table(result)]
     return [t for t in tables if t.rows]
 
@@ -223,6 +223,14 @@ def magic_table(result: CampaignResult) -> Table:
     note = "Fitted in stages, then jointly per output; fitted.tir beside this page has them all."
     header = ("coefficient", "value", "±", "remark")
     return Table("magic_formula", "Magic Formula (Table I.1)", header, rows, note)
+
+
+def relative_error_table(result: CampaignResult) -> Table:
+    """Relative error (7.28) of the Magic Formula per output."""
+    errors = result.magic.relative_errors if result.magic else {}
+    rows = [[name, 100.0 * value] for name, value in errors.items()]
+    note = "Over the steady points that the coefficients were fitted to."
+    return Table("relative_error", "Relative error (7.28)", ("output", "e_r [%]"), rows, note)
 
 
 def radius_table(result: CampaignResult) -> Table:
