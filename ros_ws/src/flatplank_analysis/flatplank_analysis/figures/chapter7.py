@@ -129,8 +129,8 @@ def steady_curves(result: CampaignResult) -> Iterator[Figure]:
         if points:
             labelled = [(p, pieces.level(factor, getattr(p.point, factor))) for p in points]
             shown.append((factor, labelled))
-    for factor, points in shown:
-        lines = [_steady(p, label) for p, label in points]
+    for factor, members in shown:
+        lines = [_steady(*member) for member in members]
         suffix = f"_{factor.removesuffix('_deg')}" if factor else ""
         title = "Steady force over slip"
         if factor:

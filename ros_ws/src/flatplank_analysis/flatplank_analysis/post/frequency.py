@@ -41,7 +41,8 @@ class FrequencyResponse:
     def first_order(self) -> tuple[float, float]:
         """sigma [m] and C [N] of the first-order response that fits best.
 
-        1/H = (1 + i 2 pi s sigma)/C is linear in 1/C and sigma/C.
+        1/H = (1 + i 2 pi s sigma)/C is linear in 1/C and sigma/C. Wavelengths much shorter than
+        2 pi sigma tell their ratio C/sigma only.
         """
         inverse = 1.0 / self.response
         weight = np.abs(self.response)
