@@ -1,0 +1,370 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The pure parts of the master: image, health, ladder, guard, inbox, clock, histogram."""
+
+from __future__ import annotations
+
+import pytest
+from ethercat_rig import BUS_FILES
+
+from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
+from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
+from flatplank_hw.ethercat.master import messages
+from flatplank_hw.ethercat.master.bits import place_bits
+from flatplank_hw.ethercat.master.counter import Counter
+from flatplank_hw.ethercat.master.guard import Cause, Guard
+from flatplank_hw.ethercat.master.health import HealthMonitor, Seen, SlaveState
+from flatplank_hw.ethercat.master.histogram import Histogram
+from flatplank_hw.ethercat.master.image import InputImage, OutputImage, expected_counter
+from flatplank_hw.ethercat.master.inbox import Inbox
+from flatplank_hw.ethercat.master.ladder import PATIENCE_S, SETTLE_S, Ladder, Rung
+from flatplank_hw.ethercat.master.pacing import CATCH_UP, CycleClock
+from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_hw.ethercat.strict import BusFileError
+
+BENCH = read_bus_file(BUS_FILES / "bench.yaml")
+PERIOD = 4_000_000
+ENABLED, OFF, RUN, STOP, SHUTDOWN = 0x0237, 0x0250, 0x0F, 0x02, 0x06
+
+
+def axis(status: int = ENABLED) -> AxisInputs:
+    return AxisInputs(status, 9, 1, 2, 3, 0)
+
+
+def image(status: int = ENABLED, digital: int = Digital.EMERGENCY_STOP_OK) -> BusInputs:
+    return BusInputs(
+        1, PERIOD, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, int(digital), 0, (axis(status),) * len(AXES)
+    )
+
+
+def command(word: int = RUN, cycle: int = 1, which: int = 0) -> AxisCommand:
+    return AxisCommand(which, cycle, word, 9, 5, 1000, 77, 1)
+
+
+# --- process image ------------------------------------------------------------------------
+
+
+def test_expected_counter() -> None:
+    """2 for every slave with outputs, 1 for every one with inputs; the coupler has none."""
+    assert expected_counter(BENCH) == 3 + 5 + 1 + 2
+
+
+def test_commands_to_bytes() -> None:
+    out = OutputImage(BENCH)
+    rows = dict(out.encode([command()], 0x81, 0x1FE))
+    drive = rows[1]
+    assert drive[0:2] == b"\x0f\0" and drive[2] == 9
+    assert out.echo == (1, 3) and drive[3] == 0xFE
+    assert [int.from_bytes(drive[i : i + 4], "little") for i in (4, 8, 12)] == [5, 1000, 77]
+    assert rows[8] == b"\x81"
+
+
+def test_targets_are_limited_to_their_type() -> None:
+    out = OutputImage(BENCH)
+    wild = AxisCommand(0, 1, 0x0F, 9, 2**40, -(2**40), 2**40, 0)
+    drive = dict(out.encode([wild], 0, 0))[1]
+    values = [int.from_bytes(drive[i : i + 4], "little", signed=True) for i in (4, 8, 12)]
+    assert values == [2**31 - 1, -(2**31), 2**31 - 1]
+
+
+def test_bytes_to_inputs() -> None:
+    blank = [bytes((s.input_bits + 7) // 8) for s in BENCH.slaves]
+    data = list(blank)
+    data[2] = (8388607).to_bytes(4, "little") + bytes(12)
+    data[4] = (2**32 - 3).to_bytes(4, "little") + (7).to_bytes(4, "little")
+    data[7] = b"\x05"
+    data[1] = (
+        b"\x37\x02\x09\x00" + (-5).to_bytes(4, "little", signed=True) + bytes(8) + b"\x10\x23"
+    )
+    found = InputImage(BENCH).decode(data, 12, 34, int(Health.DEGRADED))
+    assert found.cycle == 12 and found.stamp_ns == 34 and found.health == 1
+    assert found.bridge_volts == (10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert (found.plank_counts, found.wheel_counts) == (-3, 7)
+    assert found.digital == Digital.TRIGGER | Digital.LIMIT_FRONT
+    assert found.axes[0] == AxisInputs(0x0237, 9, -5, 0, 0, 0x2310)
+
+
+def test_a_bus_without_an_emergency_contact_has_it_closed() -> None:
+    bus = BusFile("x", tuple(s for s in BENCH.slaves if s.name != "digital_in"))
+    blank = [bytes((s.input_bits + 7) // 8) for s in bus.slaves]
+    assert InputImage(bus).decode(blank, 0, 0, 0).digital == Digital.EMERGENCY_STOP_OK
+
+
+def terminal(name: str, bits: int, outputs: bool = False) -> Slave:
+    pdo = (Pdo(0x1600, (Entry(0x7000, 1, f"bit{bits}" if bits < 8 else "uint8", bits),)),)
+    return Slave(
+        name, "generic", 1, 2, 3, outputs=pdo if outputs else (), inputs=() if outputs else pdo
+    )
+
+
+def test_small_slaves_share_a_byte() -> None:
+    places = place_bits([4, 0, 4, 16, 2])
+    assert [(p.shift, p.bits) for p in places] == [(0, 4), (0, 0), (4, 4), (0, 0), (0, 2)]
+    assert places[2].take(b"\xa5") == b"\x0a" and places[0].take(b"\xa5") == b"\x05"
+    shared: dict[int, int] = {}
+    assert places[0].put(b"\x05", shared) == b"\x05"
+    assert places[2].put(b"\x0a", shared) == b"\xa5"
+    with pytest.raises(BusFileError, match="cross a byte"):
+        place_bits([4, 6])
+
+
+@pytest.mark.parametrize(("bits", "raw", "seen"), [
+    (16, [65534, 65535, 0, 3], [65534, 65535, 65536, 65539]),
+    (16, [2, 0, 65533], [2, 0, -3]),
+    (32, [2**32 - 1, 0, 1], [-1, 0, 1]),
+    (24, [2**24 - 1, 0], [2**24 - 1, 2**24]),
+])  # fmt: skip
+def test_narrow_counters_are_continued(bits: int, raw: list[int], seen: list[int]) -> None:
+    counter = Counter(bits)
+    assert [counter.see(value) for value in raw] == seen
+
+
+def test_messages_come_through_unchanged() -> None:
+    inputs = image()._replace(cycle=2**40, stamp_ns=2**60, plank_counts=-(2**31), lvdt_volts=-0.1)
+    assert messages.unpack_inputs(messages.pack_inputs(inputs)) == inputs
+    asked = command()._replace(target_position=-(2**31), mode=-1, cycle=2**40)
+    assert messages.unpack_command(messages.pack_command(asked)) == asked
+
+
+# --- health -------------------------------------------------------------------------------
+
+GOOD, LOST = Seen(True, 11, True), Seen(False, 0, True)
+FALLEN = SlaveState("bridges_a", 0x14, 0x1B, "Sync manager watchdog")
+
+
+def test_losses_are_tolerated_twice() -> None:
+    monitor = HealthMonitor(11)
+    verdicts = [
+        monitor.observe(s) for s in (GOOD, LOST, GOOD, LOST, LOST, GOOD, LOST, LOST, LOST, GOOD)
+    ]
+    names = [Health(v).name[0] for v in verdicts]
+    assert "".join(names) == "ODODDODDLO"
+    assert (monitor.sent, monitor.received, monitor.lost) == (10, 4, 6)
+    assert sum(monitor.history.values()) == monitor.sent
+
+
+def test_wrong_counter_and_echo() -> None:
+    monitor = HealthMonitor(11)
+    assert monitor.observe(Seen(True, 10, True)) == Health.DEGRADED
+    assert monitor.observe(Seen(True, 11, False)) == Health.STALE
+    for _ in range(3):
+        verdict = monitor.observe(Seen(True, 10, True))
+    assert verdict == Health.LOST and monitor.reason == "working counter 10 of 11"
+
+
+def test_a_full_counter_does_not_prove_op() -> None:
+    monitor = HealthMonitor(11)
+    monitor.states((SlaveState("drive", 8, 0, ""), FALLEN))
+    assert monitor.observe(GOOD) == Health.SLAVE_FAULT
+    assert monitor.reason == "bridges_a: SAFEOP with error 0x001B (Sync manager watchdog)"
+    monitor.states((SlaveState("drive", 8, 0, ""),))
+    assert monitor.observe(GOOD) == Health.OK and monitor.reason == ""
+
+
+# --- ladder -------------------------------------------------------------------------------
+
+
+def climb(
+    ladder: Ladder, health: Health, states: tuple[int, ...], seconds: float, silent=False
+) -> list[Rung]:
+    """Rungs taken while the bus stays bad."""
+    steps = [ladder.step(n * 0.01, health, states, silent) for n in range(round(seconds * 100))]
+    return [rung for rung in steps if rung]
+
+
+def test_axes_get_time_to_stop_first() -> None:
+    assert climb(Ladder(), Health.SLAVE_FAULT, (0x14,), SETTLE_S) == []
+
+
+def test_ladder_for_a_slave_in_safeop() -> None:
+    taken = climb(Ladder(), Health.SLAVE_FAULT, (0x14,), SETTLE_S + 3 * PATIENCE_S + 2.5)
+    assert taken == [Rung.ACKNOWLEDGE, Rung.RECONFIGURE, Rung.RESCAN, Rung.RESCAN, Rung.RESCAN]
+
+
+def test_ladder_for_a_slave_that_lost_its_state() -> None:
+    assert climb(Ladder(), Health.LOST, (0x02, 0x14), 0.5) == [Rung.RECONFIGURE]
+
+
+def test_ladder_on_a_silent_wire() -> None:
+    assert climb(Ladder(), Health.LOST, (), 5.0, silent=True) == [Rung.REOPEN]
+    assert climb(Ladder(), Health.LOST, (0,), 0.4, silent=True)[:2] == [
+        Rung.REOPEN,
+        Rung.RECONFIGURE,
+    ]
+
+
+def test_ladder_for_old_answers() -> None:
+    taken = climb(Ladder(), Health.STALE, (), 0.1)
+    assert set(taken) == {Rung.REOPEN} and 2 <= len(taken) <= 5
+
+
+def test_ladder_steps_down_at_once() -> None:
+    ladder = Ladder()
+    climb(ladder, Health.SLAVE_FAULT, (0x14,), 1.0)
+    assert ladder.step(1.0, Health.OK, ()) == Rung.NONE
+    assert ladder.step(1.01, Health.SLAVE_FAULT, (0x14,)) == Rung.NONE
+    assert ladder.step(1.02 + SETTLE_S, Health.SLAVE_FAULT, (0x14,)) == Rung.ACKNOWLEDGE
+
+
+# --- guard --------------------------------------------------------------------------------
+
+
+def step(guard: Guard, cycle: int, word: int = RUN, **facts) -> int:
+    """Control word that goes out for the wheel."""
+    inputs = facts.get("inputs", image())
+    asked = {0: command(word, facts.get("answers", cycle))}
+    return guard.step(cycle, asked, inputs, facts.get("health", Health.OK))[0].control_word
+
+
+BAD = [
+    ({"health": Health.LOST}, Cause.BUS),
+    ({"health": Health.STALE}, Cause.BUS),
+    ({"health": Health.SLAVE_FAULT}, Cause.BUS),
+    ({"inputs": image(digital=0)}, Cause.EMERGENCY_STOP),
+    ({"answers": -100}, Cause.STALE_COMMAND),
+    (
+        {"inputs": image(digital=Digital.EMERGENCY_STOP_OK | Digital.LIMIT_FRONT)},
+        Cause.LIMIT_SWITCH,
+    ),
+]
+
+
+def prepared() -> Guard:
+    guard = Guard(250, 44)
+    assert step(guard, 1) == RUN
+    return guard
+
+
+@pytest.mark.parametrize(("facts", "cause"), BAD, ids=lambda v: getattr(v, "name", ""))
+def test_every_cause_stops_and_stays(facts: dict, cause: Cause) -> None:
+    guard = prepared()
+    assert step(guard, 2, **facts) == 0x02
+    assert guard.latched == {0: cause} and guard.stops == {cause.name: 1}
+    assert all(step(guard, c) == 0x02 for c in range(3, 60))
+    assert all(step(guard, c) == 0x00 for c in range(65, 90)), "the voltage goes after a while"
+    shown = guard.overlay(image()).axes[0]
+    assert (shown.status_word & 0x4F, shown.error_code) == (0x08, int(cause))
+    assert guard.overlay(image()).axes[1] == axis()
+
+
+@pytest.mark.parametrize(("facts", "cause"), BAD, ids=lambda v: getattr(v, "name", ""))
+def test_only_a_fresh_reset_lifts_a_stop(facts: dict, cause: Cause) -> None:
+    guard = prepared()
+    step(guard, 2, **facts)
+    if cause != Cause.LIMIT_SWITCH:
+        assert step(guard, 3, 0x80, **facts) == 0x02, "the cause is still there"
+        assert step(guard, 4, 0x80) == 0x02, "the bit has been up before the cause went"
+    assert step(guard, 5, SHUTDOWN) == 0x02
+    assert step(guard, 6, 0x80) == 0x80 and not guard.latched
+    assert step(guard, 7, RUN) == RUN
+
+
+def test_degraded_is_no_cause() -> None:
+    guard = prepared()
+    assert all(step(guard, c, health=Health.DEGRADED) == RUN for c in range(2, 20))
+
+
+def test_command_age() -> None:
+    guard = prepared()
+    assert guard.timeout == 11
+    assert step(guard, 12, answers=1) == RUN
+    assert step(guard, 13, answers=1) == 0x02
+
+
+def test_an_idle_axis_is_not_latched() -> None:
+    """Nothing turned and nothing was asked: once the bus is well, a fresh enable may pass."""
+    guard = Guard(250, 44)
+    off = image(OFF)
+    assert step(guard, 1, 0x00, inputs=off, health=Health.LOST) == 0x00 and not guard.latched
+    assert step(guard, 2, SHUTDOWN, inputs=off) == SHUTDOWN
+
+
+def test_an_enable_asked_during_a_fault_is_latched() -> None:
+    guard = Guard(250, 44)
+    assert step(guard, 1, SHUTDOWN, inputs=image(OFF), health=Health.LOST) == 0x02
+    assert guard.latched == {0: Cause.BUS}
+
+
+def test_nothing_passes_before_the_first_image() -> None:
+    guard = Guard(250, 44)
+    assert step(guard, 1, inputs=None) == 0x02
+
+
+def test_limit_switch_counts_by_its_edge_and_for_its_axes() -> None:
+    closed = image(digital=Digital.EMERGENCY_STOP_OK | Digital.LIMIT_FRONT)
+    guard = prepared()
+    asked = {n: command(RUN, 2, n) for n in range(len(AXES))}
+    words = [c.control_word for c in guard.step(2, asked, closed, Health.OK)]
+    assert words == [0x02, 0x02, RUN, RUN, RUN]
+    step(guard, 3, 0x00, inputs=closed)
+    assert step(guard, 4, 0x80, inputs=closed) == 0x80
+    assert step(guard, 5, RUN, inputs=closed) == RUN, "the way back must be open"
+    rear = image(digital=Digital.EMERGENCY_STOP_OK | Digital.LIMIT_REAR)
+    assert [c.control_word for c in prepared().step(2, asked, rear, Health.OK)][:2] == [RUN, 0x02]
+
+
+def test_held_axes_have_no_targets() -> None:
+    guard = prepared()
+    out = guard.step(2, {0: command(RUN, 2)}, image(), Health.LOST)[0]
+    assert (out.target_velocity, out.target_torque, out.digital_outputs) == (0, 0, 0)
+
+
+def test_end_of_the_bus_holds_everything() -> None:
+    guard = prepared()
+    guard.hold_all(2, Cause.STALE_COMMAND)
+    assert step(guard, 2) == 0x02 and set(guard.latched) == set(range(len(AXES)))
+
+
+# --- inbox, clock, histogram --------------------------------------------------------------
+
+
+def words(inbox: Inbox, *sent: int) -> int:
+    return inbox.take([command(w, n) for n, w in enumerate(sent)])[0].control_word
+
+
+def test_newest_command_counts() -> None:
+    inbox = Inbox()
+    assert words(inbox, 0, 6, 7) == 7
+    assert words(inbox) == 7
+
+
+def test_a_reset_in_a_burst_is_not_lost() -> None:
+    inbox = Inbox()
+    assert words(inbox, 0, 0x80, 0, 6) == 0x80
+    assert words(inbox) == 6
+    assert words(inbox, 7) == 7
+
+
+def test_a_reset_bit_that_stays_delays_nothing() -> None:
+    inbox = Inbox()
+    assert words(inbox, 0x80) == 0x80
+    assert words(inbox, 0x80, 0x80, 6) == 6
+
+
+def test_clock_counts_and_catches_up() -> None:
+    clock = CycleClock(PERIOD, 1000)
+    assert clock.due() == 1000 + PERIOD and clock.advance(clock.due()) == 1
+    late = clock.due() + CATCH_UP * PERIOD
+    assert [clock.advance(late) for _ in range(3)] == [2, 3, 4] and clock.missed == 0
+
+
+@pytest.mark.parametrize(("slip", "number"), [(False, 22), (True, 2)])
+def test_clock_after_a_long_stall(slip: bool, number: int) -> None:
+    clock = CycleClock(PERIOD, 0, slip)
+    clock.advance(clock.due())
+    now = clock.due() + 20 * PERIOD
+    assert clock.advance(now) == number and clock.missed == 20
+    assert 0 < clock.due() - now <= PERIOD
+
+
+def test_histogram() -> None:
+    histogram = Histogram()
+    for value in range(1, 1001):
+        histogram.add(value * 1000)
+    report = histogram.report()
+    assert report["count"] == 1000 == sum(report["bins_us"].values())
+    assert report["max_us"] == 1000.0
+    assert report["p50_us"] == pytest.approx(500, rel=0.25)
+    assert report["p99_us"] == pytest.approx(990, rel=0.25)
+    histogram.add(10**12)
+    assert histogram.report()["max_us"] == 1e9
+    assert Histogram().report()["p99_us"] == 0.0
