@@ -20,7 +20,6 @@ from flatplank_analysis.identify.linear import linear_run
 from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.nonlinear import NonlinearX
-from flatplank_analysis.models.steady_law import table_law
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of, on_grid, repeat_std
@@ -263,7 +262,7 @@ def nonlinear_curves(
     fit: CarcassFit, conditions: Sequence[ConditionResult], steps: Sequence[StepRun]
 ) -> ModelCurves:
     """The nonlinear model of every condition: mean of its runs' responses."""
-    law = table_law(fit.curve.kappa, fit.curve.force)
+    law = fit.curve.law()
     load = float(np.mean([run.mean_load for run in steps]))
     mu = float(np.max(np.abs(fit.curve.force))) / load
     model = NonlinearX(lambda _: law, friction=mu)
