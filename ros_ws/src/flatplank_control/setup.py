@@ -16,6 +16,7 @@ NODES = [
 VERBS = [
     "bench = flatplank_control.cli.bench:main",
     "slip = flatplank_control.cli.slip:main",
+    "run = flatplank_control.cli.run:main",
     "simulate = flatplank_control.cli.simulate:main",
     "doctor = flatplank_control.cli.doctor:main",
     "test = flatplank_control.cli.test:main",
@@ -42,7 +43,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *shared("config", "launch"),
     ],
-    install_requires=["numpy", "scipy", "pyyaml", "mcap", "zstandard", "control"],
+    install_requires=["numpy", "scipy", "pyyaml", "mcap", "rosbags", "zstandard", "control"],
     entry_points={"console_scripts": NODES, "flatplank.verbs": VERBS},
     python_requires=">=3.10",
     zip_safe=True,

@@ -33,7 +33,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *shared("config", "launch"),
     ],
-    install_requires=["numpy", "pyyaml", "numba"],
+    install_requires=["numpy", "pyyaml", "numba", "scipy"],
     extras_require={"ethercat": ["pysoem"]},
     entry_points={"console_scripts": NODES},
     python_requires=">=3.10",

@@ -17,6 +17,8 @@ from std_srvs.srv import Trigger
 from flatplank_msgs.action import RunMeasurement
 
 Say = Callable[[str], None]
+SERVER_GONE = 10.0
+"""[s of wall clock]"""
 
 
 class BenchError(Exception):
@@ -72,28 +74,34 @@ class BenchClient:
 
     def measure(
         self,
-        plan: Mapping[str, Any],
+        plan: Mapping[str, Any] | str,
         *,
         simulated: bool,
         folder: str = "",
+        resume: bool = False,
         say: Say = lambda _text: None,
+        idle: Callable[[], None] = lambda: None,
     ) -> list[str]:
-        """Have the runner make a measurement; the bags. BenchError with the runner's reason."""
+        """Have the runner make a measurement or a campaign (its YAML); the bags.
+
+        BenchError with the runner's reason, also when the runner goes away. `idle` is called ten times a second.
+        """
         client = ActionClient(self.node, RunMeasurement, "/run_measurement")
         try:
             if not client.wait_for_server(timeout_sec=10.0):
                 raise BenchError("/run_measurement: not there; is the bench running?")
+            text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
             goal = RunMeasurement.Goal(
-                plan=yaml.safe_dump(dict(plan)), folder=folder, simulated=simulated
+                plan=text, folder=folder, simulated=simulated, resume=resume
             )
             sent = client.send_goal_async(goal, lambda m: say(m.feedback.prompt or m.feedback.step))
-            rclpy.spin_until_future_complete(self.node, sent)
+            self._await(sent, client, idle)
             handle = sent.result()
             if not handle.accepted:
                 raise BenchError("the runner is busy with another measurement")
             result = handle.get_result_async()
             try:
-                rclpy.spin_until_future_complete(self.node, result)
+                self._await(result, client, idle)
             except KeyboardInterrupt:
                 cancelled = handle.cancel_goal_async()
                 rclpy.spin_until_future_complete(self.node, cancelled, timeout_sec=5.0)
@@ -105,3 +113,16 @@ class BenchClient:
         if not answer.success:
             raise BenchError(answer.message)
         return list(answer.bags)
+
+    def _await(self, future: Any, client: ActionClient, idle: Callable[[], None]) -> None:
+        """Until the future is done; BenchError when the server has been gone for a while."""
+        seen = time.monotonic()
+        while not future.done():
+            rclpy.spin_until_future_complete(self.node, future, timeout_sec=0.1)
+            idle()
+            if client.server_is_ready():
+                seen = time.monotonic()
+            elif time.monotonic() - seen > SERVER_GONE:
+                raise BenchError(
+                    "the runner has gone; start it again, the same command goes on where it ended"
+                )

@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import yaml
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner import measurement, plans
+from flatplank_control.runner.campaign import is_campaign
 from flatplank_control.runner.steps import PlanFailed, StopRecord
 from flatplank_hw.nodes.support import BenchNode, run
 from flatplank_hw.params import Params, param
@@ -41,7 +44,12 @@ class MeasurementRunnerNode(BenchNode):
             goal_callback=self.on_goal,
             cancel_callback=lambda _goal: CancelResponse.ACCEPT,
         )
+        self.campaign: CampaignRunner | None = None
+        self.bench: RosBench | None = None
         self.serve(Trigger, "~/confirm", self.on_confirm)
+        self.serve(Trigger, "~/enough", self.on_enough)
+        for wish in WISHES:
+            self.serve(Trigger, f"~/{wish}", partial(self.on_wish, wish))
 
     def on_deactivate(self, state):
         self.server.destroy()
@@ -56,6 +64,20 @@ class MeasurementRunnerNode(BenchNode):
             self.confirmation.set_result(None)
         response.success = waiting
         response.message = "" if waiting else "nothing is being asked"
+        return response
+
+    def on_enough(self, _request, response):
+        """The road under way ends here; the run is kept."""
+        response.success = self.bench is not None
+        if self.bench is not None:
+            self.bench.enough = True
+        return response
+
+    def on_wish(self, wish: str, _request, response):
+        response.success = self.campaign is not None
+        response.message = "" if response.success else "no campaign is under way"
+        if self.campaign is not None:
+            self.campaign.wish = wish
         return response
 
     async def execute(self, goal):
@@ -82,11 +104,9 @@ class MeasurementRunnerNode(BenchNode):
         )
         result = RunMeasurement.Result()
         try:
-            m = measurement.from_mapping(yaml.safe_load(request.plan) or {}, "plan")
-            for step in plans.plan_of(m):
-                if goal.is_cancel_requested:
-                    raise PlanFailed("cancelled")
-                await bench.do(step)
+            self.bench = bench
+            data = yaml.safe_load(request.plan) or {}
+            await (self.many if is_campaign(data) else self.one)(goal, bench, data, feedback)
             result.success, result.message = True, "complete"
         except (PlanFailed, ValueError, yaml.YAMLError) as error:
             result.message = " ".join(str(error).split())
@@ -94,10 +114,40 @@ class MeasurementRunnerNode(BenchNode):
             await self.end_safely(bench, result.message)
         finally:
             bench.close()
-            self.busy = False
+            self.busy, self.bench, self.campaign = False, None, None
         result.bags = bench.bags
         self.conclude(goal, result.success)
         return result
+
+    async def one(self, goal, bench: RosBench, data, _feedback) -> None:
+        """A single measurement."""
+
+        def look() -> None:
+            if goal.is_cancel_requested:
+                raise PlanFailed("cancelled")
+
+        bench.interrupt = look
+        for step in plans.plan_of(measurement.from_mapping(data, "plan")):
+            look()
+            await bench.do(step)
+
+    async def many(self, goal, bench: RosBench, _data, feedback) -> None:
+        """A campaign; its journal lies beside its bags."""
+        request = goal.request
+        self.campaign = campaign = CampaignRunner(
+            bench, request.plan, request.folder, request.resume
+        )
+
+        def tell(text: str) -> None:
+            conductor = campaign.conductor
+            feedback.step, feedback.prompt = text, ""
+            feedback.measurements = conductor.total
+            feedback.measurement = min(conductor.done + 1, conductor.total)
+            feedback.progress = conductor.done / conductor.total
+            feedback.time_left = campaign.time_left()
+            goal.publish_feedback(feedback)
+
+        await campaign.run(lambda: goal.is_cancel_requested, tell)
 
     async def end_safely(self, bench: RosBench, reason: str) -> None:
         for step in (*plans.safe_end(), StopRecord("stopped", reason)):

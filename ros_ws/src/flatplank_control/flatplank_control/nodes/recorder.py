@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 import datetime
+import time
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 from struct import Struct
 
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from flatplank_control.recording.arrivals import Arrivals
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.run_record import record_from_yaml
@@ -24,6 +27,8 @@ from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
 _STAMP = Struct("<iI")
+PATIENCE = 1.0
+"""a close waits so long for messages that are under way [s]"""
 
 
 @dataclass(frozen=True)
@@ -57,9 +62,10 @@ class RecorderNode(BenchNode):
         for mended in mend(folder):
             self.get_logger().warning(str(mended))
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
-        self.stamp_ns = 0
+        self.arrivals = Arrivals()
 
     def connect(self) -> None:
+        self.changed_something: Future | None = None
         self.publish_run = self.speak(Run, "/run", LATCHED)
         for spec in RECORDED:
             latched = spec.qos.durability == "transient_local"
@@ -78,14 +84,28 @@ class RecorderNode(BenchNode):
         self.serve(Trigger, "~/discard", self.on_discard)
 
     def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
+        stamp_ns = self.arrivals.bus_ns
         if with_header:
             seconds, nanoseconds = _STAMP.unpack_from(cdr, 4)
-            self.stamp_ns = seconds * 1_000_000_000 + nanoseconds
+            stamp_ns = self.arrivals.add(topic, seconds * 1_000_000_000 + nanoseconds)
         if self.session.state is not State.IDLE:
-            self.guarded(lambda: self.session.write(topic, cdr, self.stamp_ns))
+            self.guarded(lambda: self.session.write(topic, cdr, stamp_ns))
+            if self.changed_something is not None and not self.changed_something.done():
+                self.changed_something.set_result(None)
+
+    async def settle(self, cycle: int) -> None:
+        """Until a cycle is in with all that belongs to it, or PATIENCE is over."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and self.session.state is State.RECORDING:
+            if (self.session.cycles.last or 0) >= cycle and self.arrivals.complete():
+                return
+            self.changed_something = Future()
+            await self.changed_something
 
     def poll(self) -> None:
         self.guarded(self.session.poll)
+        if self.changed_something is not None and not self.changed_something.done():
+            self.changed_something.set_result(None)
 
     def guarded(self, action) -> None:
         try:
@@ -100,7 +120,7 @@ class RecorderNode(BenchNode):
             message = Run(uuid=record.uuid, name=record.name, status=record.status)
             message.record = record.to_yaml()
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(
-                self.stamp_ns, 1_000_000_000
+                self.arrivals.bus_ns, 1_000_000_000
             )
             self.publish_run(message)
 
@@ -111,14 +131,16 @@ class RecorderNode(BenchNode):
             if request.name:
                 record = record.with_changes(name=request.name)
             path = self.session.start(
-                record, self.stamp_ns, folder=request.folder or None, at_once=request.at_once
+                record, self.arrivals.bus_ns, folder=request.folder or None, at_once=request.at_once
             )
         except RecordingError as error:
             return answer(response, False, str(error))
         self.say()
         return answer(response, True, "", path=str(path), uuid=record.uuid)
 
-    def on_stop(self, request, response):
+    async def on_stop(self, request, response):
+        if request.cycle:
+            await self.settle(request.cycle)
         try:
             record = self.session.stop(
                 request.status or "stopped", reason=request.notes, ended=utc_now()

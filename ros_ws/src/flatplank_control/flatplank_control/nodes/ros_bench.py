@@ -65,6 +65,10 @@ class RosBench:
         self.held, self.simulated, self.folder = held, simulated, folder
         self.bags: list[str] = []
         self.batch = 1
+        self.enough = False
+        """the operator has seen enough of what is under way"""
+        self.interrupt: Callable[[], None] = lambda: None
+        """asked during waits; raises when the plan shall end"""
         self._prompt, self._say = prompt, say
         self._raw: dict[str, bytes] = {}
         self._arrival: Future | None = None
@@ -211,7 +215,14 @@ class RosBench:
         self.bags.append(response.path)
 
     async def _stop_record(self, step: S.StopRecord) -> None:
-        await self.call(StopRecording, "/recorder/stop", status=step.status, notes=step.notes)
+        s = self.snapshot()
+        await self.call(
+            StopRecording,
+            "/recorder/stop",
+            status=step.status,
+            notes=step.notes,
+            cycle=s.encoders.cycle if s else 0,
+        )
 
     async def _quick(self, step: S.Quick) -> None:
         if self.held:
@@ -224,8 +235,12 @@ class RosBench:
         s = self.snapshot()
         patience = Patience(step, s.encoders.stamp_ns * 1e-9)
         while not patience.over(s, s.encoders.stamp_ns * 1e-9):
+            self.interrupt()
+            if self.enough and step.may_end_early:
+                break
             await self._look_again()
             s = self.snapshot()
+        self.enough = False
 
     async def _look_again(self) -> None:
         if self.held:

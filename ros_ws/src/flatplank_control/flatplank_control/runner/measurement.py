@@ -45,6 +45,12 @@ class Measurement:
     operator: str = ""
     serial: str = ""
     notes: str = ""
+    et_value: float | None = None
+    """of the rim [m]"""
+    adapter_thickness: float | None = None
+    """[m]"""
+    session: Mapping[str, Any] = field(default_factory=dict)
+    """room temperature, paper batch and what else the plan says of the day"""
 
     def __post_init__(self) -> None:
         reason = self._reason()
@@ -91,6 +97,9 @@ class Measurement:
         values = asdict(self)
         values["waveform"] = {"name": values["waveform"], **values.pop("waveform_parameters")}
         del values["end_position"]
+        session = values.pop("session")
+        if session:
+            values["parameters"] = {"session": dict(session)}
         if self.measurement != "slip":
             values["effective_rolling_radius"] = values["step_position"] = None
             values["waveform"] = {}

@@ -68,6 +68,7 @@ def over_the_road(m: Measurement, record: dict) -> Plan:
         f"the plank is at {m.end_position:g} m",
         when.plank_beyond(m.end_position),
         1.5 * m.end_position / SPEED + 20.0,
+        may_end_early=True,
     )
     yield Plank(0)
     yield Wait("the plank rests", when.plank_rests(), 10.0)

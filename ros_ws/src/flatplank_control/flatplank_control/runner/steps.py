@@ -114,6 +114,8 @@ class Wait:
     timeout: float
     at_least: float = 0.0
     """[s of bench time]"""
+    may_end_early: bool = False
+    """the operator may say that it is enough"""
 
 
 @dataclass(frozen=True)

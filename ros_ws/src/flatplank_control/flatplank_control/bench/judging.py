@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads back what was recorded and says what it is worth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flatplank_analysis.data import MeasurementTable, Run, RunInfo
+from flatplank_analysis.data.store import open_store
+from flatplank_analysis.steady.rolling_radius import radius_of_run
+from flatplank_control.runner.campaign.conductor import Job, Outcome
+from flatplank_control.runner.campaign.quality import Finding, Limits, Verdict, judge, profile
+from flatplank_control.runner.standstill import Standstill
+
+COLUMNS = ["time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fz"]
+ZERO_LIMIT = 60.0
+"""change of the hub's zero over a run [N]"""
+
+
+def read(path: Path) -> MeasurementTable:
+    """The samples of a bag or a table from the trigger on."""
+    return Run(RunInfo(file=path.name), open_store(path.parent)).table(COLUMNS)
+
+
+def outcome_of(
+    path: Path, job: Job, limits: Limits, before: Standstill, after: Standstill
+) -> Outcome:
+    """Verdict, effective rolling radius of a free-rolling run, zeros."""
+    table = read(path)
+    verdict = judge(table.columns, job.measurement, limits, job.earlier)
+    facts: dict[str, Any] = {"profile": profile(table.columns)}
+    zeros: list[Finding] = []
+    if before.fx and after.fx:
+        change = max(abs(b - a) for b, a in zip(before.zero, after.zero, strict=True))
+        zeros = [Finding("zero_change", change, ZERO_LIMIT)]
+        facts |= {"before": before.facts(), "after": after.facts()}
+    if job.measurement.measurement == "free_rolling":
+        found = radius_of_run(table)
+        facts |= {"radius": found.radius, "radius_force": found.force}
+    return Outcome(path.name, Verdict((*verdict.findings, *zeros)), facts)

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Measure a campaign plan: PLAN.yaml on a running bench, or with --sim on the twin."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from flatplank_control.bench.share import config_file
+from flatplank_control.cli.keys import Keys
+from flatplank_control.runner.campaign import (
+    SUFFIX,
+    CampaignPlan,
+    Conductor,
+    Job,
+    Journal,
+    Outcome,
+    PlanError,
+    load_plan,
+    note,
+)
+from flatplank_control.runner.campaign.dry_run import DryRun, dry_run
+from flatplank_control.runner.steps import PlanFailed
+
+STOPPED = 130
+KEYS = {
+    "c": ("confirm what was asked for", "confirm"),
+    "e": ("enough: this run ends here and is kept", "enough"),
+    "r": ("repeat this run from its beginning", "repeat"),
+    "d": ("discard this run and go on", "discard"),
+    "s": ("skip this run", "skip"),
+    "n": ("note", ""),
+}
+"""key -> (what it does, service of the runner)"""
+
+
+def parser() -> argparse.ArgumentParser:
+    p = argparse.ArgumentParser(prog="flatplank run", description=__doc__)
+    p.add_argument("plan", help="a file, or the name of a shipped plan")
+    p.add_argument("--sim", action="store_true", help="on the twin, in this process")
+    p.add_argument("--dry-run", action="store_true", help="check, and say what it takes")
+    p.add_argument("--data", type=Path, help="campaign folder; default: data/NAME")
+    p.add_argument("--lab", action="store_true", help="manual steps are asked for")
+    p.add_argument("--new", action="store_true", help="refuse to go on with an earlier campaign")
+    p.add_argument("--jobs", type=int, default=1, help="processes of the twin")
+    p.add_argument("--bags", action="store_true", help="the twin writes bags, not tables")
+    p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
+    p.add_argument("--plant", default="", help="YAML file laid over the simulated plant")
+    p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
+    return p
+
+
+def find_plan(name: str) -> Path:
+    """A file, or a shipped plan by name."""
+    path = Path(name)
+    if path.exists() or path.suffix:
+        return path
+    shipped = config_file("flatplank_control", f"plans/{name}.yaml")
+    if shipped is None:
+        raise PlanError(
+            [f"{name}: neither a file nor a shipped plan; shipped are {shipped_plans()}"]
+        )
+    return shipped
+
+
+def shipped_plans() -> str:
+    """Names, for people."""
+    one = config_file("flatplank_control", "tires.yaml")
+    return ", ".join(sorted(p.stem for p in (one.parent / "plans").glob("*.yaml"))) if one else ""
+
+
+class Talk:
+    """Progress and time left."""
+
+    def __init__(self, paper: DryRun) -> None:
+        self._paper = paper
+        self._began, self._bench = time.monotonic(), 0.0
+
+    def __call__(self, conductor: Conductor, job: Job, outcome: Outcome) -> None:
+        durations = self._paper.durations
+        self._bench += durations[job.run.key]
+        pace = (time.monotonic() - self._began) / self._bench
+        left = pace * (self._paper.total - sum(durations[r.key] for r in self._over(conductor)))
+        print(
+            f"{conductor.done}/{conductor.total} {outcome.file}: {outcome.verdict.text()}; "
+            f"{max(left, 0.0) / 60.0:.0f} min left",
+            flush=True,
+        )
+
+    def _over(self, conductor: Conductor):
+        return [r for r in conductor.plan.runs if conductor.journal.finished(r.key)]
+
+
+def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
+    """The campaign in this process."""
+    from flatplank_control.bench.campaign_run import run_on_twin
+    from flatplank_control.bench.setup import BenchSetup
+
+    journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
+    conductor = Conductor(plan, journal)
+    if conductor.done and o.new:
+        print(f"flatplank run: {folder} has {conductor.done} runs of this plan", file=sys.stderr)
+        return 1
+    if conductor.done:
+        print(f"going on after {conductor.done} of {conductor.total} runs")
+    setup = BenchSetup(preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold")
+    run_on_twin(conductor, setup, folder, bags=o.bags, jobs=o.jobs, progress=Talk(paper))
+    bad = [k for k, d in journal.done.items() if not d.skipped and not d.facts.get("good", True)]
+    print(f"{conductor.done} runs in {folder}" + (f", {len(bad)} flagged" if bad else ""))
+    return 0
+
+
+def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
+    """The campaign on a running bench, by its runner."""
+    from flatplank_control.nodes.client import BenchClient, BenchError
+
+    text = Path(plan.where).read_text(encoding="utf-8")
+    try:
+        with BenchClient() as client, Keys() as keys:
+            print("keys: " + ", ".join(f"{k} {what}" for k, (what, _) in KEYS.items()), flush=True)
+            bags = client.measure(
+                text, simulated=not o.lab, folder=str(folder), resume=not o.new,
+                say=lambda line: print(line, flush=True),
+                idle=lambda: on_key(keys, client, folder / f"{plan.name}{SUFFIX}"),
+            )  # fmt: skip
+    except BenchError as error:
+        print(f"flatplank run: {error}", file=sys.stderr)
+        return 1
+    print(f"{len(bags)} bags in {folder}")
+    return 0
+
+
+def on_key(keys: Keys, client, journal: Path) -> None:
+    """One key is one wish."""
+    key = keys.pressed()
+    if key == "n":
+        note(journal, keys.line("note: "))
+    elif key in KEYS:
+        from std_srvs.srv import Trigger
+
+        answer = client.call(Trigger, f"/measurement_runner/{KEYS[key][1]}")
+        print(KEYS[key][0] if answer.success else answer.message, flush=True)
+
+
+def main(argv: list[str]) -> int:
+    """0: all runs are there; 1: stopped by the bench; 2: the plan is refused; 130: Ctrl-C."""
+    o = parser().parse_args(argv)
+    try:
+        plan = load_plan(find_plan(o.plan))
+        paper = dry_run(plan)
+    except (PlanError, PlanFailed) as error:
+        print(f"flatplank run: refused\n{error}", file=sys.stderr)
+        return 2
+    print("\n".join(paper.lines(plan)), flush=True)
+    if o.dry_run:
+        return 0
+    folder = (o.data or Path("data") / plan.name).resolve()
+    try:
+        return on_twin(plan, paper, o, folder) if o.sim else on_bench(plan, o, folder)
+    except (ValueError, PlanFailed) as error:
+        print(f"flatplank run: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("flatplank run: stopped; the same command goes on where it ended", file=sys.stderr)
+        return STOPPED

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A campaign on the graph: the conductor says what, the bench makes it, the bag is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from flatplank_control.bench.judging import outcome_of
+from flatplank_control.nodes.ros_bench import RosBench
+from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, plan_from_text
+from flatplank_control.runner.campaign.dry_run import dry_run
+from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.plans import safe_end
+from flatplank_control.runner.standstill import Standstill
+from flatplank_control.runner.steps import PlanFailed, StopRecord
+
+WISHES = ("skip", "repeat", "discard")
+"""what an operator may want of the run under way, beside seeing enough of it"""
+
+
+class Wished(Exception):
+    """The operator ended the run under way."""
+
+
+class CampaignRunner:
+    """One campaign; `wish` is set from outside and looked at between steps and during waits."""
+
+    def __init__(self, bench: RosBench, text: str, folder: str, resume: bool) -> None:
+        if not folder:
+            raise ValueError("a campaign needs a folder for its bags and its journal")
+        plan = plan_from_text(text, "plan")
+        paper = dry_run(plan)
+        self.bench, self.folder = bench, Path(folder)
+        self.wish = ""
+        self.journal = Journal(self.folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
+        self.conductor = Conductor(plan, self.journal)
+        self._durations = paper.durations
+        if self.conductor.done and not resume:
+            raise ValueError(
+                f"{self.folder} has {self.conductor.done} runs of this plan; resume, or another"
+            )
+
+    async def run(self, cancelled: Callable[[], bool], tell: Callable[[str], None]) -> None:
+        """Until the plan is done; PlanFailed when the bench stops it or it is cancelled."""
+        self.bench.interrupt = lambda: self._look(cancelled)
+        await self._leave_behind(tell)
+        while job := self.conductor.take():
+            name = job.measurement.name
+            tell(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)
+            try:
+                outcome = await self._make(job)
+            except Wished as wish:
+                await self._grant(str(wish), job, tell)
+                continue
+            self.conductor.finish(job, outcome)
+            tell(f"{outcome.file}: {outcome.verdict.text()}")
+
+    def time_left(self) -> float:
+        """Bench time of the runs to come [s]."""
+        done = self.journal.finished
+        return sum(self._durations[r.key] for r in self.conductor.plan.runs if not done(r.key))
+
+    async def _leave_behind(self, tell: Callable[[str], None]) -> None:
+        """What an earlier runner may have left: a wheel that turns, a bag that is open."""
+        if not self.journal.interrupted:
+            return
+        tell("an earlier campaign was interrupted: stop the wheel, close its bag")
+        for step in (*safe_end(), StopRecord("interrupted", "the runner ended")):
+            try:
+                await self.bench.do(step)
+            except PlanFailed as refusal:
+                tell(str(refusal))
+
+    def _look(self, cancelled: Callable[[], bool]) -> None:
+        if cancelled():
+            raise PlanFailed("cancelled")
+        if self.wish:
+            wish, self.wish = self.wish, ""
+            raise Wished(wish)
+
+    async def _make(self, job: Job) -> Any:
+        before, after = Standstill("before the run"), Standstill("after the run")
+        for step in supervised(job.measurement, before, after):
+            self.bench.interrupt()
+            await self.bench.do(step)
+        path = Path(self.bench.bags[-1])
+        return outcome_of(path, job, self.conductor.plan.quality, before, after)
+
+    async def _grant(self, wish: str, job: Job, tell: Callable[[str], None]) -> None:
+        # the steps of a safe end do not wait, so nothing interrupts them
+        for step in (*safe_end(), StopRecord("discarded", f"{wish} by the operator")):
+            try:
+                await self.bench.do(step)
+            except PlanFailed as refusal:
+                tell(str(refusal))
+        if wish == "repeat":
+            self.conductor.give_back(job)
+        else:
+            self.conductor.skip(job.run.key, f"{wish} by the operator")
+        tell(f"{job.measurement.name}: {wish}")

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A campaign: a plan becomes runs, each is judged, and a stop is no loss."""
+
+from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
+from flatplank_control.runner.campaign.journal import SUFFIX, Journal, note
+from flatplank_control.runner.campaign.plan import (
+    CampaignPlan,
+    PlanError,
+    PlannedRun,
+    is_campaign,
+    load_plan,
+    plan_from_text,
+)
+from flatplank_control.runner.campaign.quality import Limits, Verdict, judge
+
+__all__ = [
+    "SUFFIX", "CampaignPlan", "Conductor", "Job", "Journal", "Limits", "Outcome", "PlanError",
+    "PlannedRun", "Verdict", "is_campaign", "judge", "load_plan", "note", "plan_from_text",
+]  # fmt: skip

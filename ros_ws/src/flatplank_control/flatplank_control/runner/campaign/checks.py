@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Why a run cannot be made on this machine with this tire; asked before anything moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from flatplank_control.runner.campaign.tires import TireEntry
+from flatplank_control.runner.measurement import START_ANGLES, Measurement
+from flatplank_control.runner.plans import PLANS
+from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_control.sequencer.waveforms.base import LENGTH
+from flatplank_hw.params import ParameterError, from_mapping, nearest
+
+Check = Callable[[Measurement, TireEntry, Mapping[str, Any]], tuple[str, str] | None]
+"""(measurement, tire, set_up) -> key at fault and reason, or None"""
+LEAST_ROAD = 0.2
+"""a slip needs at least so much road behind its start to be seen [m]"""
+
+
+def load(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+    if 0.0 < m.fz <= tire.max_load:
+        return None
+    return "fz", f"fz of {m.fz:g} N: the {tire.name} stands up to {tire.max_load:g} N"
+
+
+def pressure(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+    low, high = tire.pressure_range
+    if low <= m.pressure <= high:
+        return None
+    return "pressure", (
+        f"pressure of {m.pressure:g} bar: the {tire.name} takes {low:g} .. {high:g} bar"
+    )
+
+
+def kind(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+    if m.measurement in PLANS:
+        return None
+    return "measurement", f"measurement is '{m.measurement}'{nearest(m.measurement, PLANS)}"
+
+
+def road(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+    """The waveform, from its start on, must fit on the road."""
+    if m.measurement != "slip":
+        return None
+    try:
+        needed = max(waveform_length(m), LEAST_ROAD)
+    except ParameterError as error:
+        return "waveform_parameters", str(error)
+    left = m.end_position - m.step_position
+    if needed <= left + 1e-9:
+        return None
+    return "waveform_parameters" if m.waveform_parameters else "step_position", (
+        f"the {m.waveform} needs {needed:g} m of road behind {m.step_position:g} m, "
+        f"there are {left:g} m up to {m.end_position:g} m"
+    )
+
+
+def collision(
+    m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]
+) -> tuple[str, str] | None:
+    """Wheel angles at which something of the set-up stands in the way (valve, balance weight)."""
+    angle = START_ANGLES[m.start]
+    for low, high in set_up.get("blocked_wheel_angles_deg", ()):
+        if low <= angle % 360.0 <= high:
+            return "start", (
+                f"start {m.start} ({angle:g} deg) collides: {low:g} .. {high:g} deg of the wheel "
+                "are blocked in set_up"
+            )
+    return None
+
+
+def steering(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+    limit = float(set_up.get("steer_limit_deg", 48.0))
+    if abs(m.alpha_deg) <= limit:
+        return None
+    return "alpha_deg", f"alpha of {m.alpha_deg:g} deg: the motor hits the pillar at {limit:g} deg"
+
+
+CHECKS: tuple[Check, ...] = (kind, load, pressure, road, collision, steering)
+
+
+def refuse(
+    m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]
+) -> Iterator[tuple[str, str]]:
+    """(key at fault, reason) of everything that speaks against a run."""
+    for check in CHECKS:
+        found = check(m, tire, set_up)
+        if found:
+            yield found
+
+
+def waveform_length(m: Measurement) -> float:
+    """Road that the waveform takes by its own parameters [m]; 0 when it has no end."""
+    wave = from_mapping(WAVEFORMS[m.waveform], m.slip_parameters(), f"waveform {m.waveform}")
+    names = ("length", "wavelength", "distance")
+    length = float(next((getattr(wave, n) for n in names if hasattr(wave, n)), 0.0))
+    return length if length < LENGTH[1] else 0.0

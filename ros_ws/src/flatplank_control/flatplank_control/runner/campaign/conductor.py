@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which run comes next: r_e first, repeats of bad ones, what is left after a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+from flatplank_control.recording.run_record import record_from_dict
+from flatplank_control.runner.campaign.journal import Journal
+from flatplank_control.runner.campaign.plan import CampaignPlan, PlannedRun
+from flatplank_control.runner.campaign.quality import Verdict
+from flatplank_control.runner.measurement import Measurement
+
+
+class Job(NamedTuple):
+    """A run to be made now."""
+
+    run: PlannedRun
+    measurement: Measurement
+    """with its effective rolling radius"""
+    attempt: int
+    """1, 2, ..."""
+    earlier: tuple[list[float], ...]
+    """profiles of good runs of the same condition"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a job."""
+
+    file: str
+    verdict: Verdict
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    """radius, profile, zeros"""
+
+
+class Conductor:
+    """Hands out jobs and takes their outcomes; knows no bench and no clock."""
+
+    def __init__(self, plan: CampaignPlan, journal: Journal) -> None:
+        self.plan, self.journal = plan, journal
+        self._waiting = [r for r in plan.runs if not journal.finished(r.key)]
+        self._busy: set[str] = set()
+        self._index = {r.key: k for k, r in enumerate(plan.runs)}
+        self._names = {r.key: record_from_dict(r.measurement.record()).name for r in plan.runs}
+
+    @property
+    def total(self) -> int:
+        return len(self.plan.runs)
+
+    @property
+    def done(self) -> int:
+        return self.total - len(self._waiting)
+
+    @property
+    def over(self) -> bool:
+        return not self._waiting
+
+    def take(self) -> Job | None:
+        """The next run whose r_e is known; None when all that is left waits for one under way."""
+        for run in self._waiting:
+            if run.key not in self._busy and self._ready(run):
+                self._busy.add(run.key)
+                attempt = self._attempts(run) + 1
+                self.journal.begin(run.key, attempt)
+                return Job(run, self._measurement(run, attempt), attempt, self._earlier(run))
+        return None
+
+    def finish(self, job: Job, outcome: Outcome) -> bool:
+        """Write down what came of it; False: it is to be made again."""
+        final = outcome.verdict.ok or job.attempt >= self.plan.attempts
+        facts = {"findings": outcome.verdict.plain(), **outcome.facts}
+        self.journal.end(job.run.key, outcome.file, outcome.verdict.ok, final, facts)
+        self._busy.discard(job.run.key)
+        if final:
+            self._waiting.remove(job.run)
+        return final
+
+    def give_back(self, job: Job) -> None:
+        """The run was interrupted: it will be made again."""
+        self._busy.discard(job.run.key)
+
+    def again(self, key: str) -> None:
+        """Make a finished run once more."""
+        run = self.plan.runs[self._index[key]]
+        if run not in self._waiting:
+            self.journal.done.pop(key, None)
+            self._waiting.insert(0, run)
+
+    def skip(self, key: str, why: str) -> None:
+        """Leave a run out, and what depends on it."""
+        for run in list(self._waiting):
+            if key in (run.key, run.needs):
+                self.journal.skip(run.key, why)
+                self._busy.discard(run.key)
+                self._waiting.remove(run)
+
+    def time_left(self, duration: Callable[[Measurement], float]) -> float:
+        """Bench time of the rest [s]."""
+        return sum(duration(run.measurement) for run in self._waiting)
+
+    def _ready(self, run: PlannedRun) -> bool:
+        return not run.needs or self._radius(run) is not None
+
+    def _radius(self, run: PlannedRun) -> float | None:
+        done = self.journal.done.get(run.needs)
+        return done.facts.get("radius") if done and done.ok else None
+
+    def _attempts(self, run: PlannedRun) -> int:
+        done = self.journal.done.get(run.key)
+        return done.attempts if done else 0
+
+    def _measurement(self, run: PlannedRun, attempt: int) -> Measurement:
+        m = replace(run.measurement, run_index=self._index[run.key], name=self._name(run, attempt))
+        if not run.needs:
+            return m
+        source = self.journal.done[run.needs]
+        return replace(m, effective_rolling_radius=self._radius(run), r_e_source=source.files[-1])
+
+    def _name(self, run: PlannedRun, attempt: int) -> str:
+        """Appendix F, then _r02, ...: no two runs and no two attempts share a name."""
+        base = self._names[run.key]
+        same = [key for key, name in self._names.items() if name == base]
+        number = 1 + same.index(run.key) + (attempt - 1) * len(same)
+        return base if number == 1 else f"{base}_r{number:02d}"
+
+    def _earlier(self, run: PlannedRun) -> tuple[list[float], ...]:
+        """Other starts and repeats of the same slip at the same condition."""
+        same = _sameness(run.measurement)
+        found = []
+        for other in self.plan.runs:
+            done = self.journal.done.get(other.key)
+            good = done and done.facts.get("good") and "profile" in done.facts
+            if good and other.key != run.key and _sameness(other.measurement) == same:
+                found.append(done.facts["profile"])
+        return tuple(found)
+
+
+def _sameness(m: Measurement) -> Measurement:
+    return replace(m, start=1, repeat=0, run_index=0, notes="", name="")

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a campaign has done, line by line on disk: it goes on after a crash or the next day."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+SUFFIX = ".journal.jsonl"
+
+
+@dataclass
+class Done:
+    """How a run of the plan ended."""
+
+    files: list[str] = field(default_factory=list)
+    """of all attempts that were kept, the last one counts"""
+    attempts: int = 0
+    ok: bool = False
+    skipped: bool = False
+    facts: dict[str, Any] = field(default_factory=dict)
+    """findings, radius, profile"""
+
+
+class Journal:
+    """Append-only; each line is on the disk before the bench goes on."""
+
+    def __init__(self, path: Path, name: str, digest: str) -> None:
+        """Open or begin; ValueError when the file belongs to another plan."""
+        self.path = path
+        self.done: dict[str, Done] = {}
+        self.interrupted: str = ""
+        """key of a run that was begun and never ended"""
+        lines = _read(path)
+        if lines and lines[0].get("digest") != digest:
+            raise ValueError(
+                f"{path}: belongs to another version of the plan ({lines[0].get('name')}); "
+                "give another folder, or the plan as it was"
+            )
+        for line in lines[1:]:
+            self._take(line)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _cut_torn_line(path)
+        if not lines:
+            self._write({"event": "plan", "name": name, "digest": digest})
+
+    def begin(self, key: str, attempt: int) -> None:
+        self._write({"event": "begin", "run": key, "attempt": attempt})
+        self.interrupted = key
+
+    def end(self, key: str, file: str, ok: bool, final: bool, facts: Mapping[str, Any]) -> None:
+        """`final`: no further attempt follows."""
+        line = {"event": "end", "run": key, "file": file, "ok": ok, "final": final}
+        self._write({**line, "facts": dict(facts)})
+
+    def skip(self, key: str, why: str) -> None:
+        self._write({"event": "skip", "run": key, "why": why})
+
+    def finished(self, key: str) -> bool:
+        """The run needs no further attempt."""
+        return key in self.done and (self.done[key].ok or self.done[key].skipped)
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        with open(self.path, "a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        self._take(line)
+
+    def _take(self, line: Mapping[str, Any]) -> None:
+        key = line.get("run", "")
+        if line["event"] == "begin":
+            self.interrupted = key
+        elif line["event"] == "skip":
+            self.done.setdefault(key, Done()).skipped = True
+        elif line["event"] == "end":
+            entry = self.done.setdefault(key, Done())
+            entry.files.append(line["file"])
+            entry.attempts += 1
+            entry.ok = line["final"]
+            entry.facts = dict(line["facts"]) | {"good": line["ok"]}
+            self.interrupted = ""
+
+
+def note(path: Path, text: str) -> None:
+    """A remark of the operator on what is under way."""
+    if text.strip():
+        with open(path, "a", encoding="utf-8") as file:
+            file.write(json.dumps({"event": "note", "text": text.strip()}) + "\n")
+
+
+def _read(path: Path) -> list[dict[str, Any]]:
+    """Whole lines; a last one that a crash has torn is left out."""
+    if not path.exists():
+        return []
+    lines = []
+    for text in path.read_text(encoding="utf-8").splitlines():
+        try:
+            lines.append(json.loads(text))
+        except json.JSONDecodeError:
+            break
+    return lines
+
+
+def _cut_torn_line(path: Path) -> None:
+    """What comes next must begin a line of its own."""
+    if not path.exists():
+        return
+    data = path.read_bytes()
+    whole = data.rfind(b"\n") + 1
+    if whole != len(data):
+        os.truncate(path, whole)

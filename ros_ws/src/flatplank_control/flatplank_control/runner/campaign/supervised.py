@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run as a campaign makes it: the hub is looked at unloaded before and after."""
+
+from __future__ import annotations
+
+from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.plans import QUICK, Plan, plan_of
+from flatplank_control.runner.standstill import Standstill
+from flatplank_control.runner.steps import Enable, Manual, Quick, Wait
+
+LOOK = 60.0
+"""[s]"""
+
+
+def supervised(m: Measurement, before: Standstill, after: Standstill) -> Plan:
+    """The plan of a measurement with both looks."""
+    for step in plan_of(m):
+        if isinstance(step, Manual) and step.quantity == "load":
+            yield from _look(before)
+            yield Quick(QUICK)
+        yield step
+    yield Enable(False)
+    yield Manual("unload", 0.0)
+    yield from _look(after)
+
+
+def _look(standstill: Standstill) -> Plan:
+    yield Quick(1)
+    yield Wait(f"the hub is quiet {standstill.when}", standstill, LOOK, at_least=0.5)

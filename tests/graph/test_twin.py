@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The held graph and the twin give the same samples, bit for bit."""
+
+from pathlib import Path
+
+import pytest
+from bench_graph import graph
+from flatplank_control.bench.log import BagLog
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.twin import Twin
+from flatplank_control.bench.twin_bench import TwinBench
+from flatplank_control.recording.typestore import typestore
+from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.plans import plan_of
+from flatplank_control.topics import RECORDED
+from rosbags.highlevel import AnyReader
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+SEED = 5
+SOURCE_TOPICS = {
+    "slip": {"/slip_sequencer/state", "/wheel_drive/reference"},
+    "free_rolling": {"/free_rolling_controller/state", "/wheel_drive/reference"},
+}
+EVERY_CYCLE = {
+    spec.name
+    for spec in RECORDED
+    if spec.name not in ("/wheel_drive/mode", "/diagnostics")
+    and not any(spec.name in topics for topics in SOURCE_TOPICS.values())
+}
+
+
+def decoded(bag: Path) -> dict[str, list[tuple[int, str]]]:
+    """Messages by topic; repr of a float is exact."""
+    found: dict[str, list[tuple[int, str]]] = {}
+    with AnyReader([bag], default_typestore=typestore()) as reader:
+        for connection, stamp, raw in reader.messages():
+            text = repr(reader.deserialize(raw, connection.msgtype))
+            found.setdefault(connection.topic, []).append((stamp, text))
+    return found
+
+
+@pytest.mark.parametrize("kind", sorted(SOURCE_TOPICS))
+def test_graph_and_twin_record_the_same(kind, tmp_path, monkeypatch):
+    measurement = Measurement(
+        measurement=kind, kappa=-0.05, start=2, step_position=0.02, end_position=0.08
+    )
+    plan = {k: v for k, v in vars(measurement).items() if v != "" and v != {}}
+    with graph(tmp_path, monkeypatch, seed=SEED) as bench:
+        (bag,) = bench.client.measure(plan, simulated=True)
+    folder = tmp_path / "twin"
+    folder.mkdir()
+    twin = TwinBench(Twin(BenchSetup(pace="hold", seed=SEED)), BagLog(folder))
+    twin.perform(plan_of(measurement))
+    ours, theirs = decoded(Path(bag)), decoded(twin.kept[0])
+    topics = EVERY_CYCLE | SOURCE_TOPICS[kind]
+    assert topics <= set(ours) & set(theirs)
+    for topic in sorted(topics):
+        assert len(ours[topic]) > 600, topic
+        assert ours[topic] == theirs[topic], topic
