@@ -20,9 +20,8 @@ OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
 
 @maker("models")
 def overlays(result: CampaignResult) -> Iterator[Figure]:
-    """Measured and modelled force at every operating point; the nominal one first."""
-    nominal = result.nominal()
-    for point in sorted(result.points, key=lambda p: p is not nominal):
+    """Measured and modelled force, at the nominal point and where one factor is varied."""
+    for point in _overlaid(result):
         for name, model in point.models.items():
             conditions = [c for c in pieces.slips(point) if c.condition in model.curves]
             if not conditions:
@@ -40,6 +39,15 @@ def overlays(result: CampaignResult) -> Iterator[Figure]:
                 (Panel(pieces.SINCE_STEP, pieces.FX, [*measured, *modelled], window),),
                 OVERLAYS.get(name, ""),
             )
+
+
+def _overlaid(result: CampaignResult) -> list[PointResult]:
+    """The nominal point, then those that differ from it in one factor: what chapter 7 shows."""
+    nominal = result.nominal()
+    points = [] if nominal is None else [nominal]
+    for factor in pieces.FACTORS:
+        points += [p for p in pieces.varied(result, factor) if p is not nominal]
+    return points
 
 
 def _slug(point: PointResult) -> str:

@@ -63,6 +63,7 @@ def _panel(axis: Axes, panel: Panel) -> None:
     if panel.title:
         axis.set_title(panel.title)
     axis.xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
+    axis.ticklabel_format(useOffset=False)
     if panel.x_range:
         axis.set_xlim(*panel.x_range)
     if panel.y_range:

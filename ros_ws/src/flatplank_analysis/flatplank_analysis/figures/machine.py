@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from flatplank_analysis.data.info import Condition
 from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import INK, PALETTE
@@ -25,8 +26,10 @@ def rolling_radius(result: CampaignResult) -> Iterator[Figure]:
     panels = []
     if len({v.point.fz for v in straight}) > 1:
         panels.append(_lines(straight, "fz", "pressure", "vertical force Fz [N]", "{:g} bar"))
-    if len({v.point.alpha_deg for v in values}) > 1:
-        panels.append(_lines(values, "alpha_deg", "gamma_deg", "side slip angle α [°]", "γ {:g}°"))
+    nominal = result.nominal()
+    turned = [v for v in values if nominal and _same_load(v.point, nominal.point)]
+    if len({v.point.alpha_deg for v in turned}) > 1:
+        panels.append(_lines(turned, "alpha_deg", "gamma_deg", "side slip angle α [°]", "γ {:g}°"))
     if panels:
         caption = "By (5.22), mean over the start angles, corrected to Fx = 0 with C_Fκ."
         yield Figure("rolling_radius", "Effective rolling radius", caption, panels, "6.1, 6.2")
@@ -56,6 +59,10 @@ def modelled_radius(result: CampaignResult) -> Iterator[Figure]:
         panel = Panel("vertical force Fz [N]", "effective rolling radius [mm]", series)
         title = "Rolling radius, measured and modelled"
         yield Figure("rolling_radius_model", title, caption, (panel,), "7.30")
+
+
+def _same_load(one: Condition, other: Condition) -> bool:
+    return (one.fz, one.pressure) == (other.fz, other.pressure)
 
 
 def _lines(values, over: str, split: str, x_label: str, label: str) -> Panel:

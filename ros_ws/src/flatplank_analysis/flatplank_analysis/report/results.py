@@ -122,19 +122,20 @@ class CampaignResult:
         return [r for point in self.points for r in point.radii]
 
     def nominal(self) -> PointResult | None:
-        """The operating point with the most slip levels; without angles, at the middle load."""
+        """The point without angles, with the most slip levels, at the middle load and pressure."""
         points = [p for p in self.points if p.conditions]
         if not points:
             return None
-        loads = sorted({p.point.fz for p in points})
-        middle = loads[len(loads) // 2]
+        load, pressure = (
+            _middle({getattr(p.point, n) for p in points}) for n in ("fz", "pressure")
+        )
         return max(
             points,
             key=lambda p: (
                 -abs(p.point.alpha_deg) - abs(p.point.gamma_deg),
                 len(p.conditions),
-                -abs(p.point.fz - middle),
-                p.point.pressure,
+                -abs(p.point.fz - load),
+                -abs(p.point.pressure - pressure),
             ),
         )
 
@@ -163,3 +164,8 @@ class CampaignResult:
             "why_no_mf": self.why_no_magic,
             "problems": [str(p) for p in self.problems],
         }
+
+
+def _middle(levels: set[float]) -> float:
+    """The middle level; the upper one of two."""
+    return sorted(levels)[len(levels) // 2]
