@@ -31,6 +31,7 @@ setup(
     ],
     install_requires=[
         "jinja2",
+        "lz4",
         "matplotlib",
         "mcap",
         "numba",
@@ -41,6 +42,7 @@ setup(
         "scipy",
         "zstandard",
     ],
+    extras_require={"cluster": ["distributed"], "remote": ["fsspec"]},
     entry_points={
         "console_scripts": ["flatplank = flatplank_analysis.cli.main:main"],
         "flatplank.verbs": VERBS,
