@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""No run is lost or doubled, whatever stops a campaign."""
+
+from __future__ import annotations
+
+import pytest
+from camp_plans import small
+
+from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
+from flatplank_control.runner.campaign.journal import note
+from flatplank_control.runner.campaign.quality import Finding
+
+GOOD = Verdict((Finding("settling", 1.0, 2.0),))
+BAD = Verdict((Finding("settling", 3.0, 2.0),))
+
+
+def journal(folder, plan) -> Journal:
+    return Journal(folder / "j.jsonl", plan.name, plan.digest)
+
+
+def outcome(job, verdict=GOOD) -> Outcome:
+    radius = {"radius": 0.31} if job.measurement.measurement == "free_rolling" else {}
+    return Outcome(job.measurement.name, verdict, radius)
+
+
+def test_a_campaign_from_beginning_to_end(tmp_path):
+    plan = small()
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    names = []
+    while job := conductor.take():
+        names.append(job.measurement.name)
+        assert conductor.finish(job, outcome(job))
+    assert conductor.over and len(set(names)) == len(plan.runs) == 5
+    assert names[0].startswith("TOY_ERR_REL")
+
+
+def test_slip_runs_wait_for_their_radius_and_use_it(tmp_path):
+    plan = small()
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    first = conductor.take()
+    assert conductor.take() is None
+    conductor.finish(first, outcome(first))
+    job = conductor.take()
+    assert job.measurement.effective_rolling_radius == 0.31
+    assert job.measurement.r_e_source == first.measurement.name
+
+
+def test_a_bad_run_is_made_again_under_another_name_and_then_kept_flagged(tmp_path):
+    plan = small("attempts: 2\n")
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    first = conductor.take()
+    assert not conductor.finish(first, outcome(first, BAD))
+    second = conductor.take()
+    assert second.run == first.run and second.attempt == 2
+    assert second.measurement.name == first.measurement.name + "_r02"
+    assert conductor.finish(second, outcome(second, BAD))
+    assert not conductor.journal.done[first.run.key].facts["good"]
+
+
+@pytest.mark.parametrize("torn", [False, True])
+@pytest.mark.parametrize("until", range(5))
+def test_resume_after_a_crash_at_any_run(tmp_path, until, torn):
+    plan = small()
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    made = []
+    for _ in range(until):
+        job = conductor.take()
+        conductor.finish(job, outcome(job))
+        made.append(job.run.key)
+    lost = conductor.take()
+    if torn:
+        with open(tmp_path / "j.jsonl", "a") as file:
+            file.write('{"event": "end", "run": "')
+    again = Conductor(plan, journal(tmp_path, plan))
+    assert again.journal.interrupted == lost.run.key
+    assert again.done == until
+    while job := again.take():
+        again.finish(job, outcome(job))
+        made.append(job.run.key)
+    assert sorted(made) == sorted(run.key for run in plan.runs)
+    third = Conductor(plan, journal(tmp_path, plan))
+    assert third.over and third.take() is None
+
+
+def test_a_journal_of_another_plan_is_refused(tmp_path):
+    journal(tmp_path, small())
+    with pytest.raises(ValueError, match="belongs to another version of the plan"):
+        journal(tmp_path, small("attempts: 3\n"))
+
+
+def test_skipping_a_radius_run_skips_what_needs_it(tmp_path):
+    plan = small()
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    conductor.skip(conductor.take().run.key, "the operator")
+    assert conductor.over
+
+
+def test_notes_of_the_operator_do_not_disturb_a_resume(tmp_path):
+    plan = small()
+    journal(tmp_path, plan)
+    note(tmp_path / "j.jsonl", " a bump at 2 m ")
+    assert Conductor(plan, journal(tmp_path, plan)).done == 0
+
+
+def test_earlier_runs_of_a_condition_are_handed_to_the_judge(tmp_path):
+    plan = small(runs="runs:\n- {measurement: slip, kappa: 0.05, repeats: 3}\n")
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    seen = []
+    while job := conductor.take():
+        seen.append(len(job.earlier))
+        facts = {"profile": [1.0], "radius": 0.31}
+        conductor.finish(job, Outcome(job.measurement.name, GOOD, facts))
+    assert seen == [0, 0, 1, 2]

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plans expand to runs in the right order; what cannot be done is refused with line and reason."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from camp_plans import HEAD, RUNS, small
+
+from flatplank_control.bench.share import config_file
+from flatplank_control.cli.run import main
+from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
+from flatplank_control.runner.campaign.dry_run import dry_run
+from flatplank_control.runner.campaign.plan import condition
+
+TIRES = config_file("flatplank_control", "tires.yaml")
+SHIPPED = sorted((TIRES.parent / "plans").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda p: p.stem)
+def test_a_shipped_plan_can_be_made(path: Path):
+    plan = load_plan(path)
+    paper = dry_run(plan)
+    assert paper.road < 4.2
+    assert paper.total > 60.0 * len(plan.runs)
+
+
+def test_the_full_longitudinal_matrix_of_table_6_2():
+    plan = load_plan(next(p for p in SHIPPED if p.stem == "toyo_longitudinal"))
+    slips = [r.measurement for r in plan.runs if r.measurement.measurement == "slip"]
+    assert len(slips) == 162
+    assert Counter((m.fz, m.pressure) for m in slips) == {
+        (fz, p): 27 for fz in (1850.0, 3700.0, 5550.0) for p in (2.0, 2.5)
+    }
+
+
+@pytest.mark.parametrize("order", ["as_written", "random"])
+def test_r_e_is_measured_before_the_slip_runs_that_need_it(order):
+    plan = small(f"order: {order}\nseed: 3\ncommon: {{fz: [1850, 3700]}}\n")
+    place = {run.key: k for k, run in enumerate(plan.runs)}
+    by_key = {run.key: run for run in plan.runs}
+    slips = [run for run in plan.runs if run.measurement.measurement == "slip"]
+    assert len(slips) == 8 and len(plan.runs) == 10
+    for run in slips:
+        assert place[run.needs] < place[run.key]
+        assert condition(by_key[run.needs].measurement) == condition(run.measurement)
+
+
+def test_random_order_is_the_same_each_time_and_another_with_another_seed():
+    def keys(seed):
+        return [r.key for r in small(f"order: random\nseed: {seed}\n").runs]
+
+    assert keys(1) == keys(1) != keys(2)
+
+
+def test_a_reference_run_comes_every_so_often():
+    plan = small("reference: {every: 2, measurement: slip, kappa: 0.05}\n")
+    roles = [run.role for run in plan.runs]
+    assert roles == ["radius", "run", "reference", "run", "run", "reference", "run"]
+
+
+def test_facts_of_the_session_go_into_every_run_record():
+    plan = small("serial: A17\nsession: {room_temperature: 21.5, paper_batch: P3}\n")
+    record = plan.runs[1].measurement.record()
+    assert record["serial"] == "A17"
+    assert record["parameters"]["session"] == {"room_temperature": 21.5, "paper_batch": "P3"}
+
+
+REFUSED = {
+    "load": (RUNS + "  fz: [3700, 9000]\n", 8, "fz is 9000, must be within 0 .. 8000"),
+    "load of the tire": (
+        "runs:\n- measurement: slip\n  fz: 7000\n", 6, "the MIC stands up to 6000 N"
+    ),
+    "road": (
+        RUNS + "  step_position: 4.0\n", 8, "the step needs 0.2 m of road behind 4 m"
+    ),
+    "long waveform": (
+        RUNS + "  waveform: sine\n  waveform_parameters: {amplitude: 0.02, wavelength: 3.0}\n",
+        9, "the sine needs 3 m of road behind 1.5 m, there are 2.6 m",
+    ),
+    "pressure": (RUNS + "  pressure: 4.5\n", 8, "takes 1.5 .. 3.5 bar"),
+    "start": (RUNS.replace("[1, 2]", "[1, 7]"), 7, "start is 7, must be 1, 2 or 3"),
+    "collision": (
+        RUNS + "set_up: {blocked_wheel_angles_deg: [[100, 140]]}\n",
+        7, "start 2 (120 deg) collides: 100 .. 140 deg of the wheel are blocked",
+    ),
+    "key": (RUNS + "  kapa: 0.1\n", 8, "unknown key 'kapa'; the nearest is 'kappa'"),
+    "kind": (
+        RUNS.replace("measurement: slip", "measurement: slop"), 5, "the nearest is 'slip'"
+    ),
+    "order": ("order: backwards\n" + RUNS, 4, "order is 'backwards'"),
+    "limit": ("quality: {setling: 3}\n" + RUNS, 4, "unknown limit 'setling'"),
+    "twice": (RUNS + "  kappa: 0.1\n", 8, "'kappa' is given twice"),
+    "not YAML": ("runs: [\n", 5, "correct the file"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_done_is_refused_with_line_and_reason(name):
+    body, line, reason = REFUSED[name]
+    head = HEAD.replace("TOY", "MIC") if "MIC" in reason else HEAD
+    with pytest.raises(PlanError) as error:
+        plan_from_text(head + body, "p.yaml")
+    said = [p for p in error.value.problems if reason in p]
+    assert said, error.value.problems
+    assert said[0].startswith(f"p.yaml:{line}: ")
+
+
+def test_an_unknown_tire_names_the_nearest_one():
+    with pytest.raises(PlanError, match=r"p.yaml:3: unknown tire 'TOYY'; the nearest is 'TOY'"):
+        plan_from_text(HEAD.replace("TOY", "TOYY") + RUNS, "p.yaml")
+
+
+def test_all_that_is_wrong_is_said_at_once():
+    with pytest.raises(PlanError) as error:
+        plan_from_text(HEAD + RUNS + "  fz: 9000\n  pressure: 9\n", "p.yaml")
+    assert len(error.value.problems) >= 1
+    with pytest.raises(PlanError) as error:
+        plan_from_text(HEAD + RUNS + "  pressure: 4.5\n  step_position: 4.0\n", "p.yaml")
+    assert len(error.value.problems) == 2
+
+
+def test_the_command_refuses_before_anything_moves(tmp_path, capsys):
+    plan = tmp_path / "bad.yaml"
+    plan.write_text(HEAD + RUNS + "  fz: 9000\n")
+    assert main([str(plan), "--sim", "--data", str(tmp_path / "d")]) == 2
+    said = capsys.readouterr().err
+    assert f"{plan}:8: fz is 9000" in said
+    assert not (tmp_path / "d").exists()
+
+
+def test_the_dry_run_says_what_it_takes(tmp_path, capsys):
+    plan = tmp_path / "small.yaml"
+    plan.write_text(HEAD + RUNS)
+    assert main([str(plan), "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    assert "5 runs (1 radius run, 4 slip) with the TOY" in said
+    assert "road 4.10 m of 4.22 m, up to 3700 N" in said

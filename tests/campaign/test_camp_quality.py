@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every question of the verdict finds its own fault and only that."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flatplank_control.runner.campaign.quality import Limits, judge, limits_from, profile
+from flatplank_control.runner.measurement import Measurement
+
+
+def run(**change) -> dict[str, np.ndarray]:
+    """Samples of a good slip run of 5 % at 1.5 m, with something changed."""
+    x = np.arange(0.0, 4.1, 0.002)
+    angle = x / 0.31
+    fx = np.where(x < 1.5, 0.0, 3700.0 * -np.expm1(-(x - 1.5) / 0.4))
+    fx = fx + change.get("drifting", 0.0) * x
+    dead = change.get("dead", 0.0)
+    fx = np.where((x > 1.5) & (x < 1.5 + dead), 0.0, fx)
+    fz = 3700.0 * (1.0 + change.get("load", 0.0) + change.get("sinks", 0.0) * x / 4.0)
+    fz = fz + change.get("turn", 0.0) * np.sin(angle + 0.7)
+    speed = np.full(x.size, 0.03092 * (1.0 + change.get("speed", 0.0)))
+    return {"plank_position": x, "wheel_angle": angle, "plank_velocity": speed,
+            "fx": fx, "fz": fz}  # fmt: skip
+
+
+FAULTS = {
+    "settling": {"drifting": 800.0},
+    "load_error": {"load": 0.1},
+    "load_drift": {"sinks": -0.1},
+    "speed_error": {"speed": 0.02},
+    "once_per_turn": {"turn": 200.0},
+    "plateau": {"dead": 0.4},
+}
+M = Measurement(kappa=0.05)
+
+
+def test_a_good_run_is_good():
+    verdict = judge(run(), M, Limits())
+    assert verdict.ok and verdict.text() == "good"
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_found_and_named(name):
+    verdict = judge(run(**FAULTS[name]), M, Limits())
+    assert [f.name for f in verdict.findings if not f.ok] == [name]
+    assert verdict.text().startswith(name)
+
+
+def test_the_amplitude_over_a_turn_is_the_true_one():
+    found = {f.name: f.value for f in judge(run(turn=200.0), M, Limits()).findings}
+    assert found["once_per_turn"] == pytest.approx(200.0, rel=0.01)
+
+
+def test_a_run_unlike_its_repeats_is_found():
+    earlier = [profile(run())] * 2
+    assert judge(run(), M, Limits(), earlier).ok
+    other = judge(run(dead=0.2), M, Limits(repeatability=100.0), earlier)
+    assert [f.name for f in other.findings if not f.ok] == ["repeatability"]
+
+
+def test_free_rolling_must_hold_its_50_n():
+    columns = run()
+    free = Measurement(measurement="free_rolling")
+    columns["fx"] = np.full_like(columns["fx"], 50.0)
+    assert judge(columns, free, Limits()).ok
+    columns["fx"] += 10.0
+    assert "force_error" in judge(columns, free, Limits()).text()
+
+
+def test_limits_of_a_plan():
+    assert limits_from({"settling": 5}).settling == 5.0
+    with pytest.raises(ValueError, match="settling is -1, must be a number above 0"):
+        limits_from({"settling": -1})
