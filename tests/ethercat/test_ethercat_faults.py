@@ -10,6 +10,8 @@ import pytest
 from ethercat_rig import Bench
 from ethercat_scenarios import SCENARIOS, WITHIN_MS, Scenario
 
+pytestmark = pytest.mark.usefixtures("minute")
+
 ATTEMPTS = 4
 """a scenario during which the computer itself stalled is made again"""
 

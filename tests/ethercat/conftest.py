@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one-minute run goes on in the background while the other tests of this folder keep the computer busy."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from ethercat_rig import namespace
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(scope="session")
+def minute() -> Iterator[subprocess.Popen[str]]:
+    """Started by the first test that asks, collected by the last one."""
+    namespace().close()
+    process = subprocess.Popen(
+        [sys.executable, str(HERE / "ethercat_endurance.py"), "60", "250", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    yield process
+    if process.poll() is None:
+        process.terminate()
+        process.communicate()
