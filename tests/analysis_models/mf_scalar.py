@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Magic Formula once more, for one point and in plain `math`: every term spelt out.
 
-Written from the equation list of Besselink, Schmeitz, Pacejka (2010), (A1)-(A60), so that a slip of
-the pen in the array code does not stay hidden behind coefficients that are zero.
+Written from the equation list of Besselink, Schmeitz, Pacejka (2010), (A1)-(A60), so that a slip
+of the pen in the array code does not stay hidden behind coefficients that are zero.
 """
 
 from __future__ import annotations

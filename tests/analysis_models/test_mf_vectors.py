@@ -100,8 +100,8 @@ def _everything(rng: np.random.Generator) -> dict[str, float]:
     """Every coefficient of the forces away from zero, of a size that a tire may have."""
     values = {k: float(rng.uniform(0.02, 0.2)) * rng.choice([-1, 1]) for k in DEFAULTS}
     values |= {k: float(v) for k, v in BOOK.items()}
-    small = "PHX1 PHX2 PVX1 PVX2 PHY1 PHY2 PVY1 PVY2 QHZ1 QHZ2 RHX1 RHY1 RHY2 RBY3".split()
-    values |= {k: 0.05 * values[k] for k in small}
+    shifts = ("PHX", "PVX", "PHY", "PVY", "QHZ", "RHX", "RHY", "RBY3")
+    values |= {k: 0.05 * v for k, v in values.items() if k.startswith(shifts)}
     values |= {k: float(rng.uniform(0.8, 1.2)) for k in DEFAULTS if k[0] == "L" and "_" not in k}
     values |= {"LONGVL": 16.7, "PEX1": -1.5, "PEX4": 0.3, "PEY1": 0.7, "PEY4": 8.0, "PEY5": -12.0}
     values |= {"PDX3": 1.5, "PDY3": 1.2, "PKX3": 0.3, "QEZ1": -2.0, "QBZ10": 0.7, "RVY5": 1.9}

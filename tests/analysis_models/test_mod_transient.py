@@ -22,13 +22,13 @@ from flatplank_analysis.models.mf_tyre import MFTyre
 from flatplank_analysis.models.nonlinear import NonlinearX, NonlinearY
 from flatplank_analysis.models.nonlinear_mass import NonlinearMassX
 from flatplank_analysis.models.registry import MODELS, shipped_tir
-from flatplank_analysis.models.steady_law import SineLaw, table_law
+from flatplank_analysis.models.steady_law import SineLaw, TableLaw, table_law
 from flatplank_analysis.models.tire_state import tire_state
 
 X = np.linspace(0.0, 2.6, 700)
 
 
-def law_of(stiffness: float = 9e4, peak: float = 3700.0):  # noqa: ANN201
+def law_of(stiffness: float = 9e4, peak: float = 3700.0) -> TableLaw:
     slips = np.linspace(-0.12, 0.12, 49)
     return table_law(slips, peak * np.sin(1.4 * np.arctan(stiffness / 1.4 / peak * slips)))
 

@@ -7,6 +7,7 @@ bristle plant and from real bags, not from here.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,6 +94,27 @@ def simulate_runs(
         _run(truth, x, level, row, i % starts)
         for i, (level, row) in enumerate(zip(levels, full, strict=True))
     ]
+
+
+def simulate_linear(
+    truth: Mapping[float, tuple[float, float]],
+    rng: np.random.Generator,
+    starts: int = 3,
+    noise: float = 12.0,
+    scatter: float = 0.01,
+) -> list[StepRun]:
+    """Runs of the linear model: slip -> (sigma [m], C [N]), both scattering from run to run."""
+    x = np.arange(-0.1 + 0.5 * SPACING, REACH, SPACING)
+    runs = []
+    for level, (sigma, stiffness) in truth.items():
+        for start in range(starts):
+            own = sigma * (1.0 + scatter * rng.standard_normal())
+            end = stiffness * level * (1.0 + scatter * rng.standard_normal())
+            begin = 20.0 * rng.standard_normal()
+            force = begin + (end - begin) * -np.expm1(-np.maximum(x, 0.0) / own)
+            force = force + coloured_noise(rng, x.shape, noise)
+            runs.append(_run(Truth(), x, level, force, start))
+    return runs
 
 
 def _run(truth: Truth, x: np.ndarray, level: float, force: np.ndarray, start: int) -> StepRun:

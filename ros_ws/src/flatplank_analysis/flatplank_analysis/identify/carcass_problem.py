@@ -15,13 +15,15 @@ from ..models.steady_law import TableLaw, table_law
 from .least_squares import Solution, solve
 from .linear import LinearFit
 from .quality import transient_weights
-from .runs import StepRun
+from .runs import StepRun, by_level
 from .steady_curve import SteadyCurve, steady_curve
 
 GROWTH = 1.06
 """Cells of the fit grow by this factor from the runs' own grid at the step ..."""
 LARGEST_CELL = ((0.8, 0.008), (np.inf, 0.02))
 """... to this width [m] up to this distance [m]: the relaxation of the patch collapses early."""
+LATE = 0.7
+"""The last part of a run counts as settled even when its slope is not yet small."""
 START = 2e5
 """Start value of c_cx [N/m] (section 7.2)."""
 
@@ -34,7 +36,13 @@ class CarcassProblem:
     distance: np.ndarray
     """Cell centres (samples,) [m] after the step."""
     measured: np.ndarray
+    """Mean force per cell (runs, samples) [N]."""
     weight: np.ndarray
+    """Root of the weights (7.25), summed over the cell (runs, samples)."""
+    settled: np.ndarray
+    """Samples per cell where the force has settled, else 0 (runs, samples)."""
+    level: np.ndarray
+    """Slip level of each run, as an index into the curve (runs,)."""
     curve: SteadyCurve
     geometry: ContactGeometry
     friction: float
@@ -75,24 +83,35 @@ def carcass_problem(
     if friction is None:
         load = np.mean([run.mean_load for run in runs])
         friction = float(np.max(np.abs(curve.force)) / load)
-    x, force, weight = _measured(runs, fits)
+    x, force, weight, settled = _measured(runs, fits)
+    order = {value: i for i, value in enumerate(by_level(runs))}
+    level = np.array([order[run.level] for run in runs])
     rows = [r.inputs_at(x, f.start_force.value) for r, f in zip(runs, fits, strict=True)]
     return CarcassProblem(
-        stack_runs(rows), x, force, weight, curve, geometry, friction, tread_stiffness
+        stack_runs(rows),
+        x,
+        force,
+        weight,
+        settled,
+        level,
+        curve,
+        geometry,
+        friction,
+        tread_stiffness,
     )
 
 
 def _measured(
     runs: Sequence[StepRun], fits: Sequence[LinearFit]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cell centres (n,), mean force and root of the summed weights (runs, n).
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Cell centres (n,), mean force, root of the summed weights, settled samples (runs, n).
 
     Cells that a run does not fill have no weight in it.
     """
     longest = max((run.after_step(run.distance) for run in runs), key=len)
     first = _cells(len(longest), float(longest[1] - longest[0]))
     centres = _cell_sums(longest, first) / np.diff(first)
-    force, weight = np.zeros((len(runs), len(centres))), np.zeros((len(runs), len(centres)))
+    force, weight, settled = (np.zeros((len(runs), len(centres))) for _ in range(3))
     for i, (run, fit) in enumerate(zip(runs, fits, strict=True)):
         own = run.after_step(run.distance)
         full = int(np.searchsorted(first, len(own), side="right")) - 1
@@ -100,7 +119,9 @@ def _measured(
         force[i, :full] = _cell_sums(run.after_step(run.fx), edges) / np.diff(edges)
         weights = transient_weights(own, fit.transient_end)
         weight[i, :full] = np.sqrt(_cell_sums(weights, edges))
-    return centres, force, weight
+        late = own >= min(fit.transient_end, LATE * own[-1])
+        settled[i, :full] = _cell_sums(late.astype(float), edges)
+    return centres, force, weight, settled
 
 
 def _cells(samples: int, spacing: float) -> np.ndarray:

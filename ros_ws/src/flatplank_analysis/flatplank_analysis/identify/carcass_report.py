@@ -4,19 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from .carcass_joint import JointState, noise_error, repeat_noise
 from .carcass_problem import CarcassProblem
-from .least_squares import Solution
 from .linear import LinearFit
-from .noise import fit_noise, repeat_differences
+from .noise import ARNoise
 from .quality import is_transient
 from .results import Confusion, Estimate, to_plain
 from .runs import StepRun
-from .steady_curve import SteadyCurve, slope_at_zero
+from .steady_curve import SteadyCurve
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,6 @@ class CarcassFit:
     runs: int
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
-    evaluations: int = 0
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
@@ -60,112 +59,76 @@ class CarcassFit:
 
 
 def report(
-    runs: Sequence[StepRun], fits: Sequence[LinearFit], problem: CarcassProblem, solution: Solution
+    runs: Sequence[StepRun], fits: Sequence[LinearFit], state: JointState, edge: str, done: bool
 ) -> CarcassFit:
-    c_cx, curve = float(solution.x[0]), problem.curve
-    influence, noise_error = _influences(runs, problem, solution)
-    dof = _degrees_of_freedom(curve, problem, solution)
-    stiffness, stiffness_influence = slope_at_zero(curve)
+    """Estimates of c_cx, C_Fk and sigma_x with their errors; `edge` names a bound c_cx is on."""
+    problem, c_cx = state.problem, state.c_cx
+    slope = problem.curve.slope_weights()
+    stiffness = float(slope @ problem.curve.force)
     a = float(problem.geometry.half_length(np.mean([r.mean_load for r in runs]), runs[0].pressure))
-    sigma_influence = stiffness_influence / c_cx - stiffness / c_cx**2 * influence
-    correction = _repeat_correction(curve)
-    errors = [
-        float(np.sqrt(np.sum(i**2) * correction))
-        for i in (influence, stiffness_influence, sigma_influence)
-    ]
-    edge = "lower" if solution.at_lower[0] else "upper" if solution.at_upper[0] else ""
-    error = max(errors[0], noise_error)
-    modelled = problem.measured + (
-        solution.residual.reshape(problem.measured.shape)
-        / np.where(problem.weight > 0, problem.weight, 1.0)
-    )
+    gradients = {
+        "c_cx": np.append(1.0, np.zeros_like(slope)),
+        "slip_stiffness": np.append(0.0, slope),
+        "sigma_x": np.append(-stiffness / c_cx**2, slope / c_cx),
+    }
+    values = {"c_cx": c_cx, "slip_stiffness": stiffness, "sigma_x": stiffness / c_cx + a}
+    noise = repeat_noise(runs, state)
+    estimates = {
+        name: _estimate(name, values[name], gradient, runs, state, noise, edge)
+        for name, gradient in gradients.items()
+    }
     return CarcassFit(
         condition=runs[0].condition,
-        c_cx=Estimate("c_cx", c_cx, "N/m", error, dof, edge, determined=not edge),
-        slip_stiffness=Estimate("slip_stiffness", stiffness, "N", errors[1], dof),
-        sigma_x=Estimate(
-            "sigma_x",
-            stiffness / c_cx + a,
-            "m",
-            float(
-                np.hypot(
-                    errors[2], max(error**2 - errors[0] ** 2, 0.0) ** 0.5 * stiffness / c_cx**2
-                )
-            ),
-            dof,
-            determined=not edge,
-        ),
         half_length=a,
-        curve=curve,
-        rmse=_rmse_per_level(runs, fits, problem, modelled),
+        curve=replace(problem.curve, std_error=_curve_errors(state)),
+        rmse=_rmse_per_level(runs, fits, problem, problem.measured + state.error),
         runs=len(runs),
-        confusions=_confusions(runs, curve, edge),
-        converged=solution.converged,
-        evaluations=solution.iterations,
+        confusions=_confusions(runs, problem.curve, edge),
+        converged=done,
+        **estimates,
     )
 
 
-def _influences(
-    runs: Sequence[StepRun], problem: CarcassProblem, solution: Solution
-) -> tuple[np.ndarray, float]:
-    """What each run brings to c_cx (runs,), by the steady curve too; and the noise alone."""
-    c, curve = solution.x[0], problem.curve
-    k = len(curve.force)
-    step = np.maximum(np.abs(curve.force) * 1e-4, 0.1)
-    lanes = np.tile(np.concatenate([[c], curve.force]), (k + 1, 1))
-    lanes[1:, 1:] += np.diag(step)
-    out = problem.simulate(lanes) * problem.weight
-    by_force = (out[1:] - out[0]) / step[:, None, None]
-    jac = solution.jacobian[:, 0].reshape(problem.measured.shape)
-    residual = solution.residual.reshape(problem.measured.shape)
-    information = np.sum(jac**2)
-    if not information > 0.0:
-        return np.zeros(len(runs)), 0.0
-    own = np.sum(jac * residual, axis=1)
-    cross = np.einsum("rn,krn->k", jac, by_force)
-    influence = -(own + curve.influence @ cross) / information
-    return influence, _noise_error(runs, problem, jac, residual) / information
+UNITS = {"c_cx": "N/m", "slip_stiffness": "N", "sigma_x": "m"}
 
 
-def _noise_error(
-    runs: Sequence[StepRun], problem: CarcassProblem, jac: np.ndarray, residual: np.ndarray
-) -> float:
-    """Root of J' Omega J for noise fitted to differences between repeats (else to residuals).
+def _estimate(
+    name: str,
+    value: float,
+    gradient: np.ndarray,
+    runs: Sequence[StepRun],
+    state: JointState,
+    noise: ARNoise,
+    edge: str,
+) -> Estimate:
+    """Error from what each run brings; from the noise alone where nothing was repeated."""
+    sensitivity = state.sensitivity(gradient)
+    correction = _repeat_correction(state.problem.curve)
+    brought = np.sum(sensitivity * state.error, axis=1)
+    error = float(np.sqrt(np.sum(brought**2) * correction))
+    if np.all(state.problem.curve.repeats < 2):
+        error = max(error, noise_error(runs, state, sensitivity, noise))
+    share = np.sum(sensitivity**2, axis=1)
+    effective = np.sum(share) ** 2 / max(float(np.sum(share**2)), 1e-300)
+    dof = float(max(effective / correction, 2.0))
+    held = bool(edge) and name != "slip_stiffness"
+    at_bound = edge if name == "c_cx" else ""
+    return Estimate(name, value, UNITS[name], error, dof, at_bound, determined=not held)
 
-    On the runs' own even grid, where a noise model has a meaning.
-    """
-    weight = np.where(problem.weight > 0.0, problem.weight, 1.0)
-    grids = [run.after_step(run.distance) for run in runs]
-    length = min(len(x) for x in grids)
-    modelled = problem.measured + residual / weight
-    groups: dict[float, list[np.ndarray]] = {}
-    for run, x, row in zip(runs, grids, modelled, strict=True):
-        error = run.after_step(run.fx) - np.interp(x, problem.distance, row)
-        groups.setdefault(run.level, []).append(error[:length])
-    every = [error for group in groups.values() for error in group]
-    noise = fit_noise(repeat_differences([np.array(g) for g in groups.values()]) or every)
-    total = 0.0
-    for x, row, w in zip(grids, jac, problem.weight, strict=True):
-        per_cell = np.gradient(problem.distance) / (x[1] - x[0])
-        density = np.interp(x, problem.distance, row * w / per_cell)
-        total += float(noise.score_covariance(density[:, None])[0, 0])
-    return float(np.sqrt(total))
+
+def _curve_errors(state: JointState) -> np.ndarray:
+    """Standard error of every level of the steady curve (k,) [N]; NaN without repeats."""
+    curve = state.problem.curve
+    unit = np.eye(len(curve.force) + 1)[1:]
+    brought = np.array([np.sum(state.sensitivity(u) * state.error, axis=1) for u in unit])
+    error = np.sqrt(np.sum(brought**2, axis=1) * _repeat_correction(curve))
+    return np.where(curve.repeats > 1, error, np.nan)
 
 
 def _repeat_correction(curve: SteadyCurve) -> float:
     """Small-sample factor: a mean of n repeats hides 1/n of their scatter."""
     n = float(np.mean(curve.repeats))
     return n / (n - 1.0) if n > 1.0 else 1.0
-
-
-def _degrees_of_freedom(curve: SteadyCurve, problem: CarcassProblem, solution: Solution) -> float:
-    """Independent differences that the scatter rests on, weighted by what each run says."""
-    jac = solution.jacobian[:, 0].reshape(problem.measured.shape)
-    share = np.sum(jac**2, axis=1)
-    if not np.sum(share) > 0.0:
-        return 1.0
-    effective = np.sum(share) ** 2 / np.sum(share**2)
-    return float(max(effective / _repeat_correction(curve), 2.0))
 
 
 def _rmse_per_level(

@@ -14,7 +14,7 @@ import numpy as np
 
 from .results import Confusion
 
-UNDETERMINED = 1.0
+UNDETERMINED = 0.5
 """Error of a direction in sizes that matter, above which it is not determined."""
 LOADING = 0.25
 """Share of a direction's largest entry above which a parameter belongs to it."""

@@ -51,7 +51,7 @@ def solve(
     upper: np.ndarray,
     scale: np.ndarray | None = None,
     tolerance: float = 1e-10,
-    iterations: int = 60,
+    iterations: int = 120,
 ) -> Solution:
     """Minimise the sum of squares from `start` inside the bounds.
 

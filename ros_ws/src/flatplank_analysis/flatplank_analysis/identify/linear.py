@@ -16,6 +16,9 @@ from .results import Confusion, Estimate, to_plain
 
 BEFORE = 0.1
 """Travel before the step that tells the force from which the response starts [m]."""
+BEFORE_WEIGHT = 20.0
+"""Of a squared error before the step: the start force is what was measured there, not what would
+bend the response."""
 SIGMA_BOUNDS = (0.005, 5.0)
 """Relaxation length [m]: from a tenth of a contact length to more than the plank."""
 STIFFNESS_BOUNDS = (0.0, 1e7)
@@ -107,17 +110,18 @@ def _fit(
     lower = np.array([SIGMA_BOUNDS[0], 0.0 if kappa > 0 else -top, -np.inf])
     upper = np.array([SIGMA_BOUNDS[1], top if kappa > 0 else 0.0, np.inf])
     count = 3 if fixed is None else 2
+    weight = np.where(x < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
 
     def residuals(lanes: np.ndarray) -> np.ndarray:
         grown = -np.expm1(-np.maximum(x, 0.0) / lanes[:, :1])
         first = lanes[:, 2:3] if fixed is None else fixed
-        return first + (lanes[:, 1:2] - first) * grown - force
+        return weight * (first + (lanes[:, 1:2] - first) * grown - force)
 
     start = _start(x, force, fixed)
     scale = np.array([0.1, max(np.ptp(force), 1.0), max(np.ptp(force), 1.0)])[:count]
     solution = solve(residuals, start[:count], lower[:count], upper[:count], scale)
-    noise = fit_noise([solution.residual]) if noise is None else noise
-    return _linear_fit(x, force, kappa, fixed, solution, noise)
+    noise = fit_noise([solution.residual / weight]) if noise is None else noise
+    return _linear_fit(x, force, kappa, fixed, solution, noise, weight)
 
 
 def _start(x: np.ndarray, force: np.ndarray, fixed: float | None) -> np.ndarray:
@@ -142,10 +146,11 @@ def _linear_fit(
     fixed: float | None,
     solution: Solution,
     noise: ARNoise,
+    weight: np.ndarray,
 ) -> LinearFit:
     sigma, steady = solution.x[:2]
     first = float(solution.x[2]) if fixed is None else float(fixed)
-    errors, correlation = _errors(solution, noise)
+    errors, correlation = _errors(solution, noise, weight)
     dof = max(noise.effective_samples - len(solution.x), 2.0)
     edge = _edges(solution)
     travel = float(x[-1])
@@ -181,11 +186,11 @@ def _linear_fit(
     )
 
 
-def _errors(solution: Solution, noise: ARNoise) -> tuple[list[float], float]:
+def _errors(solution: Solution, noise: ARNoise, weight: np.ndarray) -> tuple[list[float], float]:
     """Standard errors of plain least squares in coloured noise, and corr(sigma, asymptote)."""
     jac = solution.jacobian
     inverse = np.linalg.pinv(jac.T @ jac)
-    covariance = inverse @ noise.score_covariance(jac) @ inverse
+    covariance = inverse @ noise.score_covariance(jac * weight[:, None]) @ inverse
     size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     product = size[0] * size[1]
     correlation = float(covariance[0, 1] / product) if product > 0 else 0.0

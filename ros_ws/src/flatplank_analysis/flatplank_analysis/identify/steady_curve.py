@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Steady force over slip of one condition (figure 7.7), and what each run brings to it."""
+"""Steady force over slip of one condition (figure 7.7)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,51 +15,41 @@ from .runs import StepRun, by_level
 
 @dataclass(frozen=True)
 class SteadyCurve:
-    """F_ss over kappa of one condition (figure 7.7) from the runs' linear fits."""
+    """F_ss over kappa: one point per slip level, repeats averaged."""
 
     kappa: np.ndarray
     """Mean actual slip per level (k,) [-]."""
     force: np.ndarray
-    """Mean asymptote per level (k,) [N]."""
-    influence: np.ndarray = field(repr=False)
-    """What each run brings to each level's mean (runs, k) [N]; its square sum is the variance."""
-    repeats: np.ndarray = field(repr=False)
+    """Steady force per level (k,) [N]."""
+    std_error: np.ndarray
+    """Standard error per level (k,) [N]; NaN for a level without repeats."""
+    repeats: np.ndarray
     """Number of runs per level (k,)."""
 
     def law(self) -> TableLaw:
         """As the look-up table of the model."""
         return table_law(self.kappa, self.force)
 
-    @property
-    def std_error(self) -> np.ndarray:
-        """Standard error of each level from its repeats (k,) [N]; NaN for a single run."""
-        n = self.repeats
-        spread = np.sqrt(np.sum(self.influence**2, axis=0) * n / np.maximum(n - 1, 1))
-        return np.where(n > 1, spread, np.nan)
+    def slope_weights(self) -> np.ndarray:
+        """Weights (k,) [1] of the forces in C_Fkappa: difference of the levels next to zero."""
+        low, high = np.flatnonzero(self.kappa < -2e-3), np.flatnonzero(self.kappa > 2e-3)
+        i = low[-1] if len(low) else 0
+        j = high[0] if len(high) else len(self.kappa) - 1
+        weights = np.zeros(len(self.kappa))
+        weights[[i, j]] = np.array([-1.0, 1.0]) / (self.kappa[j] - self.kappa[i])
+        return weights
 
 
 def steady_curve(runs: Sequence[StepRun], fits: Sequence[LinearFit]) -> SteadyCurve:
-    """Mean asymptote per slip level; repeats are averaged."""
-    levels = by_level(runs)
-    place = {id(run): i for i, run in enumerate(runs)}
-    influence = np.zeros((len(runs), len(levels)))
-    kappa, force, repeats = [], [], []
-    for column, members in enumerate(levels.values()):
-        index = [place[id(m)] for m in members]
-        asymptotes = np.array([fits[i].steady_force.value for i in index])
-        kappa.append(np.mean([m.kappa for m in members]))
-        force.append(asymptotes.mean())
-        repeats.append(len(members))
-        influence[index, column] = (asymptotes - asymptotes.mean()) / len(members)
-    return SteadyCurve(np.array(kappa), np.array(force), influence, np.array(repeats))
-
-
-def slope_at_zero(curve: SteadyCurve) -> tuple[float, np.ndarray]:
-    """C_Fkappa [N] from the levels next to zero on both sides, and each run's part in it."""
-    low = np.flatnonzero(curve.kappa < -2e-3)
-    high = np.flatnonzero(curve.kappa > 2e-3)
-    i = low[-1] if len(low) else 0
-    j = high[0] if len(high) else len(curve.kappa) - 1
-    span = curve.kappa[j] - curve.kappa[i]
-    slope = (curve.force[j] - curve.force[i]) / span
-    return float(slope), (curve.influence[:, j] - curve.influence[:, i]) / span
+    """Mean asymptote of the linear fits per slip level."""
+    place = {id(run): fit.steady_force.value for run, fit in zip(runs, fits, strict=True)}
+    groups = list(by_level(runs).values())
+    forces = [np.array([place[id(m)] for m in members]) for members in groups]
+    return SteadyCurve(
+        kappa=np.array([np.mean([m.kappa for m in members]) for members in groups]),
+        force=np.array([f.mean() for f in forces]),
+        std_error=np.array(
+            [f.std(ddof=1) / np.sqrt(len(f)) if len(f) > 1 else np.nan for f in forces]
+        ),
+        repeats=np.array([len(f) for f in forces]),
+    )

@@ -155,12 +155,13 @@ def _solve(
     free: Sequence[str],
     base: Coefficients,
     settings: MFSettings,
+    broadly: bool = True,
 ) -> tuple[OutputProblem, Solution]:
     limits = {n: _limit(n, settings) for n in free}
     priors = {n: p for n, p in settings.priors.items() if n in free}
     weight = settings.weights.get(output, 1.0)
     problem = OutputProblem(output, data, tuple(free), base, limits, priors, weight)
-    solution = problem.solve()
+    solution = problem.solve(broadly)
     scatter = _scatter(problem, solution)
     start = base.replaced(dict(zip(free, solution.x, strict=True)))
     again = replace(problem, base=start, scatter=scatter)

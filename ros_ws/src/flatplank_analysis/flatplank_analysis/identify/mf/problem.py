@@ -17,6 +17,12 @@ WEAK = 10.0
 """Every coefficient has a prior this many sizes wide, so that nothing undetermined drifts away."""
 PENALTY = 1e3
 """Weight of E - 1 where a curvature factor passes 1."""
+SHAPES = {
+    "fx": ({"PCX1": 1.3, "PEX1": -1.5}, {"PCX1": 1.6, "PEX1": 0.0}),
+    "fy": ({"PCY1": 1.1, "PEY1": -2.0}, {"PCY1": 1.5, "PEY1": -0.5}),
+    "mz": ({"QCZ1": 1.1, "QEZ1": -2.0}, {"QCZ1": 1.4, "QEZ1": -0.5}),
+}
+"""Other starts for the shape of a curve."""
 
 
 @dataclass(frozen=True)
@@ -80,11 +86,24 @@ class OutputProblem:
         rows = [error, self._penalties(lanes), self._prior_rows(lanes)]
         return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
 
-    def solve(self) -> Solution:
-        """Search; twice, the second time with the scatter that the first has found."""
+    def solve(self, broadly: bool = False) -> Solution:
+        """Search from the start values; `broadly`: from several shapes of the curve, best taken.
+
+        Shape C and curvature E make valleys of their own: a high C with a high E looks much like
+        the low pair.
+        """
         low = np.array([self.limit(n).lower for n in self.free])
         high = np.array([self.limit(n).upper for n in self.free])
-        return solve(self.residuals, self.start(), low, high, self.sizes, 1e-9, 200)
+        starts = [self.start()]
+        for changes in SHAPES.get(self.output, ()) if broadly else ():
+            own = self.start()
+            for name, value in changes.items():
+                if name in self.free:
+                    own[self.free.index(name)] = value
+            starts.append(np.clip(own, low, high))
+        starts = list({tuple(s): s for s in starts}.values())
+        found = [solve(self.residuals, s, low, high, self.sizes, 1e-9, 200) for s in starts]
+        return min(found, key=lambda s: s.cost)
 
     def prior_information(self, fixed: np.ndarray) -> np.ndarray:
         """Information of stated priors on the coefficients that are not `fixed` (q, q)."""
