@@ -53,8 +53,8 @@ class CampaignRun:
     """of the slip control [m]; 0: the true one at this load"""
     step_position: float = 1.5
     length: float = 4.15
-    start_delay: float = 0.06
-    """wheel after plank [s]: encoder, decision, two cycles, servo"""
+    start_delay: float = 0.08
+    """wheel after the plank's switch [s]: encoder, decision, two cycles, servo"""
     profile: tuple[tuple[float, float], ...] = field(default=())
     """(position [m], slip) instead of the step"""
     free: bool = False

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,18 +27,36 @@ def _source_stamp() -> str:
     return digest.hexdigest()[:16]
 
 
-def _cache_root() -> Path:
-    """Beside the sources when they may be written, else in the user's cache."""
-    beside = _FOLDER / "__pycache__"
-    if os.access(beside if beside.exists() else _FOLDER, os.W_OK):
-        return beside
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "flatplank"
+def _cache_folder() -> Path | None:
+    """Beside the sources when they may be written, else in the user's cache; None: nowhere."""
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    name = f"kernels-{_source_stamp()}"
+    for root in (_FOLDER / "__pycache__", Path(home) / "flatplank"):
+        try:
+            (root / name).mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(root / name, os.W_OK):
+            _forget_others(root, name)
+            return root / name
+    return None
+
+
+def _forget_others(root: Path, name: str) -> None:
+    """Kernels of other sources are of no use to anybody who starts from now on."""
+    for old in root.glob("kernels-*"):
+        if old.name != name:
+            shutil.rmtree(old, ignore_errors=True)
+
+
+_CACHE = _cache_folder()
 
 
 def _entry(function: Callable[..., Any]) -> Any:
+    if _CACHE is None:
+        return numba.njit(nogil=True, error_model="numpy")(function)
     before = numba_config.CACHE_DIR
-    numba_config.CACHE_DIR = str(_cache_root() / f"kernels-{_source_stamp()}")
+    numba_config.CACHE_DIR = str(_CACHE)
     try:
         return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
     finally:

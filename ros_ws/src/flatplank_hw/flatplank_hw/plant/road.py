@@ -38,15 +38,16 @@ def switch_speed(m, s, op):
 
 @inner
 def plank_speed(m, s, op, dt):
-    """Pinion speed times pitch radius [m/s]: ramp, limit switches, droop under the tire force."""
+    """Mean plank speed by the pinion [m/s]: ramp, limit switches, droop under the tire force."""
     goal = switch_speed(m, s, op)
     most = (m.estop_deceleration if op.estop else m.acceleration) * dt
     if s.limit_front and goal > 0.0 or s.limit_rear and goal < 0.0:
         goal = 0.0
         op.direction = 0
         most = m.estop_deceleration * dt
-    s.speed = ramp(s.speed, goal, most)
-    return s.speed * (1.0 + m.droop * s.push)
+    before = s.speed
+    s.speed = ramp(before, goal, most)
+    return 0.5 * (before + s.speed) * (1.0 + m.droop * s.push)
 
 
 @inner

@@ -81,6 +81,17 @@ def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
 
 
 @inner
+def touch(m, s, p, ts, bristles, road_map):
+    """Press the standing tire onto the road."""
+    for _ in range(5):
+        s.fz = vertical_load(m, s, p, ts, road_map)
+    advance(
+        p, ts, bristles, s.fz, s.pressure, 0.0, 0.0, 0.0, 0.0, s.gamma, s.road, 1.0, road_map,
+        m.mapped > 0, m.dt,
+    )  # fmt: skip
+
+
+@inner
 def encoded(m, s):
     """Plank position by the pinion encoder [m]."""
     per_count = m.pinion_radius * TURN / m.pinion_counts
@@ -111,26 +122,24 @@ def roll(
     of rows.
 
     profile: plank position since the trigger [m], slip; radius: effective rolling radius of the
-    slip control [m]; delay: the wheel starts so late after the plank [s]; steps: tire steps per
-    sample.
+    slip control [m]; delay: the wheel starts so late after the plank's switch [s]; steps: tire
+    steps per sample.
     """
     m, s, p, ts, op = machine[0], state[0], tire[0], tire_state[0], operator[0]
     dt = m.dt / steps
     cos = math.cos(s.steer)
     zero = math.nan
-    started = math.nan
     rows = out.shape[0]
+    touch(m, s, p, ts, bristles, road_map)
     for n in range(rows):
         s.cycle = n
         s.t = n * m.dt
-        for _ in range(steps if n > 0 else 0):
-            omega = 0.0
-            x = encoded(m, s)
-            if math.isnan(started) and x > 0.0:
-                started = s.t
-            if s.t >= started + delay:
-                since = x - (m.trigger_at if math.isnan(zero) else zero)
-                omega = m.fast * cos * (1.0 + lookup(profile, since)) / radius
+        for i in range(steps if n > 0 else 0):
+            before = (n - 1) * m.dt + i * dt
+            moving = min(max((before + dt - delay) / dt, 0.0), 1.0)
+            since = encoded(m, s) - (m.trigger_at if math.isnan(zero) else zero)
+            kappa = lookup(profile, since + 0.5 * dt * s.pinion_velocity)
+            omega = moving * m.fast * cos * (1.0 + kappa) / radius
             tire_step(m, s, p, ts, bristles, op, road_map, omega, dt)
         x = encoded(m, s)
         trigger = s.plank >= m.trigger_at
