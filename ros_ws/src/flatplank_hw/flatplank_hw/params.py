@@ -118,6 +118,17 @@ def updated(values: P, changes: Mapping[str, Any], where: str) -> P:
     return from_mapping(type(values), {**to_mapping(values), **changes}, where)
 
 
+def only_these(old: P, new: P, allowed: Iterable[str], where: str) -> None:
+    """ParameterError when two sets differ in a parameter that is read only at the start."""
+    known = set(allowed)
+    for f in fields(old):
+        if f.name not in known and getattr(old, f.name) != getattr(new, f.name):
+            raise ParameterError(
+                f"{where}: {f.name} is read when the node is configured: set it in the "
+                f"parameter file; {', '.join(sorted(known))} can be changed now"
+            )
+
+
 def load(cls: type[P], path: str | Path, node: str = "") -> P:
     """A parameter set from a ROS parameter file."""
     return from_mapping(cls, load_parameters(path, node), str(path))

@@ -8,7 +8,8 @@ import math
 from flatplank_hw.answers import Agenda, Answer
 from flatplank_hw.bus.image import BusInputs, Digital
 from flatplank_hw.encoders.counter import SlopeCounter, turns_between
-from flatplank_hw.encoders.params import EncoderParameters
+from flatplank_hw.encoders.params import SETUP_CONSTANTS, EncoderParameters
+from flatplank_hw.params import only_these
 from flatplank_hw.samples import EncoderSample
 
 _TURN = 2.0 * math.pi
@@ -52,6 +53,13 @@ class Encoders:
     def armed(self) -> bool:
         """The next motion trigger sets the plank position to zero."""
         return self._armed
+
+    def set_constants(self, p: EncoderParameters) -> None:
+        """Other constants of the set-up, from the next cycle on; ValueError for any other
+        change."""
+        only_these(self.parameters, p, SETUP_CONSTANTS, "encoders")
+        self.parameters = p
+        self._steer_offset = math.radians(p.slip_angle_offset_deg)
 
     def arm(self, at_cycle: int | None = None) -> Answer:
         """Let the next motion trigger set the plank position to zero."""

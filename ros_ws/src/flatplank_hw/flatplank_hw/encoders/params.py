@@ -9,6 +9,8 @@ from flatplank_hw.params import Params, param
 
 _COUNTS = (-(2**31), 2**31)
 _WINDOW = (0.001, 5.0)
+SETUP_CONSTANTS = ("slip_angle_offset_deg",)
+"""What the operator changes while the bench runs."""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ from flatplank_hw.encoders.counter import turns_between
 from flatplank_hw.hub import parasitic
 from flatplank_hw.hub.appendix_a import contact_from_wheel, gains, wheel_from_volts
 from flatplank_hw.hub.drive_moment import SOURCES
-from flatplank_hw.hub.params import HubParameters
+from flatplank_hw.hub.params import SETUP_CONSTANTS, HubParameters
 from flatplank_hw.hub.parasitic import ParasiticFit
 from flatplank_hw.hub.tare import Tare, TareStatus
+from flatplank_hw.params import only_these
 from flatplank_hw.samples import HubSample
 
 NO_ZERO = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -58,6 +59,14 @@ class MeasurementHub:
             self._switch(True)
 
     # requests
+    def set_constants(self, p: HubParameters) -> None:
+        """Other constants of the set-up, from the next cycle on; ValueError for any other
+        change."""
+        only_these(self.parameters, p, SETUP_CONSTANTS, "measurement hub")
+        self.parameters, self._gains = p, gains(p)
+        self._camber_zero = math.radians(p.wheel_camber_deg + p.road_camber_offset_deg)
+        self._camber_counts = None
+
     def tare(self, at_cycle: int | None = None) -> Answer:
         """Average `tare_samples` from the stated cycle on and make them zero."""
         if self._tare is not None:

@@ -11,6 +11,8 @@ from flatplank_hw.params import Params, param
 
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)
+SETUP_CONSTANTS = ("et_value", "adapter_thickness", "wheel_camber_deg", "road_camber_offset_deg")
+"""What the operator changes from wheel to wheel, while the bench runs."""
 
 
 @dataclass(frozen=True)

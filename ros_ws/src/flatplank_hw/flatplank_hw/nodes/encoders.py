@@ -25,6 +25,11 @@ class EncodersNode(BenchNode):
     def configure(self, parameters: EncoderParameters) -> None:
         self.encoders = Encoders(parameters)
 
+    def changed(self, parameters: EncoderParameters) -> None:
+        if hasattr(self, "encoders"):
+            self.encoders.set_constants(parameters)
+            self.parameters = parameters
+
     def connect(self) -> None:
         self.state, self.joints = EncoderState(), JointState()
         self.state.header.frame_id = "bus"

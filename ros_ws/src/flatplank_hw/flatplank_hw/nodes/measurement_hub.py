@@ -22,6 +22,11 @@ class MeasurementHubNode(BenchNode):
     def configure(self, parameters: HubParameters) -> None:
         self.hub = MeasurementHub(parameters)
 
+    def changed(self, parameters: HubParameters) -> None:
+        if hasattr(self, "hub"):
+            self.hub.set_constants(parameters)
+            self.parameters = parameters
+
     def connect(self) -> None:
         self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
         self.wheel.header.frame_id = "wheel_center"
