@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who is in charge: one page at a time; the others watch. Time is an argument [s]."""
+
+from __future__ import annotations
+
+PATIENCE = 2.0
+"""A page that has been silent for so long is no longer in charge [s]. The drive itself stops the
+wheel earlier, after its own heartbeat timeout."""
+
+
+class NotInCharge(ValueError):
+    """The page may only watch."""
+
+
+class Charge:
+    """The page in charge, by the identity of its connection."""
+
+    def __init__(self) -> None:
+        self.holder = ""
+        self.name = ""
+        """as the others see it"""
+        self._heard = 0.0
+
+    def take(self, page: str, name: str, now: float) -> None:
+        """Take charge; refused while another page has it and is alive."""
+        self.expire(now)
+        if self.holder not in ("", page):
+            raise NotInCharge(f"{self.name or 'another page'} is in charge; ask for a hand-over")
+        self.holder, self.name, self._heard = page, name, now
+
+    def give_back(self, page: str) -> None:
+        if self.holder == page:
+            self.holder = self.name = ""
+
+    def beat(self, page: str, now: float) -> bool:
+        """The page was heard of; true when it is the one in charge."""
+        if page != self.holder or not page:
+            return False
+        self._heard = now
+        return True
+
+    def expire(self, now: float) -> bool:
+        """True when the page in charge has just lost it by its silence."""
+        if self.holder and now - self._heard > PATIENCE:
+            self.holder = self.name = ""
+            return True
+        return False
+
+    def check(self, page: str) -> None:
+        """NotInCharge unless the page is in charge."""
+        if not page or page != self.holder:
+            who = f"{self.name} is in charge" if self.holder else "take charge first"
+            raise NotInCharge(f"this page only watches: {who}")

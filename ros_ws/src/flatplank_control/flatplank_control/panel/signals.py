@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The numbers that the page shows: one table for the ring buffer, the ribbon and the plots."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+DEG = 180.0 / math.pi
+
+
+class Signal(NamedTuple):
+    """One column of the live data."""
+
+    key: str
+    label: str
+    unit: str
+    digits: int
+
+
+SIGNALS = (
+    Signal("t", "Time", "s", 1),
+    Signal("x", "Plank position", "m", 4),
+    Signal("v", "Plank speed", "m/s", 5),
+    Signal("fx", "Fx", "N", 0),
+    Signal("fy", "Fy", "N", 0),
+    Signal("fz", "Fz", "N", 0),
+    Signal("mx", "Mx", "N m", 1),
+    Signal("my", "My", "N m", 1),
+    Signal("mz", "Mz", "N m", 1),
+    Signal("theta", "Wheel angle", "deg", 2),
+    Signal("omega", "Wheel speed", "rad/s", 4),
+    Signal("steer", "Steering", "deg", 2),
+    Signal("camber", "Road camber", "deg", 2),
+    Signal("rl", "Loaded radius", "m", 4),
+    Signal("pos", "Position", "deg", 2),
+    Signal("pos_ref", "Position, reference", "deg", 2),
+    Signal("vel", "Velocity", "rad/s", 4),
+    Signal("vel_ref", "Velocity, reference", "rad/s", 4),
+    Signal("tq", "Torque at the motor", "N m", 3),
+    Signal("tq_ref", "Torque, reference", "N m", 3),
+    Signal("slip", "Slip", "%", 2),
+    Signal("slip_ref", "Slip, reference", "%", 2),
+)
+"""Columns of the ring buffer, in this order."""
+
+COLUMN = {signal.key: i for i, signal in enumerate(SIGNALS)}
+BY_KEY = {signal.key: signal for signal in SIGNALS}
+
+RIBBON = (
+    ("Force at the contact point", ("fx", "fy", "fz")),
+    ("Moment at the contact point", ("mx", "my", "mz")),
+    ("Plank", ("x", "v")),
+    ("Wheel", ("theta", "omega", "rl")),
+    ("Angles", ("steer", "camber")),
+)
+"""Groups of the ribbon."""
+
+FORCE_PLOTS = ("fx", "fy", "fz", "mx", "my", "mz")
+DRIVE_PLOTS = (("pos", "pos_ref"), ("vel", "vel_ref"), ("tq", "tq_ref"))
+"""Actual and reference of the wheel drive."""
