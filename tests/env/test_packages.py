@@ -8,6 +8,7 @@ import importlib.metadata
 import importlib.util
 import os
 import re
+import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -22,6 +23,9 @@ OURS_AS_ROS_KEYS = {"yaml": "python3-yaml", "jinja2": "python3-jinja2"} | {
     name: f"python3-{name}" for name in ("numpy", "scipy", "matplotlib")
 }
 """Imports that come from Ubuntu's packages in a full Jazzy; the other ones come by pip."""
+
+DISTRIBUTIONS = {"yaml": "pyyaml"}
+"""Where the name of the distribution is not that of the module."""
 
 
 def manifest(package: str) -> ElementTree.Element:
@@ -104,6 +108,23 @@ def test_every_import_is_declared(package: str) -> None:
     ros = {name for name in imported if (INSTALL / name).exists() or name in _ros_modules()}
     wanted = {OURS_AS_ROS_KEYS[name] for name in imported & OURS_AS_ROS_KEYS.keys()}
     assert wanted | (ros - {package}) <= declared
+
+
+@pytest.mark.parametrize("package", PYTHON_PACKAGES)
+def test_every_pip_import_is_required(package: str) -> None:
+    values = setup_values(package)
+    extras = [name for names in values.get("extras_require", {}).values() for name in names]
+    required = {re.split(r"[\[<>=; ]", name)[0] for name in [*values["install_requires"], *extras]}
+    listed = _inputs("runtime.in")
+    known = set(sys.stdlib_module_names) | _ros_modules() | set(PACKAGES)
+    pip = {DISTRIBUTIONS.get(name, name) for name in imported_modules(package) - known}
+    assert pip <= required
+    assert required <= listed
+
+
+def _inputs(file: str) -> set[str]:
+    lines = (ROOT / "requirements" / file).read_text().splitlines()
+    return {re.split(r"[\[<>=; ]", line)[0] for line in lines if line and line[0] != "#"}
 
 
 def _ros_modules() -> set[str]:
