@@ -15,7 +15,7 @@ import shlex
 import sys
 
 from common import CACHE, PATH_LIKE, ROOT, SYSTEM_PATH, VENV, WORKSPACE, SetupError, only_one, say
-from system import install_system_packages, missing_packages
+from system import install_system_packages, make_ready_for, missing_packages
 from virtual import make_venv, venv_stamp
 from workspace import build_workspace, package_stamps, ros_setup, sourced
 
@@ -61,6 +61,7 @@ def overlaid(variables: dict[str, str]) -> dict[str, str]:
 def main(argv: list[str]) -> int:
     try:
         env = overlaid(make_all())
+        make_ready_for(*argv[:1] or ["help"])
     except SetupError as error:
         say(str(error))
         return 1

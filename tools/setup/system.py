@@ -9,11 +9,13 @@ import sys
 import sysconfig
 from pathlib import Path
 
-from common import CACHE, SetupError, run, say, ticking
+from common import CACHE, ROOT, SetupError, run, say, ticking
 
 PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 BUILD_PROGRAMS = {"cc": "gcc", "c++": "g++", "make": "make", "cmake": "cmake"}
 OTHER_PROGRAMS = {"ip": "iproute2"}
+
+BROWSER_TESTS = ROOT / "tests" / "panel"
 
 
 def there(program: str) -> bool:
@@ -32,6 +34,12 @@ def missing_packages() -> list[str]:
     """System packages that the project uses and that are not there."""
     lacking = [package for program, package in OTHER_PROGRAMS.items() if not there(program)]
     return missing_for_build() + lacking
+
+
+def make_ready_for(verb: str) -> None:
+    """What one verb needs on top: a browser for the tests that click."""
+    if verb == "test" and BROWSER_TESTS.exists() and not there("chromium"):
+        install_system_packages(["chromium"])
 
 
 def install_system_packages(packages: list[str]) -> bool:
