@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one-minute run goes on in the background while the other tests of this folder keep the computer busy."""
+"""The one-minute run goes on in the background while the other tests of this folder keep the
+computer busy."""
 
 from __future__ import annotations
 

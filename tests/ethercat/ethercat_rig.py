@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bench on an emulated bus for tests: namespace, emulator process, bus process, and a node by hand."""
+"""A bench on an emulated bus for tests: namespace, emulator process, bus process, and a node by
+hand."""
 
 from __future__ import annotations
 
 import contextlib
 import os
-import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,9 +15,9 @@ from typing import Any
 import pytest
 
 from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
-from flatplank_hw.ethercat.emulator.control import Control
+from flatplank_hw.ethercat.emulated import EmulatorProcess
 from flatplank_hw.ethercat.master import BusClient
-from flatplank_hw.ethercat.namespace import EMULATOR, MASTER, BenchNamespace, NamespaceError
+from flatplank_hw.ethercat.namespace import MASTER, BenchNamespace, NamespaceError
 
 BUS_FILES = Path(__file__).parents[2] / "ros_ws/src/flatplank_hw/config/bus"
 BENCH = BUS_FILES / "bench.yaml"
@@ -30,7 +28,8 @@ _UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
 
 
 def be_quick(on: bool) -> None:
-    """Real-time scheduling for the node by hand, where allowed: no stall of its own may spoil a test."""
+    """Real-time scheduling for the node by hand, where allowed: no stall of its own may spoil a
+    test."""
     policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK if on else os.SCHED_OTHER
     with contextlib.suppress(PermissionError):
         os.sched_setscheduler(0, policy, os.sched_param(30 if on else 0))
@@ -44,47 +43,22 @@ def namespace() -> BenchNamespace:
         pytest.skip(str(error))
 
 
-class Emulator:
-    """The emulator as a program of its own, with its control socket."""
+class Emulator(EmulatorProcess):
+    """The emulator, with a short word for what the tests ask most."""
 
     def __init__(self, ns: BenchNamespace, bus: Path = BENCH, *more: str) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="fp-")
-        path = f"{self._folder.name}/control"
-        words = [*ns.enter, sys.executable, "-m", "flatplank_hw.ethercat.emulator"]
-        words += ["--interface", EMULATOR, "--bus", str(bus), "--control", path]
-        self.process = subprocess.Popen(
-            [*words, "--fifo", "--with-parent", *more],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-        )
-        assert self.process.stdout is not None and self.process.stderr is not None
-        if self.process.stdout.readline().strip() != b"ready":
-            pytest.fail(f"emulator: {self.process.stderr.read().decode()}")
-        self.control = Control(path)
-
-    def send(self, do: str, **arguments: Any) -> dict[str, Any]:
-        """One word on the control socket."""
-        return self.control.send(do, **arguments)
+        super().__init__(ns, bus, more)
 
     def wheel(self) -> dict[str, Any]:
         """What the witness at the plant's shaft says of the wheel."""
         return self.send("witness")["axes"]["wheel"]
 
-    def close(self, kill: bool = False) -> None:
-        """End it, or kill it."""
-        if kill:
-            self.process.kill()
-        else:
-            self.process.terminate()
-        self.process.communicate()
-        self.control.close()
-        self._folder.cleanup()
-
 
 class InsistentNode:
     """The worst node there is: once told to, it drives towards 'enabled and turning' for ever.
 
-    It never looks at the health. That nothing moves by itself after a fault must come from the bus.
+    It never looks at the health. That nothing moves by itself after a fault must come from the
+    bus.
     """
 
     def __init__(self, client: BusClient) -> None:

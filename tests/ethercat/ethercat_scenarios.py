@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of faults on a running bus: what is broken, for how long, and what must be seen of it."""
+"""The table of faults on a running bus: what is broken, for how long, and what must be seen of
+it."""
 
 from __future__ import annotations
 
@@ -54,8 +55,16 @@ def _cut(after: str, seen: str) -> Scenario:
 
 
 _CHAIN = (
-    "coupler wheel_drive bridges_a bridges_b encoders_a encoders_b encoders_c digital_in digital_out"
-).split()
+    "coupler",
+    "wheel_drive",
+    "bridges_a",
+    "bridges_b",
+    "encoders_a",
+    "encoders_b",
+    "encoders_c",
+    "digital_in",
+    "digital_out",
+)
 
 SCENARIOS = (
     # frames lost or late

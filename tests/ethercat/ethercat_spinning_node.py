@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A node of its own process that turns the wheel until it is killed; arguments: bus file, launch words."""
+"""A node of its own process that turns the wheel until it is killed; arguments: bus file, launch
+words."""
 
 from __future__ import annotations
 

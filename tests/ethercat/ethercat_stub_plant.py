@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A trivial plant behind the emulated bus: five motors with CiA 402 states and first-order speeds."""
+"""A trivial plant behind the emulated bus: five motors with CiA 402 states and first-order
+speeds."""
 
 from __future__ import annotations
 

@@ -20,6 +20,15 @@ def choose_outputs(slave):
     slave.sdo_write(0x1C12, 0, struct.pack("<Bx16H", len(some), *some), ca=True)
 
 
+def go_down(master):
+    down = []
+    for state in (pysoem.SAFEOP_STATE, pysoem.PREOP_STATE, pysoem.INIT_STATE):
+        master.state = state
+        master.write_state()
+        down.append(master.state_check(state, 50_000))
+    return down
+
+
 def main(interface):
     seen = {}
     master = pysoem.Master()
@@ -54,12 +63,7 @@ def main(interface):
     seen["dictionary"] = [entry.index for entry in master.slaves[1].od]
     seen["eeprom_vendor"] = struct.unpack("<I", master.slaves[2].eeprom_read(8))[0]
     seen["watchdog_ms"] = master.slaves[2].get_watchdog("processdata")
-    down = []
-    for state in (pysoem.SAFEOP_STATE, pysoem.PREOP_STATE, pysoem.INIT_STATE):
-        master.state = state
-        master.write_state()
-        down.append(master.state_check(state, 50_000))
-    seen["states_down"] = down
+    seen["states_down"] = go_down(master)
     master.close()
     print(json.dumps(seen))
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bus files: what is in ours, what is refused and with which words, the round trip, and ESI import."""
+"""Bus files: what is in ours, what is refused and with which words, the round trip, and ESI
+import."""
 
 from __future__ import annotations
 
@@ -61,7 +62,9 @@ def spoil(raw: dict[str, Any], where: list[Any], value: Any) -> None:
     raw[where[-1]] = value
 
 
-ENTRY = ["slaves", 1, "outputs", 0, "entries", 0]
+ROWS = ["slaves", 1, "outputs", 0, "entries"]
+ENTRY = [*ROWS, 0]
+VOLTS = ["slaves", 2, "inputs", 0, "entries", 0, "full_scale_volts"]
 
 
 @pytest.mark.parametrize(
@@ -83,10 +86,10 @@ ENTRY = ["slaves", 1, "outputs", 0, "entries", 0]
         ([*ENTRY, "type"], "uint17", "unknown type 'uint17'.*uint1"),
         ([*ENTRY, "object"], "0x60zz:0", "'0x60zz' is not a whole number"),
         ([*ENTRY, "object"], "0x10:0", "outside"),
-        (["slaves", 1, "outputs", 0, "entries", 1, "channel"], "wheel.control_word", "given twice"),
-        (["slaves", 1, "outputs", 0, "entries", 5, "unit_nm"], 0, "needs unit_nm"),
-        (["slaves", 2, "inputs", 0, "entries", 0, "full_scale_volts"], 0, "needs full_scale_volts"),
-        (["slaves", 2, "inputs", 0, "entries", 0, "full_scale_volts"], float("nan"), "not a number"),
+        ([*ROWS, 1, "channel"], "wheel.control_word", "given twice"),
+        ([*ROWS, 5, "unit_nm"], 0, "needs unit_nm"),
+        (VOLTS, 0, "needs full_scale_volts"),
+        (VOLTS, float("nan"), "not a number"),
         (["slaves", 1, "outputs", 0, "pdo"], 0x1200, "outside"),
         (["slaves", 1, "mailbox"], {"out_sise": 5}, "unknown key 'out_sise'.*out_size"),
         (["slaves", 1, "sdos", 0, "type"], "floatish", "unknown type"),

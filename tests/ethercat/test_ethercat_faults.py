@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults on a running bus, one after the other on one bench: safe, signed, and never back by itself."""
+"""Faults on a running bus, one after the other on one bench: safe, signed, and never back by
+itself."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CoE on bytes: transfers of every kind, complete access, PDO lists, information service, emergencies."""
+"""CoE on bytes: transfers of every kind, complete access, PDO lists, information service,
+emergencies."""
 
 from __future__ import annotations
 

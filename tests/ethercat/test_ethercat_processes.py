@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processes that die, freeze or come twice, and faults that last longer than the bus's patience."""
+"""Processes that die, freeze or come twice, and faults that last longer than the bus's
+patience."""
 
 from __future__ import annotations
 
@@ -72,7 +73,8 @@ def test_bus_process_killed(bench: Bench) -> None:
 
 
 def test_bus_process_frozen(bench: Bench) -> None:
-    """Stopped for 0.3 s and let go on: the watchdog stopped the wheel, nothing enables it again."""
+    """Stopped for 0.3 s and let go on: the watchdog stopped the wheel, nothing enables it
+    again."""
     before = enables(bench)
     moment(bench)
     os.kill(bench.client.process.pid, signal.SIGSTOP)
@@ -106,7 +108,8 @@ def test_node_silent(bench: Bench) -> None:
 
 
 def test_node_killed(bench: Bench) -> None:
-    """The bus process notices that its parent is gone: stops the axes, leaves the slaves in INIT."""
+    """The bus process notices that its parent is gone: stops the axes, leaves the slaves in
+    INIT."""
     bench.client.stop()
     words = [sys.executable, str(HERE / "ethercat_spinning_node.py"), str(BENCH)]
     node = subprocess.Popen([*words, *bench.namespace.enter], stdout=subprocess.PIPE)
@@ -157,7 +160,8 @@ def test_second_master_is_refused(bench: Bench) -> None:
 
 
 def test_foreign_master_on_the_wire(bench: Bench) -> None:
-    """A master that knows no lock resets the slaves: the wheel stops and the bus heals afterwards."""
+    """A master that knows no lock resets the slaves: the wheel stops and the bus heals
+    afterwards."""
     before = enables(bench)
     moment(bench)
     intruder = "import pysoem; m = pysoem.Master(); m.open('veth0'); m.config_init(); m.close()"

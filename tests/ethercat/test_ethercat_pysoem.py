@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""pysoem on its own, used as its users do: scan, PDO choice, read-out, states, SDOs, EEPROM, modes."""
+"""pysoem on its own, used as its users do: scan, PDO choice, read-out, states, SDOs, EEPROM,
+modes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From nothing to OP, and all that can keep a bus from it: one line with the remedy, no traceback."""
+"""From nothing to OP, and all that can keep a bus from it: one line with the remedy, no
+traceback."""
 
 from __future__ import annotations
 

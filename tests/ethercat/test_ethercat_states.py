@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""AL state machine, EEPROM, watchdog and drive firmware of an emulated slave, without any socket."""
+"""AL state machine, EEPROM, watchdog and drive firmware of an emulated slave, without any
+socket."""
 
 from __future__ import annotations
 

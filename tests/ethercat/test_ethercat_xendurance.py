@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Long runs: no watchdog trip, every cycle accounted for. Never a bound on jitter: that is printed."""
+"""Long runs: no watchdog trip, every cycle accounted for. Never a bound on jitter: that is
+printed."""
 
 from __future__ import annotations
 

@@ -53,7 +53,8 @@ class Pdo:
 
 @dataclass(frozen=True)
 class SdoValue:
-    """One value of the object dictionary: written at start by the master, or held by the emulator."""
+    """One value of the object dictionary: written at start by the master, or held by the
+    emulator."""
 
     index: int
     subindex: int

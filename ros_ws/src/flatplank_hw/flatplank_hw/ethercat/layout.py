@@ -36,7 +36,8 @@ def limits(kind: str) -> tuple[int, int]:
 
 
 class Layout:
-    """A row of typed entries; an entry of type '' and some bits is padding and carries a number too.
+    """A row of typed entries; an entry of type '' and some bits is padding and carries a number
+    too.
 
     Whole-byte rows go through `struct`; anything with odd bits through shifting.
     """

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A network namespace with a veth pair: the wire between master and emulator, gone when it is closed.
+"""A network namespace with a veth pair: the wire between master and emulator, gone when it is
+closed.
 
 Works as root, or without any rights where user namespaces are allowed.
 """

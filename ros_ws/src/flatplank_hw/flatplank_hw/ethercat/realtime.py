@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the kernel is asked for by a process with a cycle: real-time scheduling, exact timers, a fate shared with the parent."""
+"""What a process with a cycle asks of the kernel: real-time scheduling and exact timers."""
 
 from __future__ import annotations
 
 import ctypes
 import os
-import signal
 
-PR_SET_PDEATHSIG = 1
 PR_SET_TIMERSLACK = 29
 
 
@@ -28,8 +26,3 @@ def prepare(fifo: bool, priority: int) -> str:
             " or set rtprio in /etc/security/limits.conf)"
         )
     return f"SCHED_FIFO {priority}"
-
-
-def die_with_parent() -> None:
-    """Ask for SIGTERM when the parent dies."""
-    _prctl(PR_SET_PDEATHSIG, signal.SIGTERM)

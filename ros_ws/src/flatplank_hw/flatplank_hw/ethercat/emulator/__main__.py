@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m flatplank_hw.ethercat.emulator --interface veth1 --bus bench.yaml [--control SOCKET]`"""
+"""`python -m flatplank_hw.ethercat.emulator --interface veth1 --bus bench.yaml [--control
+SOCKET]`"""
 
 from __future__ import annotations
 
@@ -17,7 +18,6 @@ from flatplank_hw.ethercat.emulator.runner import Runner
 from flatplank_hw.ethercat.emulator.vocabulary import Vocabulary
 from flatplank_hw.ethercat.emulator.wire import Wire
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.ethercat.realtime import die_with_parent
 
 WARM_UP = 5
 """cycles before the first frame: whatever the plant compiles or loads, it does now"""
@@ -41,7 +41,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--max-age-ms", type=float, default=5.0, help="older frames are dropped")
     parser.add_argument("--fifo", action="store_true", help="SCHED_FIFO when allowed")
-    parser.add_argument("--with-parent", action="store_true", help="end when the parent does")
+    parser.add_argument(
+        "--with-parent", action="store_true", help="end when the standard input is closed"
+    )
     return parser.parse_args(arguments)
 
 
@@ -68,8 +70,6 @@ def make(options: argparse.Namespace) -> Runner:
 def main(arguments: list[str] | None = None) -> int:
     """Run until told to stop; one line and exit code 2 when it cannot start."""
     options = parse(arguments)
-    if options.with_parent:
-        die_with_parent()
     try:
         runner = make(options)
     except ValueError as error:
@@ -79,6 +79,8 @@ def main(arguments: list[str] | None = None) -> int:
         signal.signal(number, lambda *_: setattr(runner, "running", False))
     for _ in range(WARM_UP):
         runner.bench.step()
+    if options.with_parent:
+        runner.end_with(sys.stdin.fileno())
     print("ready", flush=True)
     runner.run(fifo=options.fifo)
     runner.close()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated bench: slaves, plant and bench time. Pure: frames and elapsed time come in as arguments."""
+"""The emulated bench: slaves, plant and bench time. Pure: frames and elapsed time come in as
+arguments."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ class PlantLike(Protocol):
 
 
 class EmulatedBench:
-    """Bench time is one period per process data frame; in a silence the runner lets it follow the wall."""
+    """Bench time is one period per process data frame; in a silence the runner lets it follow the
+    wall."""
 
     def __init__(self, bus: BusFile, plant: PlantLike) -> None:
         self.bus = bus

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a servo drive does between its process data and its motor: communication faults, injected faults, stops.
+"""What a servo drive does between its process data and its motor: communication faults, injected
+faults, stops.
 
 The motor, its CiA 402 states and its modes are the plant's; this layer decides what reaches them.
 """
@@ -26,7 +27,8 @@ IDLE = (0, 0, 0, 0, 0)
 
 
 class DriveFirmware:
-    """One drive. Faults are latched and leave only by a rising reset bit once their cause is gone."""
+    """One drive. Faults are latched and leave only by a rising reset bit once their cause is
+    gone."""
 
     def __init__(self, axis: int, slave: EmulatedSlave) -> None:
         self.axis = axis
@@ -57,7 +59,8 @@ class DriveFirmware:
                 self.slave.mailbox.emergency(code, 0x01)
 
     def command(self, asked: tuple[int, int, int, int, int], cycle: int, now: int) -> AxisCommand:
-        """asked: control word, mode, target position, velocity, torque as on the bus; to the motor."""
+        """asked: control word, mode, target position, velocity, torque as on the bus; to the
+        motor."""
         if not self.slave.operational:
             if self._enabled and not self.fault:
                 self.trip(COMMUNICATION)

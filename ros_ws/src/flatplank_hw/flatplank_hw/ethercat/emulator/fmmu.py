@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fieldbus memory management units: which bits of the logical image are which bits of a slave's memory."""
+"""Fieldbus memory management units: which bits of the logical image are which bits of a slave's
+memory."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ class Fmmu:
     def copy_in(
         self, memory: bytearray, frame: bytearray, data: int, address: int, end: int
     ) -> bool:
-        """Outputs: logical `address`..`end` of the frame, whose data start at `data`, to memory."""
+        """Outputs: logical `address`..`end` of the frame, whose data start at `data`, to
+        memory."""
         low, high = max(self.logical, address), min(self.logical + self.length, end)
         if low >= high:
             return False

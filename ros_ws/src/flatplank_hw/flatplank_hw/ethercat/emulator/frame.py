@@ -84,7 +84,8 @@ def split(frame: bytes | bytearray) -> list[Datagram]:
 
 
 def build(datagrams: list[tuple[int, int, int, bytes]], index: int = 0) -> bytearray:
-    """A frame from (command, address 16 low bits or whole, register offset, data); for tests and tools.
+    """A frame from (command, address 16 low bits or whole, register offset, data); for tests and
+    tools.
 
     For logical commands the second number is the 32-bit address and the third is ignored.
     """

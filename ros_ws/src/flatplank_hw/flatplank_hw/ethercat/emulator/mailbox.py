@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mailbox of a slave: CoE requests in, responses and emergencies out, one message at a time."""
+"""The mailbox of a slave: CoE requests in, responses and emergencies out, one message at a
+time."""
 
 from __future__ import annotations
 

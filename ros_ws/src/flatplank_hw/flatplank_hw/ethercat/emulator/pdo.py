@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""PDO assignment and mapping of a slave: objects 0x1C12/0x1C13 and 0x16xx/0x1Axx, writable in PREOP."""
+"""PDO assignment and mapping of a slave: objects 0x1C12/0x1C13 and 0x16xx/0x1Axx, writable in
+PREOP."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plant behind the emulated bus, by name: the project's own, or any factory `module:function`."""
+"""The plant behind the emulated bus, by name: the project's own, or any factory
+`module:function`."""
 
 from __future__ import annotations
 

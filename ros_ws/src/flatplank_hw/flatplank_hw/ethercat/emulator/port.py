@@ -31,7 +31,7 @@ class Port:
         except PermissionError:
             raise PortError(
                 "no permission for raw Ethernet; run as root or inside 'unshare -Urn', or give the"
-                " interpreter CAP_NET_RAW (sudo setcap cap_net_raw,cap_net_admin+ep $(readlink -f python3))"
+                " interpreter CAP_NET_RAW (sudo setcap cap_net_raw+ep $(readlink -f python3))"
             ) from None
         try:
             self.socket.bind((interface, ETHERCAT))

@@ -34,6 +34,7 @@ class Runner:
         self._wall = 0
         """wall time up to which bench time has gone [ns]"""
         self._silent = True
+        self._parent = -1
         self.stalled_ns = 0
         """wall time for which this process was not let run [ns]"""
 
@@ -49,6 +50,11 @@ class Runner:
         if self.control is not None:
             self.control.close()
 
+    def end_with(self, fd: int) -> None:
+        """End when the other side of a pipe is closed, as the death of the parent does."""
+        self._parent = fd
+        self._poll.register(fd, select.POLLHUP)
+
     def facts(self) -> dict[str, Any]:
         """About the process, for the control socket."""
         return {"scheduling": self.scheduling, "stalled_ms": self.stalled_ns / 1e6}
@@ -61,8 +67,10 @@ class Runner:
         gc.disable()
         while self.running:
             deadline = self._deadline()
-            self._poll.poll(max(deadline - time.monotonic_ns(), 0) / 1e6)
+            ready = self._poll.poll(max(deadline - time.monotonic_ns(), 0) / 1e6)
             now = time.monotonic_ns()
+            if any(fd == self._parent for fd, _ in ready):
+                break
             self._forgive(now - deadline)
             self._serve(now)
             for frame in self.wire.due(now):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One emulated slave: controller, EEPROM, state machine, mailbox and process data of a bus file entry."""
+"""One emulated slave: controller, EEPROM, state machine, mailbox and process data of a bus file
+entry."""
 
 from __future__ import annotations
 

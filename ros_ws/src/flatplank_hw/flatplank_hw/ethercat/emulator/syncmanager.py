@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sync managers: a mailbox passes whole messages one at a time, a buffer always has the newest data."""
+"""Sync managers: a mailbox passes whole messages one at a time, a buffer always has the newest
+data."""
 
 from __future__ import annotations
 

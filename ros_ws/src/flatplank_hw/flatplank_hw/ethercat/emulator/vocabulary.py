@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the control socket understands: faults with timing, their mending, the operator's switches, questions."""
+"""What the control socket understands: faults with timing, their mending, the operator's switches,
+questions."""
 
 from __future__ import annotations
 
@@ -12,12 +13,14 @@ from flatplank_hw.ethercat.strict import nearest
 
 
 class Vocabulary:
-    """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles` (how long)."""
+    """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles`
+    (how long)."""
 
     def __init__(
         self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
     ) -> None:
         self.rig = rig
+        self._stop = stop
         self._undo: dict[str, list[Undo]] = {}
         self._facts = facts
         self._words: dict[str, Callable[..., dict[str, Any]]] = {
@@ -26,7 +29,7 @@ class Vocabulary:
             "witness": self._witness,
             "operator": self._operator,
             "words": self._list,
-            "stop": lambda: (stop(), {})[1],
+            "stop": self._end,
         }
 
     def __call__(self, request: dict[str, Any]) -> dict[str, Any]:
@@ -91,14 +94,22 @@ class Vocabulary:
         return self.rig.bench.witness.report()
 
     def _operator(self, name: str, arguments: list[Any] | None = None) -> dict[str, Any]:
-        """A switch of the plant's operator, by the name of its method."""
+        """A switch of the plant's operator by the name of its method; 'view' answers what he
+        sees."""
         operator = getattr(self.rig.bench.plant, "operator", None)
         known = [n for n in dir(operator) if not n.startswith("_")]
         if name not in known:
             raise ValueError(f"no operator's switch '{name}'{nearest(name, known)}")
+        switch = getattr(operator, name)
+        if not callable(switch):
+            return {"view": switch._asdict()}
         self.rig.bench.witness.fault(self.rig.bench.now)
-        getattr(operator, name)(*(arguments or []))
+        switch(*(arguments or []))
         return {"cycle": self.rig.bench.cycle + 1}
+
+    def _end(self) -> dict[str, Any]:
+        self._stop()
+        return {}
 
     def _list(self) -> dict[str, Any]:
         """Every word with its first line of description."""

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A witness at the plant's shafts: what really moved and what was really enabled, whatever the bus says."""
+"""A witness at the plant's shafts: what really moved and what was really enabled, whatever the bus
+says."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ ENABLED_MASK, ENABLED = 0x006F, 0x0027
 
 
 class Witness:
-    """Remembers when each motor shaft last moved and how often each power stage was switched on."""
+    """Remembers when each motor shaft last moved and how often each power stage was switched
+    on."""
 
     def __init__(self) -> None:
         self.last_moving = [-1] * len(AXES)
@@ -30,7 +32,7 @@ class Witness:
     def see(self, now: int, inputs: BusInputs, wheel_speed: float | None = None) -> None:
         """One cycle of the plant's own truth, before any firmware has changed it.
 
-        wheel_speed: of the wheel itself, behind gear and backlash [rad/s]; None: the motor's counts.
+        wheel_speed: of the wheel itself, behind gear and backlash [rad/s]; None: by the motor.
         """
         self.now = now
         for i, axis in enumerate(inputs.axes):
@@ -53,7 +55,8 @@ class Witness:
         self.last_fault = now
 
     def report(self) -> dict[str, Any]:
-        """Per axis: moving now, ms from the last fault to the last motion, enabled, times enabled."""
+        """Per axis: moving now, ms from the last fault to the last motion, enabled, times
+        enabled."""
         axes = {}
         for i, name in enumerate(AXES):
             ran_on = self.last_moving[i] - self.last_fault

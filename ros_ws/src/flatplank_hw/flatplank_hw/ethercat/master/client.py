@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's side of the bus: starts the bus process, takes images, gives commands, asks questions.
+"""The node's side of the bus: starts the bus process, takes images, gives commands, asks
+questions.
 
 When the bus process is silent or dead, images go on with the last values and health LOST, so that
 everybody's safety rules act.
@@ -46,10 +47,15 @@ class BusClient:
         launch: Sequence[str] = (),
         on_event: Callable[[dict[str, Any]], None] | None = None,
     ) -> None:
-        """rate_hz 0: as in the bus file; slip: after a stall of this computer cycle numbers go on
-        without a gap (for an emulated bus, which stalls with it); reply_timeout_ms: a later answer is
-        lost (0: 2 ms or 0.6 of the period; an emulator on a busy computer wants 12); launch: words in front of the interpreter, for instance
-        those of `BenchNamespace.enter`; on_event: told of emergencies and recoveries."""
+        """
+        rate_hz: cycles per second; 0: as in the bus file.
+        fifo: SCHED_FIFO when allowed.
+        slip: after a stall of this computer cycle numbers go on without a gap; for an emulated
+            bus, which stalls with it.
+        reply_timeout_ms: a later answer is lost; 0: 2 ms, at most 0.6 of the period.
+        launch: words in front of the interpreter, for instance `BenchNamespace.enter`.
+        on_event: told of emergencies and recoveries, in the thread that asks or polls.
+        """
         self.bus = read_bus_file(bus_file)
         self.interface = interface
         self.rate_hz = rate_hz or self.bus.rate_hz

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The last word before the wire: no command passes that would move a bench that is not well.
 
-A stop is latched. It is lifted only by the rising edge of the fault reset bit once its cause is gone;
+A stop is latched. It is lifted only by the rising edge of the fault reset bit once its cause is
+gone;
 until then the axis shows the state FAULT with the error code of the cause, as a drive would.
 """
 
@@ -19,7 +20,8 @@ BRAKING_S = 0.25
 
 
 class Cause(IntEnum):
-    """Why an axis is held; the value is its error code (CiA 402, manufacturer's part for our own)."""
+    """Why an axis is held; the value is its error code (CiA 402, manufacturer's part for our
+    own)."""
 
     NONE = 0x0000
     BUS = 0x7500
@@ -60,7 +62,8 @@ class Guard:
     def step(
         self, cycle: int, commands: dict[int, AxisCommand], inputs: BusInputs | None, health: int
     ) -> list[AxisCommand]:
-        """Commands as they may go out in `cycle`; inputs and health are those of the last cycle."""
+        """Commands as they may go out in `cycle`; inputs and health are those of the last
+        cycle."""
         common = self._common(inputs, health)
         digital = inputs.digital if inputs is not None else self._digital
         closed, self._digital = digital & ~self._digital, digital

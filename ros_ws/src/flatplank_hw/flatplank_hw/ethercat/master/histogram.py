@@ -39,7 +39,8 @@ class Histogram:
         return 0.0
 
     def report(self) -> dict[str, Any]:
-        """For diagnostics: upper edges of the used bins [us] with their counts, and percentiles."""
+        """For diagnostics: upper edges of the used bins [us] with their counts, and
+        percentiles."""
         used = {f"{FIRST_US * GROWTH**place:.0f}": n for place, n in enumerate(self.counts) if n}
         return {
             "count": self.total,

@@ -73,9 +73,9 @@ class InputImage:
                 for a, scale in self._axes
             ]
         )
-        return BusInputs(
-            cycle, stamp_ns, tuple(volts[:6]), volts[6], *counts, digital, health, axes
-        )  # type: ignore[arg-type]
+        return BusInputs._make(
+            [cycle, stamp_ns, tuple(volts[:6]), volts[6], *counts, digital, health, axes]
+        )
 
 
 class OutputImage:

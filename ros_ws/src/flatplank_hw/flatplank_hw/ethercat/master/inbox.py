@@ -11,7 +11,8 @@ FAULT_RESET = 0x0080
 
 
 class Inbox:
-    """The reset bit acts by its edge: in a burst it would be overwritten before any drive saw it."""
+    """The reset bit acts by its edge: in a burst it would be overwritten before any drive saw
+    it."""
 
     def __init__(self) -> None:
         self.current: dict[int, AxisCommand] = {}

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks before the first frame: name, existence, permission, and that nobody else is on the wire."""
+"""Checks before the first frame: name, existence, permission, and that nobody else is on the
+wire."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which step to take when the bus is not well. Pure: health and time go in, a rung comes out.
 
-Tolerate, reopen the socket, acknowledge to OP, recover and reconfigure, scan everything anew. The axes
+Tolerate, reopen the socket, acknowledge to OP, recover and reconfigure, scan everything anew. The
+axes
 are stopped before anything beyond the socket is touched.
 """
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bus process's end of the two sockets: commands in, images out, requests and events. Never blocks."""
+"""The bus process's end of the two sockets: commands in, images out, requests and events. Never
+blocks."""
 
 from __future__ import annotations
 

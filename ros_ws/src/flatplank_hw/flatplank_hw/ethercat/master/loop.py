@@ -160,7 +160,8 @@ class BusLoop:
             self.ladder.step(time.monotonic(), self.health, ())
 
     def _look_at_states(self, cycle: int) -> bool:
-        """After a stall, and often when something is wrong, but seldom on a silent wire, where each
+        """After a stall, and often when something is wrong, but seldom on a silent wire, where
+        each
         look costs 10 ms."""
         if self.clock.missed != self._missed:
             self._missed = self.clock.missed
@@ -217,6 +218,7 @@ class BusLoop:
         return {
             "health": self.health.name,
             "reason": self._trouble or m.reason,
+            "not_in_op": {s.name: s.state for s in m.faulty},
             "cycle": self.clock.cycle,
             "rate_hz": self.bus.rate_hz,
             "scheduling": self.scheduling,

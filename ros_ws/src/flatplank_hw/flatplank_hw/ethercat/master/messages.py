@@ -34,7 +34,7 @@ def unpack_inputs(data: bytes) -> BusInputs:
     axes = tuple(
         AxisInputs._make(flat[i : i + _WORDS]) for i in range(16, 16 + _WORDS * len(AXES), _WORDS)
     )
-    return BusInputs(flat[0], flat[1], flat[2:8], *flat[8:16], axes)
+    return BusInputs._make([flat[0], flat[1], flat[2:8], *flat[8:16], axes])
 
 
 def pack_command(command: AxisCommand) -> bytes:

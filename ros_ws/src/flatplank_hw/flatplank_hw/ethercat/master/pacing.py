@@ -10,8 +10,10 @@ CATCH_UP = 5
 class CycleClock:
     """Cycle n is due at start + n * period; a number is never used twice.
 
-    After a stall the numbers jump with the wall clock, as the machine has gone on. With `slip` they
-    go on without a gap instead: right for an emulated bench, which stalls together with the master.
+    After a stall the numbers jump with the wall clock, as the machine has gone on. With `slip`
+    they
+    go on without a gap instead: right for an emulated bench, which stalls together with the
+    master.
     """
 
     def __init__(self, period_ns: int, start_ns: int, slip: bool = False) -> None:

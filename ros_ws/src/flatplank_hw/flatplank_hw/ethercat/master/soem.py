@@ -51,7 +51,8 @@ class SoemBus:
     # --- from nothing to OP ----------------------------------------------------------------
 
     def open(self) -> None:
-        """Open the socket, and find it: only so can a reply be waited for without holding the GIL."""
+        """Open the socket, and find it: only so can a reply be waited for without holding the
+        GIL."""
         before = _sockets()
         try:
             self._master.open(self.interface)
@@ -137,10 +138,8 @@ class SoemBus:
             if slave.state & 0x10:
                 slave.state = slave.state & 0x0F | pysoem.STATE_ACK
                 slave.write_state()
-            if slave.state == 0 and not slave.recover(2000):
-                good = False
-            elif slave.reconfig(2000) != STATES["SAFEOP"]:
-                good = False
+            found = slave.state != 0 or slave.recover(2000) > 0
+            good &= found and slave.reconfig(2000) == STATES["SAFEOP"]
         return good
 
     def close(self) -> None:
