@@ -67,6 +67,13 @@ def reference_cost(problem: CarcassProblem) -> Callable[[np.ndarray], float]:
     return cost
 
 
+def optimum_of(cost: Callable[[np.ndarray], float], near: float) -> float:
+    """Bottom of the parabola through five costs: free of the grain of the integrator."""
+    x = near * (1.0 + np.array([-4e-3, -2e-3, 0.0, 2e-3, 4e-3]))
+    curve = np.polyfit(x - near, [cost(np.array([v])) for v in x], 2)
+    return near - curve[1] / (2.0 * curve[0])
+
+
 def measure(repeats: int = 5, seed: int = 1) -> dict[str, float]:
     """Times [s], ratio and distance of the optima, measured in one run."""
     runs = simulate_runs(Truth(), np.random.default_rng(seed))
@@ -84,7 +91,7 @@ def measure(repeats: int = 5, seed: int = 1) -> dict[str, float]:
     # the default method, which stays at the start.
     found = minimize(lambda x: cost(x) / size, np.array([2.0]), method="Nelder-Mead", options=STOP)
     theirs_time = time.perf_counter() - begin
-    theirs = float(found.x[0]) * 1e5
+    theirs = optimum_of(lambda x: cost(x) / size, float(found.x[0])) * 1e5
     return {
         "runs": len(runs),
         "time_s": min(times),

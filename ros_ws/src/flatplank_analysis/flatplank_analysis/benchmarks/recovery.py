@@ -176,9 +176,8 @@ def table(rows: Sequence[Coverage], title: str) -> str:
     ]
     for row in rows:
         if not row.draws:
-            lines.append(
-                f"| {row.name} | {row.true:.5g} | 0 | not determined, and said so | | | |"
-            )
+            said = "not determined, and said so"
+            lines.append(f"| {row.name} | {row.true:.5g} | 0 | {said} | | | |")
             continue
         lines.append(
             f"| {row.name} | {row.true:.5g} | {row.draws} | {100 * row.covered:.0f} % "
@@ -212,11 +211,11 @@ def document(found: Mapping[str, Sequence[Coverage]], draws: int) -> str:
     """The page for the docs."""
     head = (
         "# Recovery of known parameters\n\n"
-        f"Made by `python -m flatplank_analysis.benchmarks.recovery --draws {draws}`. The truth is\n"
-        "the fitted model itself with autocorrelated noise and run-to-run scatter, so this page\n"
-        "says whether the stated intervals are honest, not whether the model is right. *spread* is\n"
-        "the standard deviation of the estimates over the draws, *stated* the standard error that\n"
-        "the fits gave. With 200 draws a share of 90 % is known to 2 percentage points.\n\n"
+        f"Made by `python -m flatplank_analysis.benchmarks.recovery --draws {draws}`. The truth\n"
+        "is the fitted model itself with autocorrelated noise and run-to-run scatter, so this\n"
+        "page says whether the stated intervals are honest, not whether the model is right.\n"
+        "*spread* is the standard deviation of the estimates over the draws, *stated* the\n"
+        "standard error that the fits gave. With 200 draws a share of 90 % is known to 2 points.\n\n"
     )
     return head + "\n".join(table(rows, name) for name, rows in found.items())
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Carcass stiffness and steady curve together: two kinds of equations, one solution.
 
-c_cx minimises the weighted error (7.25), which the transient part dominates. The steady force of a
-level is what leaves no mean error in the settled part of its runs under *this* model: the asymptote
-of a first-order fit is biased where the response is not exponential, and c_cx with it. Solving both
-at once also gives what each run brings to each result, and so their standard errors.
+c_cx minimises the weighted error (7.25), which the transient part dominates. The steady force of
+a level is what leaves no mean error in the settled part of its runs under *this* model: the
+asymptote of a first-order fit is biased where the response is not exponential, and c_cx with it.
+Solving both at once also gives what each run brings to each result, and so their standard errors.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ BEFORE_WEIGHT = 20.0
 bend the response."""
 SIGMA_BOUNDS = (0.005, 5.0)
 """Relaxation length [m]: from a tenth of a contact length to more than the plank."""
-STIFFNESS_BOUNDS = (0.0, 1e7)
-"""Local slip stiffness [N]."""
+STIFFNESS_LIMIT = 1e7
+"""Size of the local slip stiffness [N]; in y it is negative (ISO W)."""
 SMALLEST_SLIP = 2e-3
 """Below this slip a run tells nothing about sigma and C [-]."""
 
@@ -106,9 +106,9 @@ def _fit(
     x: np.ndarray, force: np.ndarray, kappa: float, fixed: float | None, noise: ARNoise | None
 ) -> LinearFit:
     """Search over (sigma, asymptote, start force); the slip stiffness is asymptote / kappa."""
-    top = STIFFNESS_BOUNDS[1] * abs(kappa)
-    lower = np.array([SIGMA_BOUNDS[0], 0.0 if kappa > 0 else -top, -np.inf])
-    upper = np.array([SIGMA_BOUNDS[1], top if kappa > 0 else 0.0, np.inf])
+    top = STIFFNESS_LIMIT * abs(kappa)
+    lower = np.array([SIGMA_BOUNDS[0], -top, -np.inf])
+    upper = np.array([SIGMA_BOUNDS[1], top, np.inf])
     count = 3 if fixed is None else 2
     weight = np.where(x < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
 

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One million evaluations of Fx, Fy, Mz with every coefficient in use, on one core.
+
+python -m flatplank_analysis.benchmarks.magic_formula
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..models.magic_formula import DEFAULTS, Coefficients, steady_forces
+from ..models.registry import shipped_tir
+
+COUNT = 1_000_000
+
+
+def full_set() -> Coefficients:
+    """The shipped tire with every coefficient that it leaves at zero set to something small."""
+    given = shipped_tir().values
+    small = {k: 0.02 for k, v in DEFAULTS.items() if v == 0.0 and not given.get(k)}
+    return Coefficients(small | {k: v for k, v in given.items() if v} | {"VXLOW": 0.0})
+
+
+def measure(count: int = COUNT, repeats: int = 3) -> dict[str, float]:
+    """Best time [s] for `count` points that differ in every input."""
+    rng = np.random.default_rng(1)
+    inputs = [
+        rng.uniform(low, high, count)
+        for low, high in ((1e3, 7e3), (-0.2, 0.2), (-0.2, 0.2), (-0.09, 0.09), (1.8e5, 3e5))
+    ]
+    c, times = full_set(), []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        steady_forces(c, *inputs, 0.03)
+        times.append(time.perf_counter() - begin)
+    return {"evaluations": count, "time_s": min(times), "per_second": count / min(times)}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the numbers."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    numbers = measure()
+    if parser.parse_args(arguments).json:
+        print(json.dumps(numbers))
+        return
+    for name, value in numbers.items():
+        print(f"{name:24s} {value:.6g}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Linear and nonlinear fits: known truth back, bounds, and what a fit says it cannot know."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from flatplank_analysis.benchmarks.campaigns import Truth, simulate_linear, simulate_runs
+from flatplank_analysis.data.info import RunInfo
+from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.identify import (
+    FitFile,
+    StepRun,
+    fit_campaign,
+    fit_carcass,
+    fit_linear,
+    linear_run,
+    step_run,
+)
+from flatplank_analysis.models.contact import TOYO
+
+QUIET = Truth(noise=1e-6, gain_scatter=0.0, slip_scatter=0.0, carcass_scatter=0.0)
+X = np.arange(-0.1, 2.6, 0.001)
+
+
+def response(sigma: float, steady: float, start: float = 0.0, reach: float = 2.6) -> np.ndarray:
+    x = X[reach > X]
+    return start + (steady - start) * -np.expm1(-np.maximum(x, 0.0) / sigma)
+
+
+def quiet_runs() -> list[StepRun]:
+    return simulate_runs(QUIET, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(("sigma", "kappa", "start"), [(0.45, 0.01, -140.0), (0.12, -0.1, 60.0)])
+def test_linear_run_finds_the_response(sigma: float, kappa: float, start: float) -> None:
+    found = linear_run(X, response(sigma, 9e4 * kappa, start), kappa)
+    assert found.sigma.value == pytest.approx(sigma, rel=3e-3)
+    assert found.slip_stiffness.value == pytest.approx(9e4, rel=1e-3)
+    assert found.start_force.value == pytest.approx(start, abs=2.0)
+    assert found.settled
+    assert found.confusions == ()
+    np.testing.assert_allclose(
+        found.response(X), response(sigma, 9e4 * kappa, start), atol=0.02 * 9e4 * abs(kappa)
+    )
+
+
+def test_linear_run_in_y_over_the_slip_angle() -> None:
+    found = linear_run(X, response(0.5, -5e4 * 0.03), 0.03)
+    assert found.steady_force.value == pytest.approx(-1500.0, rel=1e-3)
+    assert found.slip_stiffness.value == pytest.approx(-5e4, rel=1e-3)
+    assert found.slip_stiffness.at_bound == ""
+
+
+def test_linear_run_without_slip_is_a_mean() -> None:
+    found = linear_run(X, np.full_like(X, 33.0), 0.0)
+    assert found.steady_force.value == pytest.approx(33.0)
+    assert not found.sigma.determined
+    assert found.sigma.interval() == (-math.inf, math.inf)
+    assert found.to_json()["sigma"]["value"] is None
+    np.testing.assert_allclose(found.response(X), 33.0)
+
+
+def test_linear_run_that_ends_early_says_so() -> None:
+    x = X[X < 0.5]
+    rng = np.random.default_rng(1)
+    force = response(0.6, 1800.0, reach=0.5) + 8.0 * rng.standard_normal(len(x))
+    found = linear_run(x, force, 0.02)
+    assert not found.settled
+    assert found.correlation > 0.9
+    assert "step earlier" in found.confusions[0].remedy
+    whole = linear_run(X, response(0.6, 1800.0) + 8.0 * rng.standard_normal(len(X)), 0.02)
+    assert found.sigma.std_error > 10.0 * whole.sigma.std_error
+
+
+def test_linear_error_counts_correlated_samples_as_few() -> None:
+    rng = np.random.default_rng(2)
+    truth = {0.02: (0.4, 9e4)}
+    white = simulate_linear(truth, rng, noise=12.0, scatter=0.0)[0]
+    slow = linear_run(white.distance, white.fx, 0.02)
+    mixed = white.fx.copy()
+    after = white.distance > 0
+    mixed[after] = slow.response(white.distance[after]) + rng.permutation(slow.residual[after])
+    fast = linear_run(white.distance, mixed, 0.02)
+    assert slow.sigma.std_error > 3.0 * fast.sigma.std_error
+
+
+def test_linear_condition_knows_its_scatter() -> None:
+    runs = simulate_linear({-0.02: (0.4, 9e4), 0.02: (0.4, 9e4), 0.01: (0.45, 9.5e4)},
+                           np.random.default_rng(3), starts=6, noise=3.0, scatter=0.03)  # fmt: skip
+    found = fit_linear(runs)
+    assert found.scatter["sigma"] == pytest.approx(0.03, rel=0.5)
+    level = {lv.level: lv for lv in found.levels}[0.02]
+    assert level.repeats == 6
+    assert level.sigma.std_error == pytest.approx(0.4 * 0.03 / math.sqrt(6), rel=0.6)
+    json.dumps(found.to_json())
+
+
+def test_linear_condition_statement_changes_with_the_starts() -> None:
+    runs = simulate_linear({-0.02: (0.4, 9e4), 0.02: (0.4, 9e4)}, np.random.default_rng(4))
+    assert fit_linear(runs).confusions == ()
+    one = fit_linear([r for r in runs if r.start == 1])
+    assert "no slip level was repeated" in one.confusions[0].statement
+    same = fit_linear([replace(r, start=1) for r in runs])
+    assert "one start angle only" in same.confusions[0].statement
+
+
+def test_carcass_of_quiet_runs() -> None:
+    found = fit_carcass(quiet_runs())
+    truth = QUIET
+    slope = float((truth.steady(np.array(0.01)) - truth.steady(np.array(-0.01))) / 0.02)
+    a = float(TOYO.half_length(truth.fz, truth.pressure))
+    assert found.converged
+    assert found.c_cx.value == pytest.approx(truth.c_cx, rel=3e-3)
+    assert found.slip_stiffness.value == pytest.approx(slope, rel=2e-3)
+    assert found.sigma_x.value == pytest.approx(slope / truth.c_cx + a, rel=5e-3)
+    assert max(found.rmse.values()) < 3.0
+    assert found.confusions == ()
+    json.dumps(found.to_json())
+
+
+def test_carcass_as_the_thesis_takes_the_curve_is_biased() -> None:
+    thesis = fit_carcass(quiet_runs(), refine_curve=False)
+    assert 0.005 < abs(thesis.c_cx.value / QUIET.c_cx - 1.0) < 0.08
+
+
+def test_carcass_interval_follows_the_scatter() -> None:
+    calm = fit_carcass(simulate_runs(Truth(noise=2.0), np.random.default_rng(5)))
+    wild = fit_carcass(
+        simulate_runs(Truth(noise=2.0, carcass_scatter=0.1), np.random.default_rng(5))
+    )
+    assert wild.c_cx.std_error > 2.0 * calm.c_cx.std_error
+    low, high = wild.c_cx.interval(0.99)
+    assert low < 2.4e5 < high
+
+
+def test_carcass_statement_changes_with_the_starts() -> None:
+    runs = simulate_runs(Truth(), np.random.default_rng(6))
+    one = fit_carcass([r for r in runs if r.start == 2])
+    assert "one start angle only" in one.confusions[0].statement
+    assert one.c_cx.std_error > 0.0
+    two = fit_carcass([r for r in runs if r.start != 2])
+    assert two.confusions == ()
+
+
+def test_carcass_on_a_bound_is_not_determined() -> None:
+    found = fit_carcass(quiet_runs(), bounds=(3e5, 4e5))
+    assert found.c_cx.at_bound == "lower"
+    assert not found.c_cx.determined
+    assert "rests on its lower bound" in found.confusions[-1].statement
+
+
+def test_carcass_with_runs_of_different_length() -> None:
+    runs = quiet_runs()
+    keep = runs[3].distance < 1.9
+    names = ("distance", "fx", "fy", "mz", "fz", "slip")
+    runs[3] = replace(runs[3], **{n: getattr(runs[3], n)[keep] for n in names})
+    assert fit_carcass(runs).c_cx.value == pytest.approx(QUIET.c_cx, rel=4e-3)
+
+
+def test_carcass_needs_slip_levels() -> None:
+    with pytest.raises(FlatplankError, match="three or more slip levels"):
+        fit_carcass(simulate_runs(QUIET, np.random.default_rng(0), slips=(0.0, 0.02)))
+
+
+def _table(kappa: float, step: float = 1.5) -> MeasurementTable:
+    x = np.linspace(0.0, 4.1, 4000)
+    after = np.maximum(x - step, 0.0)
+    columns = {
+        "plank_position": x,
+        "wheel_angle": (x + kappa * after) / 0.31,
+        "fx": 9e4 * kappa * -np.expm1(-after / 0.45),
+        "fz": np.full_like(x, 3700.0),
+    }
+    info = RunInfo("a.parquet", kappa=kappa, fz=3700.0, pressure=2.5, step_position=1.5,
+                   effective_rolling_radius=0.31)  # fmt: skip
+    return MeasurementTable(columns, info)
+
+
+def test_step_run_from_a_table() -> None:
+    run = step_run(_table(0.0213))
+    assert run.kappa == pytest.approx(0.0213, rel=1e-3)
+    assert run.level == 0.0213
+    assert run.pressure == 2.5e5
+    assert run.mean_load == pytest.approx(3700.0)
+    assert run.linear().sigma.value == pytest.approx(0.45, rel=3e-3)
+    with pytest.raises(FlatplankError, match="no step_position"):
+        table = _table(0.02)
+        step_run(MeasurementTable(table.columns, replace(table.info, step_position=math.nan)))
+    with pytest.raises(FlatplankError, match="ends before the step"):
+        step_run(MeasurementTable(table.columns, replace(table.info, step_position=4.099)))
+
+
+def test_campaign_fits_go_on_past_a_bad_condition() -> None:
+    good = quiet_runs()
+    bad = simulate_runs(Truth(fz=2000.0, noise=1.0), np.random.default_rng(1), slips=(0.0, 0.02))
+    found = fit_campaign([*good, *bad], FitFile("nonlinear"))
+    assert len(found.fits) == 1
+    assert "three or more slip levels" in found.problems[0]
+    json.dumps(found.to_json())
+    assert len(fit_campaign([*good, *bad], FitFile("linear")).fits) == 2
+    with pytest.raises(FlatplankError, match="no model cubic"):
+        fit_campaign(good, FitFile("cubic"))
+    with pytest.raises(FlatplankError, match="three or more slip levels"):
+        fit_campaign(bad, FitFile("nonlinear"))
