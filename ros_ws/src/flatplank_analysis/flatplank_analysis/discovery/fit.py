@@ -102,8 +102,8 @@ class Fitter:
         """Fit from the given start; every iteration lowers the sum of squares or ends.
 
         Rows of the Jacobian of `known`, a fit nearby, serve until they fail; between fresh
-        Jacobians Broyden's update is used. A quick fit ends at a gain below 0.2 % and may carry
-        such an updated Jacobian.
+        Jacobians Broyden's update is used. A quick fit ends at a gain below 0.2 % and carries the
+        rows of `known`, those of its new terms made afresh.
         """
         task = _Task(self, base, terms)
         z = np.clip(task.pack(base, terms), task.lower, task.upper)
@@ -131,7 +131,9 @@ class Fitter:
                 columns, fresh = self._jacobian(z, predicted, task), True
                 continue
             break
-        if not quick and not fresh:
+        if quick and known is not None:
+            columns, _ = self._first(task, z, predicted, known)
+        elif not fresh:
             columns = self._jacobian(z, predicted, task)
         return self._result(z, terms, task, predicted, chi2, columns, count)
 

@@ -55,15 +55,15 @@ def make_gram(
     for r in range(runs.runs):
         block, ends, loose = [], [], []
         for c in chosen:
-            white = np.zeros((m, len(whitener.picks)), dtype=np.float32)
+            white = np.zeros((m, len(whitener.picks)))
             if len(alive[c]):
                 white[alive[c]] = whitener.apply(columns[alive[c], c, r], r, c)
             block.append(white)
             ends.append(whitener.apply(residual[c, r], r, c))
             loose.append(whitener.apply(stiff[:, c, r], r, c) * scatter[:, None])
-        s = np.concatenate(block, axis=1).astype(np.float64)
-        e = np.concatenate(ends).astype(np.float64)
-        g = np.concatenate(loose, axis=1).astype(np.float64)
+        s = np.concatenate(block, axis=1)
+        e = np.concatenate(ends)
+        g = np.concatenate(loose, axis=1)
         products[r], scores[r], energy[r] = s @ s.T, s @ e, e @ e
         if len(g) and np.any(scatter > 0.0):
             inner = np.linalg.inv(np.eye(len(g)) + g @ g.T)

@@ -43,13 +43,15 @@ class Whitener:
     base_of: np.ndarray
     """(runs,) time base"""
     noises: list[ChannelNoise]
-    scatter: np.ndarray
-    """(stiff directions,) standard deviation from run to run, in parameter scale"""
+    roughness: np.ndarray | None = None
+    """(runs, samples) factor on the noise"""
 
     def apply(self, values: np.ndarray, run: int, channel: int) -> np.ndarray:
         """Whiten values (..., samples) of one run and channel: (..., picks)."""
         factor = self.factors[channel, int(self.base_of[run])]
-        picked = np.asarray(values[..., self.picks], dtype=np.float32)
+        picked = values[..., self.picks]
+        if self.roughness is not None:
+            picked = picked / self.roughness[run, self.picks]
         return (picked @ factor.T) / self.noises[channel].scale[run]
 
 
@@ -161,8 +163,8 @@ def make_whitener(runs: RunSet, noises: list[ChannelNoise]) -> Whitener:
             covariance[np.diag_indices_from(covariance)] *= 1.0 + 1e-6
             lower = cholesky(covariance, lower=True)
             inverse = solve_triangular(lower, np.eye(len(lower)), lower=True)
-            factors[c, b] = inverse.astype(np.float32)
-    return Whitener(picks, factors, base_of, noises, np.zeros(0))
+            factors[c, b] = inverse
+    return Whitener(picks, factors, base_of, noises, runs.roughness)
 
 
 def _time_bases(runs: RunSet) -> tuple[np.ndarray, list[np.ndarray]]:

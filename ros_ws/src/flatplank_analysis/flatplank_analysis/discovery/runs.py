@@ -47,6 +47,9 @@ class RunSet:
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
     units: tuple[str, ...] = ()
     """unit of every channel"""
+    roughness: np.ndarray | None = None
+    """(runs, samples) factor >= 1 on the noise where the model is known to be rough; for
+    decisions only"""
     facts: Mapping[str, np.ndarray] = field(default_factory=dict)
     """numbers per run that effects may want (start angle, nominal load ...), shape (runs,)"""
 
@@ -105,6 +108,7 @@ class RunSet:
             time=self.time[keep],
             order=self.order[keep],
             used=self.used[keep],
+            roughness=None if self.roughness is None else self.roughness[keep],
             coordinates={
                 k: replace(c, values=c.values[keep]) for k, c in self.coordinates.items()
             },

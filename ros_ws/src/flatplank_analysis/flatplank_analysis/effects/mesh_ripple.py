@@ -11,6 +11,7 @@ from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, TireEffect
 from flatplank_analysis.effects.waves import periods
+from flatplank_analysis.tirebase.grid import FILTER, SPEED
 
 
 @dataclass(frozen=True)
@@ -54,5 +55,8 @@ class MeshRipple(TireEffect):
 
     def motion(self, motion: Motion) -> None:
         phase = 2.0 * np.pi * motion.data.position / self.period
+        # the measured motion went through the filter, so this one must too
+        damp = np.exp(-0.5 * (2.0 * np.pi * FILTER * SPEED / self.period) ** 2)
         wave = self.cos * (np.cos(phase) - 1.0) + self.sin * np.sin(phase)
+        wave = damp * wave
         motion.travel += np.diff(wave, axis=-1, prepend=wave[..., :1])

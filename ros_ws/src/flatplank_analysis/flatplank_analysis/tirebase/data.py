@@ -21,6 +21,9 @@ from flatplank_analysis.tirebase.grid import (
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 START = 0.0005
 """[m] plank travel that counts as started"""
+START_TRAVEL, START_ROUGH = 0.08, 2.5
+"""[m], 1: over the first travel the locked tire is only roughly modelled, the same in all runs, so
+that no scatter would warn"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
 
@@ -209,6 +212,7 @@ def _assemble(tables: list[MeasurementTable], stack: dict[str, np.ndarray]) -> T
         used=np.ones(position.shape, dtype=bool),
         coordinates=_coordinates(stack, position, since, turn, slip, load, facts),
         units=("N",) * len(channels),
+        roughness=1.0 + (START_ROUGH - 1.0) * (position < START_TRAVEL),
         facts=facts,
     )
     return TireRuns(

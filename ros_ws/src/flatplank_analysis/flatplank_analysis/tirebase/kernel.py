@@ -2,7 +2,11 @@
 """One step of the contact-patch model over a node, compiled; (7.13)-(7.20) with the patch mass
 quasi-static, driven by increments of travel.
 
-    sigma_c(k) dk + k (ds + ns dw) + d(deflection of carcass, play, creep) = slip travel dw
+    patch travel W(k) + d(deflection of carcass, play, creep) = slip travel dw
+
+The contact slip k follows the slip of the patch with two states over the travel (ds + ns dw):
+(1 + w x/6) / (1 + x/2 + w x^2/12), x = 2 sigma_c d/ds. w = 0 is the first order of the thesis,
+(7.16); w = 1 has the mean delay 2/3 sigma_c and the short-wave stiffness of a row of bristles.
 
 In the steady state k = kappa/(1 + ns kappa): ns = 0 is the thesis's form, ns = 1 a patch whose
 bristles run through the contact with the wheel. While the carcass deflects, the bristles still
@@ -21,19 +25,20 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
+    "play_rest", "memory", "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, LAW,
-) = range(25)  # fmt: skip
+    PLAY_REST, MEMORY, LAW,
+) = range(26)  # fmt: skip
 WIDTH = len(NAMES)
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
 """contact slips of the free law; negative first, falling, then positive, rising"""
 
-_TINY = 0.01
+SLIDING = 0.08
+"""adhesion share that is left to a sliding patch"""
 
 
 @njit(cache=True, nogil=True)
@@ -148,14 +153,17 @@ def patch_length(k, load, friction, p, nominal):
     """Relaxation length of the patch (7.17)-(7.19) [m]."""
     theta = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * friction * nominal)
     near = abs(k) / (1.0 + k) if k > -0.5 else 2.0 * abs(k)
-    m = max(1.0 - theta * near, _TINY)
+    # a smooth lower limit: with (7.18) as it is a sliding patch would vibrate from node to node
+    free = 1.0 - theta * near
+    m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + (free * free + 0.04) ** 0.5)
     half = p[HALF] * (1.0 + 0.6 * (load / nominal - 1.0))
     return m * half / (1.0 + max(k, -0.5))
 
 
 @njit(cache=True, nogil=True)
-def advance(k0, f0, x0, creep0, slope0, ds, dw, dt, load, friction, p, nominal, ratio, cross):
-    """New contact slip, force, deflection, creep and slope of the law after one node."""
+def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
+    """State (slip, force, deflection, creep, slope of the law, patch rate) after one node."""
+    k0, f0, x0, creep0, slope0, r0 = old
     if p[LOSS_BRAKE] != 0.0 or p[LOSS_DRIVE] != 0.0:
         loss = p[LOSS_BRAKE] * min(f0, 0.0) + p[LOSS_DRIVE] * max(f0, 0.0)
         load = load * (1.0 + loss / nominal)
@@ -166,66 +174,74 @@ def advance(k0, f0, x0, creep0, slope0, ds, dw, dt, load, friction, p, nominal, 
         creep = aim + (creep0 - aim) * np.exp(-dt / p[CREEP_TIME])
         dw = dw - (creep - creep0)
     ds = max(ds + p[DENOM] * dw, 0.0)
+    alpha, gamma = p[MEMORY] / 6.0, p[MEMORY] / 12.0
     sigma = patch_length(k0, load, friction, p, nominal)
-    weight = 0.5
+    late = 0.5
     if ds > 0.0:
-        weight = max(0.5, 1.0 - (sigma + max(slope0, 0.0) / p[CARCASS]) / ds)
-    k1 = k0
+        late = max(0.5, 1.0 - (sigma + max(slope0, 0.0) / p[CARCASS]) / ds)
+    k1, fk, xk, slope = k0, f0, x0, slope0
     low, high = -1.0e3, 1.0e3
-    fk = f0
-    xk = x0
-    slope = slope0
+    t = 2.0 * sigma
+    patch = 0.0
     # safeguarded Newton: the left side grows with k1 as long as the law does not fall steeply
     for _ in range(60):
-        sig = 0.5 * (sigma + patch_length(k1, load, friction, p, nominal))
+        t = sigma + patch_length(k1, load, friction, p, nominal)
+        under = alpha * t + late * ds
+        rise = gamma * t * t + 0.5 * late * ds * t
+        patch = (
+            rise * (k1 - k0) - ds * t * r0 + late * ds * ds * (late * k1 + (1.0 - late) * k0)
+        ) / under
         fk, slope = tire_force(k1, load, friction, p, nominal, ratio, cross)
         xk, flex = deflection(fk, p)
-        miss = sig * (k1 - k0) + ds * (weight * k1 + (1.0 - weight) * k0) + xk - x0 - dw
+        miss = patch + xk - x0 - dw
         if miss > 0.0:
             high = k1
         else:
             low = k1
-        rate = sig + ds * weight + max(slope, 0.0) * flex
-        trial = k1 - miss / rate
+        stiff = (rise + late * late * ds * ds) / under
+        trial = k1 - miss / (stiff + max(slope, 0.0) * flex)
         if (trial <= low or trial >= high) and high - low < 1.0e3:
             trial = 0.5 * (low + high)
         move = trial - k1
         k1 = trial
         if abs(move) < 1e-6:
-            # the last step is so small that force and deflection follow their slopes
+            # the last step is so small that everything follows its slope
             fk += slope * move
             xk += slope * flex * move
+            patch += stiff * move
             break
-    return k1, fk, xk, creep, slope
+    r1 = r0 - 0.5 * (k1 - k0) + (patch - ds * (late * k1 + (1.0 - late) * k0)) / t
+    return k1, fk, xk, creep, slope, r1
 
 
 @njit(cache=True, nogil=True)
 def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
     """One node of all elements in x (axis 0 index 0) and y (1).
 
-    state (5, 2, elements) is updated in place; dw (2, elements); params (2, elements, WIDTH).
+    state (6, 2, elements) is updated in place; dw (2, elements); params (2, elements, WIDTH).
     """
     for e in range(ds.shape[0]):
         rate = abs(ds[e]) / dt[e] / speed if dt[e] > 0.0 else 0.0
-        kx, ky = state[0, 0, e], state[0, 1, e]
+        ky = state[0, 1, e]
         for axis in range(2):
             p = params[axis, e]
-            other = params[1 - axis, e]
-            kc = ky if axis == 0 else kx
-            cross = p[COMBINE] * kc * other[STIFF] / p[STIFF]
-            k, f, x, creep, slope = advance(
-                state[0, axis, e], state[1, axis, e], state[2, axis, e], state[3, axis, e],
-                state[4, axis, e], ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e],
-                rate, cross,
+            kc = ky if axis == 0 else state[0, 0, e]
+            cross = p[COMBINE] * kc * params[1 - axis, e][STIFF] / p[STIFF]
+            old = (
+                state[0, axis, e], state[1, axis, e], state[2, axis, e],
+                state[3, axis, e], state[4, axis, e], state[5, axis, e],
             )  # fmt: skip
-            state[0, axis, e], state[1, axis, e] = k, f
-            state[2, axis, e], state[3, axis, e], state[4, axis, e] = x, creep, slope
+            new = advance(
+                old, ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross
+            )
+            for i in range(6):
+                state[i, axis, e] = new[i]
 
 
 @njit(cache=True, nogil=True)
 def rest(params):
-    """State at standstill without force, shape (5, 2, elements)."""
-    state = np.zeros((5, 2, params.shape[1]))
+    """State at standstill without force, shape (6, 2, elements)."""
+    state = np.zeros((6, 2, params.shape[1]))
     for axis in range(2):
         for e in range(params.shape[1]):
             state[2, axis, e] = start_deflection(params[axis, e])
@@ -246,21 +262,14 @@ def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first
         both = cross_x != 0.0 or cross_y != 0.0
         do_x = todo[0, e] or both
         do_y = todo[1, e] or both
-        kx = ky = fx = fy = cx = cy = gx = gy = 0.0
-        xx = start_deflection(px)
-        xy = start_deflection(py)
+        x = (0.0, 0.0, start_deflection(px), 0.0, 0.0, 0.0)
+        y = (0.0, 0.0, start_deflection(py), 0.0, 0.0, 0.0)
         for n in range(ds.shape[1]):
             step, s, w, mu = dt[e, n], ds[e, n], load[e, n], friction[e, n]
             rate = abs(s) / step / speed if step > 0.0 else 0.0
             if do_x:
-                kx, fx, xx, cx, gx = advance(
-                    kx, fx, xx, cx, gx, s, dw[0, e, n], step, w, mu, px, nominal[e], rate,
-                    cross_x * ky,
-                )  # fmt: skip
-                force[0, e, n] = fx
+                x = advance(x, s, dw[0, e, n], step, w, mu, px, nominal[e], rate, cross_x * y[0])
+                force[0, e, n] = x[1]
             if do_y:
-                ky, fy, xy, cy, gy = advance(
-                    ky, fy, xy, cy, gy, s, dw[1, e, n], step, w, mu, py, nominal[e], rate,
-                    cross_y * kx,
-                )  # fmt: skip
-                force[1, e, n] = fy
+                y = advance(y, s, dw[1, e, n], step, w, mu, py, nominal[e], rate, cross_y * x[0])
+                force[1, e, n] = y[1]

@@ -124,7 +124,7 @@ class TireModel:
             p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
             p[..., kernel.PEAK] = peak
             p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
-            for name in ("shape", "fall", "round", "tread"):
+            for name in ("shape", "fall", "round", "tread", "memory"):
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
             p[..., kernel.PLAY_SOFT] = 10.0
