@@ -92,8 +92,8 @@ def test_linear_error_counts_correlated_samples_as_few() -> None:
 
 
 def test_linear_condition_knows_its_scatter() -> None:
-    runs = simulate_linear({-0.02: (0.4, 9e4), 0.02: (0.4, 9e4), 0.01: (0.45, 9.5e4)},
-                           np.random.default_rng(3), starts=6, noise=3.0, scatter=0.03)  # fmt: skip
+    truth = {-0.02: (0.4, 9e4), 0.02: (0.4, 9e4), 0.01: (0.45, 9.5e4)}
+    runs = simulate_linear(truth, np.random.default_rng(3), starts=6, noise=3.0, scatter=0.03)
     found = fit_linear(runs)
     assert found.scatter["sigma"] == pytest.approx(0.03, rel=0.5)
     level = {lv.level: lv for lv in found.levels}[0.02]

@@ -215,7 +215,7 @@ def document(found: Mapping[str, Sequence[Coverage]], draws: int) -> str:
         "is the fitted model itself with autocorrelated noise and run-to-run scatter, so this\n"
         "page says whether the stated intervals are honest, not whether the model is right.\n"
         "*spread* is the standard deviation of the estimates over the draws, *stated* the\n"
-        "standard error that the fits gave. With 200 draws a share of 90 % is known to 2 points.\n\n"
+        "standard error that the fits gave. With 200 draws a share of 90 % is known to 2 %.\n\n"
     )
     return head + "\n".join(table(rows, name) for name, rows in found.items())
 
