@@ -48,13 +48,13 @@ COLUMN = {signal.key: i for i, signal in enumerate(SIGNALS)}
 BY_KEY = {signal.key: signal for signal in SIGNALS}
 
 RIBBON = (
-    ("Force at the contact point", ("fx", "fy", "fz")),
-    ("Moment at the contact point", ("mx", "my", "mz")),
-    ("Plank", ("x", "v")),
-    ("Wheel", ("theta", "omega", "rl")),
-    ("Angles", ("steer", "camber")),
+    ("Force, contact point", {"fx": "Fx", "fy": "Fy", "fz": "Fz"}),
+    ("Moment, contact point", {"mx": "Mx", "my": "My", "mz": "Mz"}),
+    ("Plank", {"x": "position", "v": "speed"}),
+    ("Wheel", {"theta": "angle", "omega": "speed", "rl": "loaded radius"}),
+    ("Angles", {"steer": "steering", "camber": "road camber"}),
 )
-"""Groups of the ribbon."""
+"""Groups of the ribbon: key -> short name."""
 
 FORCE_PLOTS = ("fx", "fy", "fz", "mx", "my", "mz")
 DRIVE_PLOTS = (("pos", "pos_ref"), ("vel", "vel_ref"), ("tq", "tq_ref"))

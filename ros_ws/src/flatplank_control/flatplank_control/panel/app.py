@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The web application: routes, guard, and the two clocks (live data, supervision of the charge)."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+from flatplank_control.panel.access import Guard
+from flatplank_control.panel.live import PUSH_HZ, Live
+from flatplank_control.panel.operator import Operator
+from flatplank_control.panel.views import bench, shell
+from flatplank_control.panel.views.page import Page
+from nicegui import Client, app, background_tasks, ui
+
+STATIC = Path(__file__).parent / "static"
+SUPERVISE_HZ = 5
+TABS: dict[str, Callable[[Page], None]] = {"Bench": bench.build}
+
+
+def serve(operator: Operator, host: str, port: int, token: str = "") -> None:
+    """Run until the process is told to end."""
+    live = Live(operator.link.state)
+    app.add_static_files("/assets", STATIC, max_cache_age=0)
+    app.add_middleware(Guard, host=host, token=token)
+
+    @ui.page("/", title="Flat Plank")
+    async def index(client: Client, tab: str = "") -> None:
+        page = Page(operator, client)
+        shell.build(page, TABS, tab if tab in TABS else next(iter(TABS)))
+        await client.connected()
+        client.run_javascript(live.start())
+
+    async def push() -> None:
+        while True:
+            await asyncio.sleep(1.0 / PUSH_HZ)
+            message = live.tick()
+            for client in list(Client.instances.values()):
+                if client.has_socket_connection:
+                    client.run_javascript(message)
+
+    async def supervise() -> None:
+        while True:
+            await asyncio.sleep(1.0 / SUPERVISE_HZ)
+            await operator.supervise()
+
+    def begin() -> None:
+        background_tasks.create(push(), name="live data")
+        background_tasks.create(supervise(), name="charge")
+
+    app.on_startup(begin)
+    app.on_shutdown(operator.host.stop)
+    ui.run(
+        host=host, port=port, title="Flat Plank", reload=False, show=False, show_welcome_message=False,
+        favicon="⏺", reconnect_timeout=3.0,
+    )  # fmt: skip

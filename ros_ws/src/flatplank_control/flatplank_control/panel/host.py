@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bench that this panel has started itself, if any."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.setup import BUSES, BenchSetup
+from flatplank_control.panel import validation
+
+TIRES = ("toyo", "continental", "michelin", "racing")
+PRESETS = ("", "thesis2023")
+KINDS = {"sim": "Simulated", "emulated": "Emulated bus", "lab": "Lab"}
+
+
+class Host:
+    """Starts and ends the nodes of a bench."""
+
+    def __init__(self, data: Path, log: Path) -> None:
+        self.data, self.log = data, log
+        self.setup: BenchSetup | None = None
+        self._processes: BenchProcesses | None = None
+
+    @property
+    def running(self) -> bool:
+        return self._processes is not None
+
+    def start(self, kind: str, tire: str, preset: str, seed: object = 1) -> BenchSetup:
+        """Start the nodes; ValueError when something is not known."""
+        if self._processes is not None:
+            raise ValueError("a bench is running already; stop it first")
+        self.setup = BenchSetup(
+            kind=validation.choice(kind, BUSES, "bench"),
+            tire=validation.choice(tire, TIRES, "tire"),
+            preset=validation.choice(preset, PRESETS, "preset"),
+            seed=int(validation.number(seed, "seed", 0, 2**31 - 1)),
+            data=str(self.data),
+        )
+        self._processes = BenchProcesses(self.setup, log=self.log)
+        self._processes.start()
+        return self.setup
+
+    def stop(self) -> None:
+        """End the nodes; nothing happens when there are none."""
+        processes, self._processes = self._processes, None
+        if processes is not None:
+            processes.stop()
+
+    def ended(self) -> dict[str, int]:
+        """Nodes that have ended by themselves."""
+        return self._processes.ended() if self._processes else {}

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Live data to every open page, ten times a second: one message, made once, for all of them."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from typing import Any
+
+import numpy as np
+
+from flatplank_control.panel.bench_state import BenchState
+from flatplank_control.panel.signals import SIGNALS
+
+PUSH_HZ = 10
+HISTORY = 2400
+"""rows that a new page gets"""
+DIGITS = 6
+"""significant digits on the wire"""
+
+
+def rows_of(table: np.ndarray) -> list[list[float | None]]:
+    """Short numbers; what is not finite is null."""
+    return [[_short(v) for v in row] for row in table.tolist()]
+
+
+def _short(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
+
+
+class Live:
+    """Makes the messages."""
+
+    def __init__(self, state: BenchState) -> None:
+        self.state = state
+        self._serial = state.ring.serial
+        self.pushed = 0
+
+    def tick(self) -> str:
+        """JavaScript call with what is new since the last tick."""
+        now = time.monotonic()
+        rows = rows_of(self.state.ring.since(self._serial))
+        self._serial = self.state.ring.serial
+        self.pushed += 1
+        message: dict[str, Any] = {
+            "serial": self._serial,
+            "rows": rows,
+            "live": self.state.running(now),
+            "words": self.state.words(now),
+        }
+        return f"fp.tick({script(message)})"
+
+    def start(self) -> str:
+        """JavaScript call for a page that has just opened."""
+        signals = [{"key": s.key, "digits": s.digits} for s in SIGNALS]
+        first = self.state.ring.serial - HISTORY
+        history = rows_of(self.state.ring.since(first))
+        return f"fp.start({script(signals)}, {script(history)}, {self.state.ring.serial})"
+
+
+def script(value: Any) -> str:
+    """JSON that is safe inside a script: it can neither end a tag nor begin a comment."""
+    text = json.dumps(value, allow_nan=False, ensure_ascii=True)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

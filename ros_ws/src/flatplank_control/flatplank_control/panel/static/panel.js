@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// The live part of the page: a table of fixed size, numbers as text, lines in the charts. The layout and all
+// decisions are the server's.
+(() => {
+  const KEEP = 6000; // rows of live data, five minutes
+  const POINTS = 600; // points per line at most
+  const DRAW_MS = 180; // charts are drawn at most so often
+  const fp = {
+    signals: [], rows: [], serial: 0, axis: "t", seconds: 60, charts: [], inCharge: false,
+    ticks: 0, tickTimes: [], drawn: 0,
+  };
+  window.fp = fp;
+
+  fp.start = (signals, rows, serial) => {
+    fp.signals = signals;
+    fp.rows = rows;
+    fp.serial = serial;
+  };
+
+  // one message from the server: new rows, numbers of the ribbon, words of the chips
+  fp.tick = (message) => {
+    fp.ticks += 1;
+    fp.tickTimes.push(performance.now());
+    if (fp.tickTimes.length > 100) fp.tickTimes.shift();
+    const fresh = message.rows.slice(Math.max(0, message.rows.length - (message.serial - fp.serial)));
+    if (message.serial < fp.serial) fp.rows = [];
+    fp.serial = message.serial;
+    for (const row of fresh) fp.rows.push(row);
+    if (fp.rows.length > KEEP * 1.2) fp.rows = fp.rows.slice(-KEEP);
+    const last = fp.rows[fp.rows.length - 1];
+    if (last && message.live) {
+      fp.signals.forEach((s, i) => setText("key", s.key, format(last[i], s.digits)));
+    } else {
+      fp.signals.forEach((s) => setText("key", s.key, "–"));
+    }
+    for (const [word, text] of Object.entries(message.words)) setText("word", word, text || "–");
+    document.body.dataset.live = message.live ? "yes" : "no";
+    if (fresh.length || message.redraw) fp.draw();
+  };
+
+  fp.rate = () => {
+    const t = fp.tickTimes;
+    return t.length > 1 ? (1000 * (t.length - 1)) / (t[t.length - 1] - t[0]) : 0;
+  };
+
+  const setText = (kind, name, text) => {
+    for (const e of document.querySelectorAll(`[data-${kind}="${name}"]`)) {
+      if (e.textContent !== text) {
+        e.textContent = text;
+        e.dataset.value = text;
+      }
+    }
+  };
+
+  const format = (value, digits) =>
+    value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−");
+
+  fp.show = (axis, seconds) => {
+    fp.axis = axis;
+    fp.seconds = seconds;
+    fp.draw(true);
+  };
+
+  fp.register = (id, panels) => {
+    fp.charts = fp.charts.filter((c) => c.id !== id);
+    fp.charts.push({ id, panels });
+    setTimeout(() => fp.draw(true), 300);
+  };
+
+  fp.draw = (now) => {
+    const time = performance.now();
+    if (!now && (time - fp.drawn < DRAW_MS || document.hidden)) return;
+    fp.drawn = time;
+    const column = Object.fromEntries(fp.signals.map((s, i) => [s.key, i]));
+    const xi = column[fp.axis];
+    const ti = column.t;
+    const last = fp.rows.length ? fp.rows[fp.rows.length - 1][ti] : 0;
+    let first = fp.rows.length;
+    while (first > 0 && fp.rows[first - 1][ti] > last - fp.seconds) first -= 1;
+    const step = Math.max(1, Math.ceil((fp.rows.length - first) / POINTS));
+    const shown = [];
+    for (let i = first; i < fp.rows.length; i += step) shown.push(fp.rows[i]);
+    for (const chart of fp.charts) {
+      const element = window.getElement(chart.id);
+      if (!element || !element.chart || !element.$el.offsetParent) continue;
+      const series = [];
+      for (const panel of chart.panels)
+        for (const key of panel) series.push({ data: shown.map((r) => [r[xi], r[column[key]]]) });
+      const range = fp.axis === "t" ? { min: Math.max(0, last - fp.seconds), max: Math.max(last, fp.seconds) } : { min: null, max: null };
+      element.chart.setOption({ series, xAxis: chart.panels.map(() => range) }, { lazyUpdate: false });
+    }
+  };
+
+  fp.charge = (mine) => {
+    fp.inCharge = mine;
+  };
+  const clock = new Worker("/assets/beat.js");
+  clock.onmessage = () => {
+    if (fp.inCharge) window.emitEvent("beat");
+  };
+})();
