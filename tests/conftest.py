@@ -1,9 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What holds for every test: long ones only on demand."""
+"""What holds for every test: a quiet environment, and long ones only on demand."""
 
 from __future__ import annotations
 
+import os
+
 import pytest
+
+# One thread per process: two cores are shared by the nodes of a graph, and numbers repeat.
+# Fast DDS: UDP on loopback, for shared memory leaves locks behind when a test kills a node.
+os.environ |= {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MPLBACKEND": "Agg",
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
