@@ -82,6 +82,8 @@ def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
     assert scenario.reason in seen["during"]["reason"]
     for counter in scenario.grows:
         assert seen["after"][counter] > seen["before"][counter], counter
+    steps = seen["before"]["recovery"], seen["after"]["recovery"]
+    assert steps[0].get("RESCAN", 0) == steps[1].get("RESCAN", 0), "mended by less than a scan"
     for rung in scenario.rungs:
         taken = seen["after"]["recovery"].get(rung, 0)
         assert taken > seen["before"]["recovery"].get(rung, 0), rung

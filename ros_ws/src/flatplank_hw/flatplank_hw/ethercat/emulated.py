@@ -18,6 +18,7 @@ from typing import Any
 from flatplank_hw.ethercat.emulator.control import Control
 from flatplank_hw.ethercat.master import BusClient, BusError
 from flatplank_hw.ethercat.namespace import EMULATOR, MASTER, BenchNamespace
+from flatplank_hw.ethercat.programs import environment
 
 PATIENCE_MS = 12.0
 """how late an answer may be: emulator and master share a computer that has other work"""
@@ -42,6 +43,7 @@ class EmulatorProcess:
         words += ["--control", self.control_path, "--with-parent", *arguments]
         self.process = subprocess.Popen(
             [*words, *["--fifo"] * fifo],
+            env=environment(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -53,7 +53,9 @@ def make(options: argparse.Namespace) -> Runner:
     if options.rate:
         bus = replace(bus, rate_hz=options.rate)
     pairs = dict(text.partition("=")[::2] for text in options.option)
-    bench = EmulatedBench(bus, make_plant(options.plant, bus.rate_hz, options.seed, pairs))
+    axes = [s.axis for s in bus.slaves if s.axis]
+    plant = make_plant(options.plant, bus.rate_hz, options.seed, pairs, axes)
+    bench = EmulatedBench(bus, plant)
     port = Port(options.interface)
     wire = Wire(max_age_ns=round(options.max_age_ms * 1e6), seed=options.seed)
     runner = Runner(bench, wire, port)

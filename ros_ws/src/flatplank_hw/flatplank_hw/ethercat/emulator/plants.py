@@ -5,15 +5,21 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from typing import Any
 
 from flatplank_hw.ethercat.emulator.bench import PlantLike
 
 
-def make_plant(spec: str, rate_hz: int, seed: int, options: dict[str, str]) -> PlantLike:
-    """'simulated' or 'module:function'; a factory is called with rate_hz, seed and the options."""
+def make_plant(
+    spec: str, rate_hz: int, seed: int, options: dict[str, str], axes: Sequence[str]
+) -> PlantLike:
+    """'simulated' or 'module:function'; a factory is called with rate_hz, seed and the options.
+
+    axes: those that have a drive on the bus.
+    """
     if spec == "simulated":
-        return _simulated(rate_hz, seed, options)
+        return _simulated(rate_hz, seed, options, axes)
     module, _, name = spec.partition(":")
     try:
         factory: Any = getattr(importlib.import_module(module), name)
@@ -24,11 +30,14 @@ def make_plant(spec: str, rate_hz: int, seed: int, options: dict[str, str]) -> P
     return factory(rate_hz=rate_hz, seed=seed, **options)
 
 
-def _simulated(rate_hz: int, seed: int, options: dict[str, str]) -> PlantLike:
+def _simulated(rate_hz: int, seed: int, options: dict[str, str], axes: Sequence[str]) -> PlantLike:
     from flatplank_hw.plant import Plant, PlantConfig
 
     tire = options.get("tire", "toyo")
     config = PlantConfig.load(
-        tire, preset=options.get("preset") or None, file=options.get("config") or None
+        tire,
+        preset=options.get("preset") or None,
+        file=options.get("config") or None,
+        overrides={"driven_axes": list(axes)},
     )
     return Plant(config, seed, rate_hz)

@@ -23,6 +23,7 @@ from typing import Any
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Health
 from flatplank_hw.ethercat.master import messages
 from flatplank_hw.ethercat.master.errors import BusError
+from flatplank_hw.ethercat.programs import environment
 from flatplank_hw.ethercat.reader import read_bus_file
 
 SILENCE_S = 0.05
@@ -92,6 +93,7 @@ class BusClient:
         self.process = subprocess.Popen(
             words,
             pass_fds=(data.fileno(), control.fileno()),
+            env=environment(),
             stdin=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
