@@ -19,11 +19,16 @@ from flatplank_analysis.identify import (
     StepRun,
     fit_campaign,
     fit_carcass,
+    fit_lateral_carcass,
     fit_linear,
+    lateral_run,
     linear_run,
     step_run,
 )
+from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.contact import TOYO
+from flatplank_analysis.models.nonlinear import NonlinearY
+from flatplank_analysis.models.steady_law import table_law
 
 QUIET = Truth(noise=1e-6, gain_scatter=0.0, slip_scatter=0.0, carcass_scatter=0.0)
 X = np.arange(-0.1, 2.6, 0.001)
@@ -195,6 +200,42 @@ def test_step_run_from_a_table() -> None:
         step_run(MeasurementTable(table.columns, replace(table.info, step_position=math.nan)))
     with pytest.raises(FlatplankError, match="ends before the step"):
         step_run(MeasurementTable(table.columns, replace(table.info, step_position=4.099)))
+
+
+def _start_at_angle(alpha_deg: float, number: int) -> MeasurementTable:
+    """A tire that rolls from rest at a slip angle, by the nonlinear model in y."""
+    x = np.linspace(0.0, 2.0, 2001)
+    tangent = math.tan(math.radians(alpha_deg))
+    slips = np.tan(np.radians(np.linspace(-9.0, 9.0, 19)))
+    law = table_law(slips, -3300.0 * np.sin(1.4 * np.arctan(13.0 * slips)))
+    inputs = slip_inputs(x, 0.0, 3700.0, alpha=math.radians(alpha_deg))
+    model = NonlinearY(lambda _: law, friction=0.97)
+    force = model.simulate(np.array([[1.2e5]]), inputs)[0, 0]
+    rest = np.zeros(50)
+    columns = {
+        "plank_position": np.concatenate([rest, x]),
+        "fy": np.concatenate([rest, force]) + 0.5 * np.sin(np.arange(2051) + number),
+        "fz": np.full(2051, 3700.0),
+    }
+    info = RunInfo(f"y{number}.parquet", fz=3700.0, pressure=2.5, alpha_deg=alpha_deg,
+                   start=1 + number % 3, step_position=1.9)  # fmt: skip
+    assert tangent * force[-1] <= 0.0
+    return MeasurementTable(columns, info)
+
+
+def test_lateral_carcass_and_relaxation_from_the_start_of_rolling() -> None:
+    angles = (-8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0)
+    runs = [lateral_run(_start_at_angle(a, i)) for a in angles for i in range(3)]
+    found = fit_lateral_carcass(runs)
+    assert found.c_cx.name == "c_cy"
+    assert found.c_cx.value == pytest.approx(1.2e5, rel=0.02)
+    tangent = math.tan(math.radians(1.0))
+    stiffness = 3300.0 * math.sin(1.4 * math.atan(13.0 * tangent)) / tangent
+    assert found.slip_stiffness.value == pytest.approx(stiffness, rel=0.03)
+    assert found.slip_stiffness.unit == "N/rad"
+    linear = {lv.level: lv for lv in fit_linear(runs).levels}
+    sigma = stiffness / 1.2e5 + float(TOYO.half_length(3700.0, 250e3))
+    assert linear[1.0].sigma.value == pytest.approx(sigma, rel=0.12)
 
 
 def test_campaign_fits_go_on_past_a_bad_condition() -> None:

@@ -157,6 +157,25 @@ def test_radius_stiffness_and_contact() -> None:
     np.testing.assert_allclose(again, rows["re"], atol=1e-4)
 
 
+def test_radius_over_side_slip_and_camber() -> None:
+    c = shipped_tir().replaced({"Q_REA": 0.3, "Q_REG": -0.2}).coefficients
+    slips, cambers = np.radians((0.0, 2.0, 5.0, 10.0)), np.radians((0.0, 5.0))
+    rows = [(f, a, g) for f in (1850.0, 2800.0, 3700.0, 5550.0) for a in slips for g in cambers]
+    fz, alpha, gamma = np.array(rows).T
+    o = operating_point(c, fz, 0.0, alpha, gamma, 2.5e5, 0.03)
+    re = shape.effective_radius(c, o, 0.0) + 2e-5 * (-1.0) ** np.arange(len(fz))
+    points = steady_points({"re": re}, fz=fz, alpha=alpha, gamma=gamma, pressure=2.5e5)
+    settings = MFSettings(stages=("radius",))
+    found = fit_magic_formula(points, shipped_tir(), settings).estimates
+    assert found["Q_REA"].value == pytest.approx(0.3, abs=0.02)
+    assert found["Q_REG"].value == pytest.approx(-0.2, abs=0.05)
+    straight = points.rows(points.alpha == 0.0)
+    lone = fit_magic_formula(straight, shipped_tir(), settings)
+    assert not lone.estimates["Q_REA"].determined
+    said = next(s for s in lone.confusions if "Q_REA" in s.names)
+    assert "slip angle" in said.statement + said.remedy
+
+
 def test_camber_and_side_force_with_moment() -> None:
     moment = {"QBZ1": 9.0, "QCZ1": 1.2, "QDZ1": 0.11, "QEZ1": -1.0, "QDZ8": -0.05}
     side = {"PKY2": 1.6, "PKY4": 2.0, "PKY6": -0.9}

@@ -33,10 +33,11 @@ def measure(count: int = COUNT, repeats: int = 3) -> dict[str, float]:
         rng.uniform(low, high, count)
         for low, high in ((1e3, 7e3), (-0.2, 0.2), (-0.2, 0.2), (-0.09, 0.09), (1.8e5, 3e5))
     ]
+    fz, kappa, alpha, gamma, pressure = inputs
     c, times = full_set(), []
     for _ in range(repeats):
         begin = time.perf_counter()
-        steady_forces(c, *inputs, 0.03)
+        steady_forces(c, fz, kappa, alpha, gamma, pressure, 0.03)
         times.append(time.perf_counter() - begin)
     return {"evaluations": count, "time_s": min(times), "per_second": count / min(times)}
 

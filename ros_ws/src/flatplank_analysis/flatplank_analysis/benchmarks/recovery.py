@@ -76,12 +76,11 @@ def draw_mf(seed: int) -> dict[str, tuple[float, Estimate]]:
     rng = np.random.default_rng(seed)
     start = shipped_tir().replaced({"PKY4": 2.0})
     truth = start.replaced(MF_TRUTH).coefficients
-    axes = _design()
-    forces = np.array(steady_forces(truth, *axes, 0.03))
-    gain = 1.0 + SCATTER * rng.standard_normal(len(axes[0]))
+    fz, kappa, alpha, gamma, pressure = _design()
+    forces = np.array(steady_forces(truth, fz, kappa, alpha, gamma, pressure, 0.03))
+    gain = 1.0 + SCATTER * rng.standard_normal(len(fz))
     noise = rng.standard_normal(forces.shape) * np.array([[10.0], [10.0], [0.6]])
-    fz, kappa, alpha, gamma, pressure = axes
-    o = operating_point(truth, *axes, 0.03)
+    o = operating_point(truth, fz, kappa, alpha, gamma, pressure, 0.03)
 
     def spread(value: np.ndarray, part: float) -> np.ndarray:
         return value * (1.0 + part * rng.standard_normal(len(fz)))

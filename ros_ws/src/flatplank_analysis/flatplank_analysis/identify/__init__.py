@@ -5,6 +5,7 @@ from .campaign import ConditionFits, fit_campaign
 from .carcass import fit_carcass
 from .carcass_report import CarcassFit
 from .fit_file import FitFile, parse_fit, read_fit_file
+from .lateral import fit_lateral_carcass, lateral_run
 from .linear import LinearFit, linear_run
 from .mf import (
     MFFit,
@@ -50,10 +51,12 @@ __all__ = [
     "by_level",
     "fit_campaign",
     "fit_carcass",
+    "fit_lateral_carcass",
     "fit_linear",
     "fit_magic_formula",
     "fit_noise",
     "is_transient",
+    "lateral_run",
     "linear_run",
     "merge",
     "parse_fit",

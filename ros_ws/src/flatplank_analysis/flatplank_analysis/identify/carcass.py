@@ -21,6 +21,7 @@ def fit_carcass(
     tread_stiffness: float | None = None,
     bounds: tuple[float, float] = (2e4, 5e6),
     refine_curve: bool = True,
+    longitudinal: bool = True,
 ) -> CarcassFit:
     """Identify c_cx [N/m] from all runs of one condition (7.25), (7.26).
 
@@ -41,6 +42,7 @@ def fit_carcass(
         geometry=geometry,
         friction=friction,
         tread_stiffness=tread_stiffness,
+        longitudinal=longitudinal,
     )
     solution = search_carcass(problem, bounds)
     state, done = solve_jointly(problem, float(solution.x[0]), bounds, refine_curve)

@@ -47,6 +47,7 @@ class CarcassProblem:
     geometry: ContactGeometry
     friction: float
     tread_stiffness: float | None
+    longitudinal: bool = True
 
     def simulate(self, lanes: np.ndarray) -> np.ndarray:
         """Model force (lanes, runs, samples); lanes (lanes, 1 + k) of c_cx and curve forces."""
@@ -55,7 +56,13 @@ class CarcassProblem:
 
     def model(self, law: TableLaw) -> TransientModel:
         """The model with this steady law."""
-        return NonlinearX(lambda _: law, self.geometry, self.friction, self.tread_stiffness)
+        return NonlinearX(
+            lambda _: law,
+            self.geometry,
+            self.friction,
+            self.tread_stiffness,
+            longitudinal=self.longitudinal,
+        )
 
     def residuals(self, stiffness: np.ndarray) -> np.ndarray:
         """For the search over c_cx alone: (lanes, 1) -> (lanes, runs * samples)."""
@@ -76,6 +83,7 @@ def carcass_problem(
     geometry: ContactGeometry = TOYO,
     friction: float | None = None,
     tread_stiffness: float | None = None,
+    longitudinal: bool = True,
 ) -> CarcassProblem:
     """Data, weights (7.25) and steady curve of one condition, ready for the search."""
     fits = [run.linear() for run in runs] if fits is None else fits
@@ -98,6 +106,7 @@ def carcass_problem(
         geometry,
         friction,
         tread_stiffness,
+        longitudinal,
     )
 
 

@@ -50,13 +50,15 @@ class NonlinearX:
     friction: float = 0.993
     tread_stiffness: float | None = None
     damping_time: float = 0.0
+    longitudinal: bool = True
+    """Whether slip also changes the distance that a tread element travels (1 + kappa')."""
     name: str = "nonlinear"
     parameters: tuple[Parameter, ...] = field(default=(CARCASS,))
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Fx [N] (lanes, runs, samples)."""
         law = self.law(params)
-        return self._run(law, params, inputs, inputs.slip_x, inputs.start_fx, True)
+        return self._run(law, params, inputs, inputs.slip_x, inputs.start_fx)
 
     def _run(
         self,
@@ -65,7 +67,6 @@ class NonlinearX:
         inputs: RunInputs,
         slip: np.ndarray,
         start: np.ndarray,
-        longitudinal: bool,
     ) -> np.ndarray:
         lanes, (runs, _) = len(params), inputs.shape
         carcass = column(params, 0)
@@ -76,7 +77,7 @@ class NonlinearX:
         else:
             theta = (2.0 * self.tread_stiffness * a**2 / limit)[None]
         shape = (lanes, runs)
-        stepper = _Stepper(law, np.broadcast_to(1.0 / carcass, shape), longitudinal)
+        stepper = _Stepper(law, np.broadcast_to(1.0 / carcass, shape), self.longitudinal)
         state = start_slip(law, np.broadcast_to(start, shape))
         return stepper.march(state, inputs, slip, a, theta, self.damping_time)
 
@@ -86,6 +87,7 @@ class NonlinearY(NonlinearX):
     """Fy over the patch's lateral slip; the law gives Fy over tan(alpha'), falling (ISO W)."""
 
     law: LawMaker = _default_law_y
+    longitudinal: bool = False
     name: str = "nonlinear-y"
     parameters: tuple[Parameter, ...] = (
         Parameter("c_cy", "N/m", 1e5, 1e4, 5e6, "thesis (7.14) in y; Pacejka section 7.3"),
@@ -94,7 +96,7 @@ class NonlinearY(NonlinearX):
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Fy [N] (lanes, runs, samples)."""
         law = _Mirrored(self.law(params))
-        return -self._run(law, params, inputs, inputs.slip_y, -inputs.start_fy, False)
+        return -self._run(law, params, inputs, inputs.slip_y, -inputs.start_fy)
 
 
 @dataclass(frozen=True)

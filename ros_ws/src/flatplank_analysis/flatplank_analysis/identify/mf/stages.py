@@ -153,7 +153,7 @@ STAGES: dict[str, Stage] = {
             _all,
             ("gamma",),
         ),
-        Stage("radius", {"re": "BREFF DREFF FREFF"}, _all),
+        Stage("radius", {"re": "BREFF DREFF FREFF Q_REA Q_REG"}, _all),
         Stage(
             "stiffness",
             {

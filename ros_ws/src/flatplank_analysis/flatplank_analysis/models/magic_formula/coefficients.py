@@ -25,6 +25,9 @@ SECTIONS: dict[str, str] = {
         "PCFX1 PCFX2 PCFX3 PCFY1 PCFY2 PCFY3"
     ),
     "CONTACT_PATCH": "Q_RA1 Q_RA2 Q_RB1 Q_RB2",
+    # Not of MF-Tyre: the thesis measured that R_e depends on side slip and camber (figures 7.30,
+    # 7.31). Other tools pass over a section that they do not know.
+    "FLATPLANK_RADIUS": "Q_REA Q_REG",
     "SCALING_COEFFICIENTS": (
         "LFZO LCX LMUX LEX LKX LHX LVX LCY LMUY LEY LKY LHY LVY LKYC LKZC LTR LRES LXAL LYKA "
         "LVYKA LS LVMX LMX"

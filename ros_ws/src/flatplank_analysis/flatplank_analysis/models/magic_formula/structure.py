@@ -19,10 +19,14 @@ def vertical_stiffness(c: Coefficients, dpi: Value) -> Value:
 
 
 def effective_radius(c: Coefficients, o: OperatingPoint, omega: Value) -> Value:
-    """Effective rolling radius R_e [m] at wheel speed omega [rad/s]."""
+    """Effective rolling radius R_e [m] at wheel speed omega [rad/s].
+
+    Q_REA and Q_REG [1/rad2] add what side slip and camber change; they are zero in MF-Tyre.
+    """
     load = o.fz / c.FNOMIN
     shape = c.DREFF * np.arctan(c.BREFF * load) + c.FREFF * load
-    return free_radius(c, omega) - c.FNOMIN / vertical_stiffness(c, o.dpi) * shape
+    tilt = c.UNLOADED_RADIUS * (c.Q_REA * o.alpha * o.alpha + c.Q_REG * o.gamma * o.gamma)
+    return free_radius(c, omega) - c.FNOMIN / vertical_stiffness(c, o.dpi) * shape + tilt
 
 
 def free_radius(c: Coefficients, omega: Value) -> Value:
