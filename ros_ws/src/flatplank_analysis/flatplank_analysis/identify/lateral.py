@@ -2,8 +2,8 @@
 """The lateral transient: what a tire that starts to roll at a slip angle says of sigma_y, c_cy.
 
 On the flat plank the slip angle is set before the road moves, so the step in side slip is the
-start of the motion. A lateral run is the same kind of object as a slip-step run: -Fy in the place of Fx,
-tan(alpha) in the place of kappa, the slip angle as the level. All fits in x then serve in y.
+start of the motion. A lateral run is the same kind of object as a slip-step run: -Fy in the place
+of Fx, tan(alpha) in the place of kappa, the slip angle as the level. All fits in x then serve in y.
 """
 
 from __future__ import annotations
