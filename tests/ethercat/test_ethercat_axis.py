@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The project's own axis core on the emulated bus: all five axes, every mode, faults and resets."""
+"""The project's own axis core on the emulated bus: five axes, every mode, faults and resets."""
 
 from __future__ import annotations
 
