@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bus changes nothing: the same commands give the same motion as on the simulated plant alone."""
+"""The bus changes nothing: the same commands give the same motion as on the plant alone."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def over_the_bus(bench: Bench) -> list[tuple[int, int, int]]:
 
 
 def test_same_motion_with_the_same_delay() -> None:
-    """A command that this computer delivers a cycle late spoils a trial; three are made at most."""
+    """A command delivered a cycle late spoils a trial; three are made at most."""
     expected = alone()
     assert any(velocity for _, velocity, _ in expected)
     for _ in range(TRIALS):
