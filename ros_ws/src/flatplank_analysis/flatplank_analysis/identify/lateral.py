@@ -3,7 +3,7 @@
 
 On the flat plank the slip angle is set before the road moves, so the step in side slip is the
 start of the motion. A lateral run is the same kind of object as a slip-step run: -Fy in the place
-of Fx, tan(alpha) in the place of kappa, the slip angle as the level. All fits in x then serve in y.
+of Fx, tan(alpha) in the place of kappa, the slip angle as level. All fits in x then serve in y.
 """
 
 from __future__ import annotations

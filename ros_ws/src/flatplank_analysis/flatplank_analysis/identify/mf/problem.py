@@ -102,8 +102,11 @@ class OutputProblem:
                     own[self.free.index(name)] = value
             starts.append(np.clip(own, low, high))
         starts = list({tuple(s): s for s in starts}.values())
-        found = [solve(self.residuals, s, low, high, self.sizes, 1e-9, 200) for s in starts]
-        return min(found, key=lambda s: s.cost)
+        begin = starts[0]
+        if len(starts) > 1:
+            rough = [solve(self.residuals, s, low, high, self.sizes, 1e-3, 40) for s in starts]
+            begin = min(rough, key=lambda s: s.cost).x
+        return solve(self.residuals, begin, low, high, self.sizes, 1e-8, 120)
 
     def prior_information(self, fixed: np.ndarray) -> np.ndarray:
         """Information of stated priors on the coefficients that are not `fixed` (q, q)."""
