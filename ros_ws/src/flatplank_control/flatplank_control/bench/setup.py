@@ -41,6 +41,10 @@ NODES = (
 """What runs beside the bus, whatever the bus is."""
 
 
+FOLLOW_UNTIL = 0.25
+"""the wheel makes up a late start before the earliest slip at 0.3 m [m]"""
+
+
 @dataclass(frozen=True)
 class BenchSetup:
     """A bench to be started; parameters come from the packages' files, then from here."""
@@ -83,7 +87,8 @@ class BenchSetup:
             },
             "ethercat_bus": {"rate_hz": self.rate_hz, "batch": self.batch},
             "encoders": {"rate_hz": rate},
-            "free_rolling_controller": {"rate_hz": graph_rate},
+            "free_rolling_controller": {"rate_hz": graph_rate, "automatic": True},
+            "slip_sequencer": {"rate_hz": graph_rate, "follow_until": FOLLOW_UNTIL},
             "recorder": {"folder": self.data},
             "measurement_runner": {"held": self.pace == "hold"},
         }

@@ -7,7 +7,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from flatplank_control.free_rolling.design import Gains, design
+from flatplank_control.free_rolling.feel import UNKNOWN, Tire
 from flatplank_control.free_rolling.params import FreeRollingParameters
+from flatplank_control.free_rolling.start import OVER, Start
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "free_rolling"
@@ -39,17 +42,30 @@ class FreeRollingController:
 
     def __init__(self, p: FreeRollingParameters) -> None:
         self.parameters = p
-        period = 1.0 / p.rate_hz
-        zero, pole = 2.0 * p.lead_time * p.rate_hz, 2.0 * p.lead_alpha * p.lead_time * p.rate_hz
-        self._b0, self._b1 = (1.0 + zero) / (1.0 + pole), (1.0 - zero) / (1.0 + pole)
-        self._a1 = (1.0 - pole) / (1.0 + pole)
-        self._half = 0.5 * p.integral_gain * period
-        self._smooth = -math.expm1(-period / p.settled_filter)
+        self._smooth = -math.expm1(-1.0 / (p.settled_filter * p.rate_hz))
         self._band = p.settled_band * abs(p.reference)
         self._running = False
         self._output = 0.0
         self._needed = round(p.settled_time * p.rate_hz)
         self.reset()
+
+    @property
+    def gains(self) -> Gains:
+        """In force; those of the parameters until a start has set others."""
+        return self._gains
+
+    @property
+    def tire(self) -> Tire:
+        """What the last start has told of the tire, in automatic mode."""
+        return self._tire
+
+    def _set_gains(self, gains: Gains) -> None:
+        rate = self.parameters.rate_hz
+        self._gains = gains
+        zero, pole = 2.0 * gains.lead_time * rate, 2.0 * gains.lead_alpha * gains.lead_time * rate
+        self._b0, self._b1 = (1.0 + zero) / (1.0 + pole), (1.0 - zero) / (1.0 + pole)
+        self._a1 = (1.0 - pole) / (1.0 + pole)
+        self._half = 0.5 * gains.integral / rate
 
     @property
     def state(self) -> ControllerState:
@@ -68,7 +84,13 @@ class FreeRollingController:
             self.reset()
             self._running = running
         if running and valid:
-            self._advance(self.parameters.reference - fx)
+            start = self._start
+            if start is not None and start.phase != OVER:
+                self._begin(start, fx, encoders)
+            else:
+                if start is not None and start.tire is None:
+                    self._know_better(start, fx, encoders)
+                self._advance(self.parameters.reference - fx)
         return Reference(hub.cycle, hub.stamp_ns, SOURCE, self._output, valid)
 
     def reset(self) -> None:
@@ -77,11 +99,43 @@ class FreeRollingController:
         self._error = self._p = self._i = self._lead = self._output = 0.0
         self._pi_before = self._error_before = 0.0
         self._slow_error, self._inside, self._saturated = self.parameters.reference, 0, False
+        p = self.parameters
+        self._tire = UNKNOWN
+        self._start = Start(p) if p.automatic else None
+        self._set_gains(Gains(p.proportional_gain, p.integral_gain, p.lead_time, p.lead_alpha))
+
+    def _begin(self, start: Start, fx: float, encoders: EncoderSample) -> None:
+        """The start has the word; at its end the force loop goes on with the torque that it
+        had."""
+        p = self.parameters
+        self._output = start.step(fx, encoders)
+        if start.phase != OVER:
+            return
+        stiffness = start.stiffness if start.stiffness > 0.0 else p.stiffest
+        self._tire = Tire(stiffness, math.nan, math.nan, math.nan)
+        self._set_gains(design(stiffness, math.inf, p.loop_delay))
+        self._error = self._error_before = p.reference - fx
+        self._p = self._gains.proportional * self._error
+        self._i = start.torque - p.start_torque - self._p
+        self._pi_before = self._lead = self._p + self._i
+
+    def _know_better(self, start: Start, fx: float, encoders: EncoderSample) -> None:
+        """Gains from the whole of the first centimetres; the torque does not jump."""
+        start.feel(fx, encoders)
+        tire = start.tire
+        if tire is None or not tire.stiffness > 0.0:
+            return
+        self._tire = tire
+        before = self._lead
+        self._set_gains(design(tire.stiffness, tire.relaxation, self.parameters.loop_delay))
+        self._p = self._gains.proportional * self._error
+        self._i = before - self._p
+        self._pi_before = self._lead = before
 
     def _advance(self, error: float) -> None:
         p = self.parameters
         integral = self._i + self._half * (error + self._error_before)
-        proportional = p.proportional_gain * error
+        proportional = self._gains.proportional * error
         pi = proportional + integral
         lead = self._b0 * pi + self._b1 * self._pi_before - self._a1 * self._lead
         wanted = lead + p.start_torque

@@ -39,6 +39,31 @@ class FreeRollingParameters(Params):
     torque_max: float = param(
         8.0, "highest output", unit="N m", bounds=(0.0, 100.0), placeholder=True
     )
+    automatic: bool = param(
+        False, "feel the tire in the first millimetres, make up the lost travel, set the gains"
+    )
+    delay_cycles: float = param(
+        2.0, "sample to effect, without the hold, for automatic gains", bounds=(0.0, 20.0)
+    )
+    stiffest: float = param(
+        1.1e6,
+        "C_x for which the gains are set when no tire is felt",
+        unit="N/m",
+        bounds=(1e4, 1e8),
+    )
+    effective_radius: float = param(
+        0.3085, "r_e at the start, a guess of 1 % will do", unit="m", bounds=(0.1, 1.0)
+    )
+    gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
+    catch_gain: float = param(
+        0.05, "start: torque over motor speed error", unit="N m s/rad", bounds=(0.0, 10.0)
+    )
+    catch_rate: float = param(
+        8.0, "start: lost travel made up at this rate", unit="1/s", bounds=(0.0, 100.0)
+    )
+    caught: float = param(
+        0.00015, "start: so little lost travel is none", unit="m", bounds=(1e-6, 0.01)
+    )
     settled_band: float = param(
         0.05, "settled: filtered error within this part of the reference", bounds=(0.001, 1.0)
     )
@@ -48,3 +73,8 @@ class FreeRollingParameters(Params):
     settled_time: float = param(
         2.0, "settled: within the band for so long", unit="s", bounds=(0.0, 60.0)
     )
+
+    @property
+    def loop_delay(self) -> float:
+        """Sample to effect with the hold [s]."""
+        return (self.delay_cycles + 0.5) / self.rate_hz

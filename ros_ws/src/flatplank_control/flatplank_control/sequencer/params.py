@@ -30,6 +30,19 @@ class SequencerParameters(Params):
     speed_patience: float = param(
         0.5, "and has been for so long; a start takes 0.25 s", unit="s", bounds=(0.0, 60.0)
     )
+    follow_until: float = param(
+        0.0,
+        "road up to which the wheel's angle follows it, which makes up a late start; 0: never",
+        unit="m",
+        bounds=(0.0, 100.0),
+    )
+    follow_rate: float = param(
+        8.0, "lost travel is made up at this rate", unit="1/s", bounds=(0.0, 100.0)
+    )
+    road_scale: float = param(
+        1.0, "true travel of the road over that of the plank encoder", bounds=(0.9, 1.1)
+    )
+    rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     slip_from_motor: bool = param(
         True, "actual slip from the motor encoder, the better signal; false: wheel encoder"

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from flatplank_control.sequencer.follow import Follower
 from flatplank_control.sequencer.params import SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
 from flatplank_hw.answers import Agenda, Answer, refused
@@ -48,6 +49,7 @@ class SlipSequencer:
         self._slip, self._omega, self._distance, self._active = 0.0, 0.0, _NAN, False
         self._sample: EncoderSample | None = None
         self._off_since: int | None = None
+        self._follower = Follower(p) if p.follow_until > 0.0 else None
 
     @property
     def waveform(self) -> Waveform | None:
@@ -105,6 +107,8 @@ class SlipSequencer:
     def reset(self) -> None:
         """Forget where the plank was; the waveform stays."""
         self._position = None
+        if self._follower is not None:
+            self._follower.reset()
 
     def watch(self, plank_position: float, cycle: int) -> None:
         """Where the plank is [m] while another mode is in force: requests are judged by it."""
@@ -131,7 +135,11 @@ class SlipSequencer:
         self._slip = slip
         p = self.parameters
         speed = encoders.plank_velocity if p.use_measured_speed else p.commanded_speed
-        self._omega = speed * self._cos * (1.0 + slip) / self._radius
+        per_metre = self._cos * (1.0 + slip) / self._radius
+        self._omega = speed * per_metre
+        follower = self._follower
+        if follower is not None and follower.travel < p.follow_until:
+            self._omega += follower.step(encoders, per_metre)
         valid = p.use_measured_speed or self._speed_is_as_commanded(encoders)
         return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, self._omega, valid)
 

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The twin without plans: load, switch, roll, and what the plant's hidden truth says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_hw.drive import AxisDrive, DriveParameters
+from flatplank_hw.encoders import EncoderParameters, Encoders
+from flatplank_hw.hub import HubParameters, MeasurementHub
+from flatplank_hw.plant import Plant, PlantConfig
+from flatplank_hw.plant.truth import truth_row
+
+ENABLED = 4
+
+
+class StartBench:
+    """For benchmarks of the loop: rows of road position [m], true Fx [N], true slip, road
+    velocity [m/s]."""
+
+    def __init__(
+        self,
+        tire: str = "toyo",
+        *,
+        preset: str | None = None,
+        rate_hz: int = 250,
+        seed: int = 1,
+        overrides: Mapping[str, Any] | None = None,
+        controller: Mapping[str, Any] | None = None,
+        sequencer: Mapping[str, Any] | None = None,
+        encoders: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.config = PlantConfig.load(tire, preset=preset, overrides=overrides)
+        rate = float(rate_hz)
+        self.rate_hz = rate_hz
+        self.plant = Plant(self.config, seed, rate_hz)
+        self.hub = MeasurementHub(HubParameters())
+        self.encoders = Encoders(EncoderParameters(rate_hz=rate, **(encoders or {})))
+        self.controller = FreeRollingController(
+            FreeRollingParameters(rate_hz=rate, **(controller or {}))
+        )
+        self.sequencer = SlipSequencer(SequencerParameters(rate_hz=rate, **(sequencer or {})))
+        self.drive = AxisDrive(DriveParameters(free_radius=self.config.tire.free_radius))
+        self._commands: tuple = ()
+
+    @property
+    def stop_reason(self) -> int:
+        return self.sample.stop_reason
+
+    def cycle(self) -> None:
+        """One bus cycle in the order of the graph."""
+        inputs = self.plant.step(self._commands)
+        hub, encoders = self.hub.step(inputs), self.encoders.step(inputs)
+        self.hub_sample, self.encoder_sample = hub, encoders
+        reference = None
+        if self.drive.listens_to == "free_rolling":
+            reference = self.controller.step(hub, encoders)
+        elif self.drive.listens_to == "slip":
+            reference = self.sequencer.step(encoders)
+        command, self.sample = self.drive.step(inputs, encoders, hub, reference)
+        self._commands = (command,)
+
+    def until(self, condition: Callable[[], bool], seconds: float = 100.0) -> None:
+        """Cycles until a condition holds; TimeoutError when it never does."""
+        for _ in range(round(seconds * self.rate_hz)):
+            self.cycle()
+            if condition():
+                return
+        raise TimeoutError("the bench waited in vain")
+
+    def ready(self, fz: float, mode: str) -> None:
+        """Tire loaded [N], drive on."""
+        operator = self.plant.operator
+        operator.load_to(fz)
+        self.until(lambda: operator.view.load_reached)
+        self.drive.set_operation_mode(mode)
+        for _ in range(self.rate_hz // 2):
+            self.cycle()
+        self.drive.enable()
+        self.until(lambda: self.sample.state == ENABLED, 2.0)
+
+    def travel(self, distance: float) -> np.ndarray:
+        """Plank forward over so many metres; a row per cycle."""
+        self.plant.operator.plank(1, fast=True)
+        rows = []
+        while not rows or rows[-1][0] < distance:
+            self.cycle()
+            t = self.plant.truth
+            rows.append((t.plank_position, t.fx, t.kappa, t.road_velocity))
+        return np.array(rows)
+
+    def free_rolling(self, fz: float, distance: float) -> np.ndarray:
+        """A controller run from rest."""
+        self.ready(fz, "free_rolling")
+        return self.travel(distance)
+
+    def slip(self, fz: float, kappa: float, at: float, distance: float) -> np.ndarray:
+        """A slip step from rest with the true r_e of the plant."""
+        pressure = self.config.tire.nominal_pressure_bar
+        radius = truth_row(self.config, fz, pressure).effective_rolling_radius
+        self.sequencer.set_slip_step(kappa, at, radius)
+        self.ready(fz, "slip")
+        return self.travel(distance)

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gains of the free-rolling controller from the tire's stiffness, in closed form: cheap enough
+for the running loop.
+
+Above its resonance the plant (5.9c) is gear eta C_x r_e / (J_eff s^2): only C_x = C_Fk / sigma
+sets the gain at the
+crossover. So the crossover is placed by the delay of the loop, a lead is centred on it, and the
+gain follows from C_x.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+CROSSOVER = 20.0
+"""of the thesis's own loop, 3.14 Hz [rad/s]; reached when the delay allows it"""
+DELAY_PHASE = 0.32
+"""of the crossover times the delay, at most [rad]: 18 deg"""
+LEAD_ALPHA = 0.08
+"""58 deg of lead"""
+INTEGRAL_SHARE = 1.0 / 15.0
+"""zero of the PI over the crossover: takes 3.8 deg"""
+
+
+class Gains(NamedTuple):
+    """Of (5.12)."""
+
+    proportional: float
+    """[N m/N]"""
+    integral: float
+    """[N m/(N s)]"""
+    lead_time: float
+    """[s]"""
+    lead_alpha: float
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What the wheel drive is to the loop; Table 5.1 with J_eff by (5.5)."""
+
+    gear: float = 1425.04
+    efficiency: float = 0.392
+    inertia: float = 1009.3
+    """J_eff [kg m2]"""
+    effective_radius: float = 0.3081
+    """[m]"""
+    loaded_radius: float = 0.2955
+    """[m]"""
+    speed: float = 0.03092
+    """[m/s]"""
+
+    def response(self, omega: float, stiffness: float, relaxation: float) -> complex:
+        """P(j omega) of (5.9c) [N/(N m)] for C_x [N/m] and sigma [m]."""
+        s = 1j * omega
+        turn = stiffness * self.effective_radius
+        drag = self.speed / relaxation if math.isfinite(relaxation) else 0.0  # NaN: unknown
+        below = self.inertia * s * (s + drag) + turn * self.loaded_radius
+        return self.gear * self.efficiency * turn / below
+
+
+def crossover_for(delay: float) -> float:
+    """Crossover [rad/s] for a loop delay with the hold [s]."""
+    return min(CROSSOVER, DELAY_PHASE / delay) if delay > 0.0 else CROSSOVER
+
+
+def design(
+    stiffness: float, relaxation: float, delay: float, machine: Machine | None = None
+) -> Gains:
+    """Gains for C_x [N/m], sigma [m] and the loop delay with the hold [s].
+
+    sigma may be infinite or NaN: it only damps the resonance, which is far below the crossover.
+    """
+    machine = machine or Machine()
+    omega = crossover_for(delay)
+    alpha, zero = LEAD_ALPHA, INTEGRAL_SHARE * omega
+    lead_time = 1.0 / (omega * math.sqrt(alpha))
+    plant = abs(machine.response(omega, stiffness, relaxation))
+    lead = 1.0 / math.sqrt(alpha)
+    pi = math.hypot(1.0, zero / omega)
+    proportional = 1.0 / (plant * lead * pi)
+    return Gains(proportional, zero * proportional, lead_time, alpha)
+
+
+def phase_margin(
+    gains: Gains, stiffness: float, relaxation: float, delay: float, machine: Machine | None = None
+) -> float:
+    """Smallest phase margin over all crossovers [deg]; the delay [s] contains the hold."""
+    machine = machine or Machine()
+    worst, before = 180.0, None
+    for k in range(4000):
+        omega = 0.01 * 10.0 ** (k / 800.0)
+        s = 1j * omega
+        c = gains.proportional + gains.integral / s
+        c *= (gains.lead_time * s + 1.0) / (gains.lead_alpha * gains.lead_time * s + 1.0)
+        loop = c * machine.response(omega, stiffness, relaxation)
+        turned = math.degrees(math.atan2(loop.imag, loop.real) - omega * delay)
+        above = abs(loop) > 1.0
+        if before is not None and before != above:
+            worst = min(worst, (turned + 180.0 + 180.0) % 360.0 - 180.0)
+        before = above
+    return worst

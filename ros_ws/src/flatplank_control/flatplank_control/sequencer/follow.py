@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The wheel's angle follows the road's travel: what a late start has lost is made up, slip holds
+whatever the speed does.
+
+The wanted angle is the integral of cos(alpha) (1 + kappa) / r_e over the travel. The wheel
+encoder is compared with it,
+so that the gap of the drive is made up too; its steps are crossed faster than the bus samples and
+average out.
+"""
+
+from __future__ import annotations
+
+from flatplank_control.sequencer.params import SequencerParameters
+from flatplank_hw.samples import EncoderSample
+
+JUMP = 1e-3
+"""a longer way in one cycle is a new zero of the plank position [m]"""
+FASTEST = 2.5
+"""times the commanded speed, while making up"""
+
+
+class Follower:
+    """One run; `correction` [rad/s] is added to the speed of the sequencer."""
+
+    __slots__ = ("_angle", "_p", "_position", "_wanted", "lost", "travel")
+
+    def __init__(self, p: SequencerParameters) -> None:
+        self._p = p
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the run."""
+        self._position: float | None = None
+        self._angle = self._wanted = 0.0
+        self.travel = 0.0
+        """of the road since it rested [m]"""
+        self.lost = 0.0
+        """wanted angle less the wheel's [rad]"""
+
+    def step(self, encoders: EncoderSample, per_metre: float) -> float:
+        """Correction of this cycle for a wheel that should turn `per_metre` [rad/m]."""
+        position = encoders.plank_position
+        rests = self._position is None or not encoders.plank_moving
+        if rests and self.travel == 0.0:
+            # from here on travel counts
+            self._angle, self._wanted = encoders.wheel_angle, 0.0
+            self._position = position
+            return 0.0
+        step = position - self._position
+        self._position = position
+        if not -JUMP < step < JUMP:
+            step = encoders.plank_velocity / self._p.rate_hz
+        step *= self._p.road_scale
+        self.travel += step
+        self._wanted += step * per_metre
+        self.lost = self._wanted - (encoders.wheel_angle - self._angle)
+        correction = self._p.follow_rate * self.lost
+        most = (FASTEST - 1.0) * self._p.commanded_speed * per_metre
+        return min(max(correction, -0.5 * most), most)
