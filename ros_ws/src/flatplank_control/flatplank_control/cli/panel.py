@@ -15,9 +15,13 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="flatplank panel", description=__doc__)
     p.add_argument("--host", default="127.0.0.1", help="address to listen at; others need a token")
     p.add_argument("--port", type=int, default=8080)
-    p.add_argument("--data", type=Path, default=Path("data"), help="folder of the bags and campaigns")
+    p.add_argument(
+        "--data", type=Path, default=Path("data"), help="folder of the bags and campaigns"
+    )
     p.add_argument("--token", default="", help="for other addresses; default: a new one, printed")
-    p.add_argument("--log", type=Path, help="file for what the nodes print; default: DATA/bench.log")
+    p.add_argument(
+        "--log", type=Path, help="file for what the nodes print; default: DATA/bench.log"
+    )
     return p
 
 
@@ -33,15 +37,17 @@ def main(argv: list[str]) -> int:
     from flatplank_control.nodes.panel import PanelNode
     from flatplank_control.panel.app import serve
     from flatplank_control.panel.bench_state import BenchState
+    from flatplank_control.panel.desk import Desk
     from flatplank_control.panel.host import Host
     from flatplank_control.panel.operator import Operator
 
     address = f"http://{o.host}:{o.port}/" + (f"?token={token}" if token else "")
     with PanelNode(BenchState()) as link:
-        host = Host(o.data.resolve(), o.log or o.data / "bench.log")
-        print(f"panel: {address}\ndata: {o.data.resolve()}; Ctrl-C ends it", flush=True)
+        data, log = o.data.resolve(), o.log or o.data / "bench.log"
+        host = Host(data, log)
+        print(f"panel: {address}\ndata: {data}; Ctrl-C ends it", flush=True)
         try:
-            serve(Operator(link, host, o.data.resolve()), o.host, o.port, token)
+            serve(Operator(link, host, data), Desk(data, log), o.host, o.port, token)
         finally:
             host.stop()
     return 0

@@ -10,25 +10,30 @@ from pathlib import Path
 from flatplank_control.panel.access import Guard
 from flatplank_control.panel.live import PUSH_HZ, Live
 from flatplank_control.panel.operator import Operator
-from flatplank_control.panel.views import bench, shell
+from flatplank_control.panel.desk import Desk
+from flatplank_control.panel.views import bench, discover, runs, shell
 from flatplank_control.panel.views.page import Page
 from nicegui import Client, app, background_tasks, ui
 
 STATIC = Path(__file__).parent / "static"
 SUPERVISE_HZ = 5
-TABS: dict[str, Callable[[Page], None]] = {"Bench": bench.build}
 
 
-def serve(operator: Operator, host: str, port: int, token: str = "") -> None:
+def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "") -> None:
     """Run until the process is told to end."""
     live = Live(operator.link.state)
+    tabs: dict[str, Callable[[Page], None]] = {
+        "Bench": bench.build,
+        "Runs": runs.build_with(desk),
+        "Discover": discover.build_with(desk),
+    }
     app.add_static_files("/assets", STATIC, max_cache_age=0)
     app.add_middleware(Guard, host=host, token=token)
 
     @ui.page("/", title="Flat Plank")
     async def index(client: Client, tab: str = "") -> None:
         page = Page(operator, client)
-        shell.build(page, TABS, tab if tab in TABS else next(iter(TABS)))
+        shell.build(page, tabs, tab if tab in tabs else next(iter(tabs)))
         await client.connected()
         client.run_javascript(live.start())
 
@@ -51,6 +56,7 @@ def serve(operator: Operator, host: str, port: int, token: str = "") -> None:
 
     app.on_startup(begin)
     app.on_shutdown(operator.host.stop)
+    app.on_shutdown(desk.close)
     ui.run(
         host=host, port=port, title="Flat Plank", reload=False, show=False, show_welcome_message=False,
         favicon="⏺", reconnect_timeout=3.0,

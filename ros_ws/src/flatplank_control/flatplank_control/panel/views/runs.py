@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns and their runs: a table with verdicts and filters, overlay of curves, scatter of repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from flatplank_control.panel.analysis.names import CHANNELS, OVER
+from flatplank_control.panel.desk import Desk
+from flatplank_control.panel.views import charts
+from flatplank_control.panel.views.page import Page
+from nicegui import ui
+
+COLUMNS = {
+    "file": "Run", "condition": "Condition", "start": "Start", "order": "Order", "status": "Ended",
+    "verdict": "Verdict", "notes": "Notes",
+}  # fmt: skip
+FIRST = 60
+"""runs drawn when none is chosen"""
+
+
+def build_with(desk: Desk) -> Callable[[Page], None]:
+    return lambda page: _Runs(page, desk).build()
+
+
+class _Runs:
+    def __init__(self, page: Page, desk: Desk) -> None:
+        self.page, self.desk = page, desk
+        self.rows: list[dict[str, Any]] = []
+
+    def build(self) -> None:
+        page = self.page
+        with ui.column().classes("fp-wide"):
+            with page.card("Runs"):
+                with page.row():
+                    self.folder = page.select("Campaign", [], None)
+                    self.find = page.text("Filter")
+                    self.find.props('clearable aria-label="Filter runs"')
+                    ui.button(icon="refresh", on_click=page.act(self.list)).props(
+                        'flat dense round aria-label="Look for campaigns again"'
+                    )
+                columns = [
+                    {"name": k, "label": t, "field": k, "align": "left", "sortable": True}
+                    for k, t in COLUMNS.items()
+                ]
+                self.table = ui.table(
+                    columns=columns, rows=[], row_key="file", selection="multiple", pagination=12
+                )
+                self.table.props("flat dense").classes("fp-table w-full")
+                self.problems = ui.label("").classes("fp-quiet")
+            with page.card("Curves"):
+                with page.row():
+                    self.channel = page.select("Signal", CHANNELS, "fx")
+                    self.over = page.select("Over", OVER, "plank_position")
+                self.chart = ui.echart(charts.overlay([], "", "")).style("height:380px;width:100%")
+                self.scatter = ui.label("").classes("fp-quiet")
+        self.folder.on_value_change(page.act(self.load))
+        self.find.on_value_change(page.act(self.filter))
+        self.table.on_select(page.act(self.draw))
+        self.channel.on_value_change(page.act(self.draw))
+        self.over.on_value_change(page.act(self.draw))
+        ui.timer(0.05, page.act(self.list), once=True)
+
+    async def list(self) -> None:
+        found = await self.desk.campaigns()
+        options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
+        self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
+
+    async def load(self) -> None:
+        if not self.folder.value:
+            return
+        found = await self.desk.runs(self.folder.value)
+        self.rows = found["rows"]
+        self.table.selected = []
+        count = len(found["problems"])
+        self.problems.set_text(f"{count} remarks: {found['problems'][0]}" if count else "")
+        await self.filter()
+
+    async def filter(self) -> None:
+        words = str(self.find.value or "").lower().split()
+        shown = [r for r in self.rows if all(w in " ".join(map(str, r.values())).lower() for w in words)]
+        self.table.rows = shown
+        await self.draw()
+
+    async def draw(self) -> None:
+        rows = self.table.selected or self.table.rows[:FIRST]
+        if not rows or not self.folder.value:
+            return
+        files = [r["file"] for r in rows]
+        found = await self.desk.curves(self.folder.value, files, self.channel.value, self.over.value)
+        options = charts.overlay(found["curves"], OVER[self.over.value], CHANNELS[self.channel.value])
+        self.chart.options.clear()
+        self.chart.options.update(options)
+        self.chart.update()
+        unit = CHANNELS[self.channel.value].partition("[")[2].rstrip("]")
+        parts = [f"{s['condition']}: {s['scatter']:.3g} {unit}" for s in found["scatter"]]
+        self.scatter.set_text("Scatter between repeats, " + "; ".join(parts) if parts else "")
