@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -224,9 +225,23 @@ def run(mutation: Mutation, folder: Path) -> str:
         )
     finally:
         path.write_text(text)
+        bury(folder)
     failed = re.findall(r"^(?:FAILED|ERROR) \S+::(.+?)(?: - .*)?$", result.stdout, re.M)
+    if "Timeout" in result.stdout + result.stderr:
+        failed.append("the run does not end")
     summary = result.stdout.strip().splitlines()[-1:] or [result.stderr[-200:]]
     return "; ".join(failed) if failed else f"NOT NOTICED ({summary[0]})"
+
+
+def bury(folder: Path) -> None:
+    """End what a mutant has left running: its command line carries the folder."""
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (entry / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if str(folder).encode() in words and int(entry.name) != os.getpid():
+            os.kill(int(entry.name), signal.SIGKILL)
 
 
 def main(names: list[str]) -> int:

@@ -112,12 +112,14 @@ def test_node_killed(bench: Bench) -> None:
     INIT."""
     bench.client.stop()
     words = [sys.executable, str(HERE / "ethercat_spinning_node.py"), str(BENCH)]
-    node = subprocess.Popen([*words, *bench.namespace.enter], stdout=subprocess.PIPE)
+    words += bench.namespace.enter
+    node = subprocess.Popen(words, stdout=subprocess.PIPE)
     assert node.stdout.readline().strip() == b"turning"
     trips = bench.emulator.send("state")["slaves"][1]["watchdog_trips"]
     moment(bench)
     node.kill()
-    node.communicate()
+    node.wait()
+    node.stdout.close()
     wheel = wait_for_standstill(bench)
     assert wheel["ran_on_ms"] <= WITHIN_MS and not wheel["enabled"]
     end = time.monotonic() + 5
@@ -258,7 +260,9 @@ def test_stopping_the_bus_stops_the_wheel_first(bench: Bench) -> None:
     bench.client.stop()
     wheel = wait_for_standstill(bench)
     assert wheel["ran_on_ms"] <= WITHIN_MS and not wheel["enabled"]
-    slaves = bench.emulator.send("state")["slaves"]
+    state = bench.emulator.send("state")
+    slaves = state["slaves"]
+    assert state["drive_faults"] == {"wheel": 0}, "stopped by the drive, not by the bus"
     assert {s["state"] for s in slaves} == {"INIT"}
     assert [s["watchdog_trips"] for s in slaves] == trips
     assert bench.client.last_report["health"] == "OK"

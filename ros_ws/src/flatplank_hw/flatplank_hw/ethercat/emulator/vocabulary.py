@@ -8,6 +8,7 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
+from flatplank_hw.bus.image import AXES
 from flatplank_hw.ethercat.emulator.faults import FAULTS, Rig, Undo
 from flatplank_hw.ethercat.strict import nearest
 
@@ -77,6 +78,7 @@ class Vocabulary:
             "now_ns": bench.now,
             **self._facts(),
             "wire": dict(self.rig.wire.counts),
+            "drive_faults": {AXES[a]: d.fault for a, d in bench.coupling.drives.items()},
             "slaves": [
                 {
                     "name": s.spec.name,
