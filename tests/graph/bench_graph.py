@@ -10,11 +10,26 @@ from pathlib import Path
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
-from flatplank_msgs.srv import Advance
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_msgs.msg import BusInputs
+from flatplank_msgs.srv import (
+    Advance,
+    PlankSwitch,
+    SetOperationMode,
+    SetPace,
+    SetValue,
+    SetWaveform,
+    StartRecording,
+    StopRecording,
+)
+from std_srvs.srv import SetBool
 
 FIRST_DOMAIN = 20
 DOMAINS = 80
 """Domains up to 101 do not meet the ports of ordinary programs on Linux."""
+
+STANDING_COUNTS = 2
+"""a wheel that stands rocks within its encoder's last steps; a turning one makes 60 in 50 cycles"""
 
 _used = 0
 
@@ -49,6 +64,66 @@ class Graph:
         return self.client.call(
             Advance, "/simulated_plant/advance", timeout=timeout, cycles=cycles
         ).cycle
+
+    def call(self, kind, name, /, **fields):
+        """A service that must say yes."""
+        response = self.client.call(kind, name, **fields)
+        assert getattr(response, "accepted", getattr(response, "success", True)), response
+        return response
+
+    def roll(self, mode: str = "slip", record: str = "") -> None:
+        """Loaded tire, drive enabled, plank moving for two seconds: 5 cm after the trigger."""
+        self.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=10)
+        self.advance(100)
+        self.call(SetValue, "/simulated_plant/load_to", value=3700.0)
+        self.advance(4000)
+        self.call(
+            SetWaveform,
+            "/slip_sequencer/set_waveform",
+            name="step",
+            parameters=["kappa"],
+            values=[0.02],
+            start_position=0.3,
+            effective_rolling_radius=0.3108,
+        )
+        self.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode=mode)
+        self.call(SetBool, "/wheel_drive/enable", data=True)
+        if record:
+            self.call(
+                StartRecording, "/recorder/start", name=record, record="tire: TOY", at_once=True
+            )
+        self.call(
+            PlankSwitch, "/simulated_plant/plank", direction=1, fast=True, stop_at=float("nan")
+        )
+        self.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=1)
+        self.advance(500)
+
+    def shaft(self, cycles: int) -> list[int]:
+        """Wheel encoder counts of the next bus cycles, read from the raw image."""
+        counts: list[int] = []
+        node = self.client.node
+        subscription = node.create_subscription(
+            BusInputs, "/bus/inputs", lambda m: counts.extend(m.wheel_counts), STREAM
+        )
+        while subscription.get_publisher_count() == 0:
+            self.client.spin(0.05)
+        last = self.advance(cycles)  # the first ones may be missed while the reader is matched
+        while len(counts) < cycles:
+            before = len(counts)
+            self.client.spin(0.5)
+            if len(counts) == before:
+                break
+        node.destroy_subscription(subscription)
+        assert last and len(counts) > cycles // 2, "the raw image was not heard"
+        return counts
+
+    def wheel_turns(self, cycles: int = 50) -> bool:
+        """Whether the wheel moved at all in that many cycles."""
+        counts = self.shaft(cycles)
+        return max(counts) - min(counts) > STANDING_COUNTS
+
+    def stop_recording(self) -> StopRecording.Response:
+        return self.call(StopRecording, "/recorder/stop", status="stopped")
 
     def kill(self, name: str) -> None:
         """`kill -9` of one node."""

@@ -103,5 +103,6 @@ def write_campaign(folder: Path, runs: Sequence[tuple[Measurement, Path]]) -> No
 
 
 def _entry(m: Measurement, path: Path) -> dict:
-    record = {k: v for k, v in m.record().items() if v not in (None, "", {}) and k != "name"}
+    leave = ("name", "calibration")
+    record = {k: v for k, v in m.record().items() if v not in (None, "", {}) and k not in leave}
     return {"file": path.name, **record}

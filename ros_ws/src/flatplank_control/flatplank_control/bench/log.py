@@ -29,7 +29,7 @@ PRE_TRIGGER = 2.0
 class RunLog(Protocol):
     """Keeps one run."""
 
-    def start(self, record: RunRecord, stamp_ns: int) -> None: ...
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None: ...
 
     def add(self, cycle: Cycle) -> None: ...
 
@@ -44,8 +44,8 @@ class BagLog:
         self._cycles: list[Cycle] = []
         self._writer: TwinWriter | None = None
 
-    def start(self, record: RunRecord, stamp_ns: int) -> None:
-        self._session.start(record, stamp_ns)
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
+        self._session.start(record, stamp_ns, at_once=at_once)
 
     def add(self, cycle: Cycle) -> None:
         self._cycles.append(cycle)
@@ -86,7 +86,7 @@ class TableLog:
         self._cycles: list[Cycle] = []
         self._record: RunRecord | None = None
 
-    def start(self, record: RunRecord, stamp_ns: int) -> None:
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
         self._record, self._cycles = record, []
 
     def add(self, cycle: Cycle) -> None:

@@ -96,7 +96,7 @@ class TwinBench:
     def _record(self, step: S.Record) -> None:
         s = self.snapshot()
         record = record_from_dict({**step.record, "plant": self.twin.setup.plant_record()})
-        self._log.start(record, s.encoders.stamp_ns if s else 0)
+        self._log.start(record, s.encoders.stamp_ns if s else 0, step.at_once)
         self._recording = True
 
     def _stop_record(self, step: S.StopRecord) -> None:

@@ -6,9 +6,11 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from datetime import date
 from pathlib import Path
 
 from flatplank_control.bench.share import config_file
+from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.keys import Keys
 from flatplank_control.runner.campaign import (
     SUFFIX,
@@ -99,7 +101,7 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
     from flatplank_control.bench.setup import BenchSetup
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
-    conductor = Conductor(plan, journal)
+    conductor = Conductor(plan, journal, book_for(folder).record(date.today()))
     if conductor.done and o.new:
         print(f"flatplank run: {folder} has {conductor.done} runs of this plan", file=sys.stderr)
         return 1

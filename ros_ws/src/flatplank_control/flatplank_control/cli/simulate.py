@@ -10,6 +10,7 @@ from pathlib import Path
 from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many, starts_of
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import Measurement
+from flatplank_control.sealed.generate import make_challenge
 
 
 def parser() -> argparse.ArgumentParser:
@@ -31,6 +32,12 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--seed", type=int, default=1)
     p.add_argument("--rate", type=int, default=250, help="bus rate [Hz]")
     p.add_argument("--bags", action="store_true", help="rosbag2 bags instead of tables")
+    p.add_argument(
+        "--hidden",
+        type=int,
+        metavar="SEED",
+        help="a challenge: something is hidden, the answer sealed",
+    )
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
     return p
 
@@ -54,6 +61,12 @@ def show(done: int, count: int, name: str) -> None:
 def main(argv: list[str]) -> int:
     """Exit code 0: all runs are there."""
     o = parser().parse_args(argv)
+    if o.hidden is not None:
+        make_challenge(o.folder, o.hidden, show)
+        print(
+            f"challenge in {o.folder}: flatplank diagnose {o.folder}, then flatplank reveal {o.folder}"
+        )
+        return 0
     base = Measurement(
         tire=o.name,
         measurement="free_rolling" if o.free_rolling else "slip",

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 from flatplank_control.bench.judging import outcome_of
+from flatplank_control.calibration.book import book_for
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
@@ -35,7 +37,8 @@ class CampaignRunner:
         self.bench, self.folder = bench, Path(folder)
         self.wish = ""
         self.journal = Journal(self.folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
-        self.conductor = Conductor(plan, self.journal)
+        calibration = book_for(self.folder).record(date.today())
+        self.conductor = Conductor(plan, self.journal, calibration)
         self._durations = paper.durations
         if self.conductor.done and not resume:
             raise ValueError(

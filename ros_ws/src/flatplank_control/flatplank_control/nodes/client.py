@@ -63,10 +63,20 @@ class BenchClient:
                 left = end - time.monotonic()
                 if left <= 0.0:
                     raise BenchError(f"{name}: not connected after {timeout:g} s")
-                response = self.call(Trigger, f"/{name}/connected", timeout=left)
-                if response.success:
+                if self._is_connected(name, min(left, 3.0)):
                     break
                 self.spin(0.05)
+
+    def _is_connected(self, name: str, timeout: float) -> bool:
+        """False as well when a request went to a node that died meanwhile."""
+        service = f"/{name}/connected"
+        try:
+            return self.call(Trigger, service, timeout=timeout).success
+        except BenchError:
+            client = self._clients.pop(service, None)
+            if client is not None:
+                self.node.destroy_client(client)
+            return False
 
     def spin(self, seconds: float) -> None:
         """Let messages come for a while [s of wall clock]."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The panel's ears and hands: topics into its state, requests to the services of the bench.
 
-It costs the graph nothing: samples are not spun through callbacks. The readers are best effort and one
-deep, no writer waits for them, and a thread takes the latest of each 20 times a second.
+It costs the graph nothing: samples are not spun through callbacks. The readers are best effort
+and one deep, no writer waits for them, and a thread takes the latest of each 20 times a second.
 """
 
 from __future__ import annotations
@@ -25,7 +25,14 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_control.panel.bench_state import POLL_HZ, BenchState, Progress, RunWord, Samples, Slip
+from flatplank_control.panel.bench_state import (
+    POLL_HZ,
+    BenchState,
+    Progress,
+    RunWord,
+    Samples,
+    Slip,
+)
 from flatplank_control.panel.link import Reply
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED

@@ -90,22 +90,23 @@ class RecorderNode(BenchNode):
             stamp_ns = self.arrivals.add(topic, seconds * 1_000_000_000 + nanoseconds)
         if self.session.state is not State.IDLE:
             self.guarded(lambda: self.session.write(topic, cdr, stamp_ns))
-            if self.changed_something is not None and not self.changed_something.done():
-                self.changed_something.set_result(None)
+        self.tell_waiting()
 
-    async def settle(self, cycle: int) -> None:
-        """Until a cycle is in with all that belongs to it, or PATIENCE is over."""
+    def tell_waiting(self) -> None:
+        if self.changed_something is not None and not self.changed_something.done():
+            self.changed_something.set_result(None)
+
+    async def settle(self, stamp) -> None:
+        """Until the bus cycle of a stamp is in with all that belongs to it, or PATIENCE is over."""
+        wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + PATIENCE
-        while time.monotonic() < end and self.session.state is State.RECORDING:
-            if (self.session.cycles.last or 0) >= cycle and self.arrivals.complete():
-                return
+        while wanted and not self.arrivals.complete(wanted) and time.monotonic() < end:
             self.changed_something = Future()
             await self.changed_something
 
     def poll(self) -> None:
         self.guarded(self.session.poll)
-        if self.changed_something is not None and not self.changed_something.done():
-            self.changed_something.set_result(None)
+        self.tell_waiting()
 
     def guarded(self, action) -> None:
         try:
@@ -124,7 +125,8 @@ class RecorderNode(BenchNode):
             )
             self.publish_run(message)
 
-    def on_start(self, request, response):
+    async def on_start(self, request, response):
+        await self.settle(request.after)
         try:
             record = record_from_yaml(request.record or f"tire: X\nname: {request.name}", "record")
             record = record.with_changes(started=record.started or utc_now())
@@ -139,8 +141,7 @@ class RecorderNode(BenchNode):
         return answer(response, True, "", path=str(path), uuid=record.uuid)
 
     async def on_stop(self, request, response):
-        if request.cycle:
-            await self.settle(request.cycle)
+        await self.settle(request.up_to)
         try:
             record = self.session.stop(
                 request.status or "stopped", reason=request.notes, ended=utc_now()

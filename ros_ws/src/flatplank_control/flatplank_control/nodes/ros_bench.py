@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 import yaml
+from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
@@ -211,17 +212,24 @@ class RosBench:
             name=str(step.record.get("name", "")),
             folder=self.folder,
             record=yaml.safe_dump(dict(step.record)),
+            after=self._now(),
+            at_once=step.at_once,
         )
         self.bags.append(response.path)
 
-    async def _stop_record(self, step: S.StopRecord) -> None:
+    def _now(self) -> Time:
+        """Stamp of the latest samples."""
         s = self.snapshot()
+        seconds, nanoseconds = divmod(s.encoders.stamp_ns if s else 0, 1_000_000_000)
+        return Time(sec=seconds, nanosec=nanoseconds)
+
+    async def _stop_record(self, step: S.StopRecord) -> None:
         await self.call(
             StopRecording,
             "/recorder/stop",
             status=step.status,
             notes=step.notes,
-            cycle=s.encoders.cycle if s else 0,
+            up_to=self._now(),
         )
 
     async def _quick(self, step: S.Quick) -> None:

@@ -27,6 +27,8 @@ class Arrivals:
         self._last[topic] = stamp_ns
         return stamp_ns
 
-    def complete(self) -> bool:
-        """All that spoke in the cycle before have spoken in this one."""
+    def complete(self, stamp_ns: int) -> bool:
+        """The cycle of a stamp is in, and all that spoke in the cycle before have spoken."""
+        if self.bus_ns < stamp_ns:
+            return False
         return all(s != self._before_ns for t, s in self._last.items() if t != BUS)

@@ -51,6 +51,8 @@ class Measurement:
     """[m]"""
     session: Mapping[str, Any] = field(default_factory=dict)
     """room temperature, paper batch and what else the plan says of the day"""
+    calibration: Mapping[str, Any] = field(default_factory=dict)
+    """what is known of the instruments, expired and absent ones too"""
 
     def __post_init__(self) -> None:
         reason = self._reason()
@@ -100,6 +102,8 @@ class Measurement:
         session = values.pop("session")
         if session:
             values["parameters"] = {"session": dict(session)}
+        if self.measurement == "unloaded_turn":
+            values["fz"] = 0.0
         if self.measurement != "slip":
             values["effective_rolling_radius"] = values["step_position"] = None
             values["waveform"] = {}

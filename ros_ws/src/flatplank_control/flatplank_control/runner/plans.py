@@ -27,6 +27,8 @@ from flatplank_control.runner.steps import (
 Plan = Iterator[Step]
 SPEED = 0.03092
 """fast speed of the plank [m/s]"""
+THREE_TURNS = 1080.0
+"""[deg], Appendix C"""
 QUICK = 10
 """cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
 
@@ -94,7 +96,25 @@ def free_rolling(m: Measurement) -> Plan:
     yield from over_the_road(m, m.record())
 
 
-PLANS: dict[str, Callable[[Measurement], Plan]] = {"slip": slip, "free_rolling": free_rolling}
+def unloaded_turn(m: Measurement) -> Plan:
+    """Three turns of the free wheel: the parasitic signal of the preloaded shaft (Appendix C)."""
+    yield Plank(0)
+    yield Wait("the plank rests", when.plank_rests(), 10.0)
+    yield Manual("unload", 0.0)
+    start = START_ANGLES[m.start]
+    yield from turn(start)
+    yield Record(m.record(), at_once=True)
+    yield Say("three turns of the unloaded wheel")
+    yield MoveTo(start + THREE_TURNS)
+    yield Wait("the wheel has made three turns", when.wheel_at(start + THREE_TURNS), 400.0)
+    yield StopRecord("complete")
+
+
+PLANS: dict[str, Callable[[Measurement], Plan]] = {
+    "slip": slip,
+    "free_rolling": free_rolling,
+    "unloaded_turn": unloaded_turn,
+}
 """kind of measurement -> its plan"""
 
 

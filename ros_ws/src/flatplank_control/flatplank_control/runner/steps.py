@@ -88,6 +88,8 @@ class Record:
     """Start a recording; `record` has the fields of a RunRecord."""
 
     record: Mapping[str, Any] = field(default_factory=dict)
+    at_once: bool = False
+    """do not wait for the motion trigger"""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable
 from inspect import iscoroutinefunction
 from typing import Any
@@ -11,6 +12,8 @@ from typing import Any
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidParameterTypeException, ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
@@ -22,6 +25,8 @@ from flatplank_hw.parent import end_with_parent
 
 class BenchNode(LifecycleNode):
     """Lifecycle shell around one core.
+
+    Streams carry no QoS event handlers: each would be looked at whenever a message comes.
 
     A subclass names its parameter class in `PARAMETERS`, makes its core in `configure(parameters)` and its
     subscriptions and publishers in `connect()`. Subscriptions exist only while the node is active.
@@ -57,7 +62,10 @@ class BenchNode(LifecycleNode):
         raw: bool = False,
     ) -> None:
         """Subscribe; a `needed` topic must have somebody who speaks before the graph is connected."""
-        subscription = self.create_subscription(msg_type, topic, callback, qos, raw=raw)
+        quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
+        subscription = self.create_subscription(
+            msg_type, topic, callback, qos, event_callbacks=quiet, raw=raw
+        )
         if needed:
             self._links.append((subscription.get_publisher_count, topic))
         self._teardown.append(lambda: self.destroy_subscription(subscription))
@@ -66,7 +74,8 @@ class BenchNode(LifecycleNode):
         self, msg_type: type, topic: str, qos: QoSProfile | int, *, needed: bool = False
     ) -> Callable:
         """A publish function; `needed` topics must have a listener before the graph is connected."""
-        publisher = self.create_publisher(msg_type, topic, qos)
+        quiet = PublisherEventCallbacks(use_default_callbacks=False)
+        publisher = self.create_publisher(msg_type, topic, qos, event_callbacks=quiet)
         if needed:
             self._links.append((publisher.get_subscription_count, topic))
         self._teardown.append(lambda: self.destroy_publisher(publisher))
@@ -149,7 +158,12 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
         signal.signal(number, lambda *_: None)  # rclpy's own handler still ends the spin
     end_with_parent()
     rclpy.init(args=args)
-    node = make()
+    try:
+        node = make()
+    except (ParameterException, InvalidParameterTypeException) as error:
+        print(f"not started: {' '.join(str(error).split())}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 1
     failed = False
     if isinstance(node, LifecycleNode) and node.get_parameter("autostart").value:
         ok = TransitionCallbackReturn.SUCCESS

@@ -131,7 +131,7 @@ def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np
             if source.factor != 1.0 or source.offset != 0.0:
                 column = column * source.factor + source.offset
             columns[source.column] = _on_base(base, stamp, column)
-    return _since_trigger(columns)
+    return _since_trigger(columns, path.name)
 
 
 def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -157,7 +157,7 @@ def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndar
     )
 
 
-def _since_trigger(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _since_trigger(columns: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
     """From the motion trigger on: before it the plank position has another zero.
 
     Cycles at the ends that one of the topics has not reached are left out.
@@ -170,6 +170,9 @@ def _since_trigger(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     whole = np.flatnonzero(np.all(np.isfinite(measured), axis=0))
     last = int(whole[-1]) + 1 if whole.size else len(columns["time"])
     first = max(first, int(whole[0])) if whole.size else first
+    if last <= first:
+        what = "no cycle after the motion trigger has all channels"
+        raise FlatplankError(what, where, "the run ended too early: measure it again")
     out = {name: values[first:last] for name, values in columns.items()}
     out["time"] = out["time"] - out["time"][0]
     return out

@@ -39,8 +39,15 @@ class Outcome:
 class Conductor:
     """Hands out jobs and takes their outcomes; knows no bench and no clock."""
 
-    def __init__(self, plan: CampaignPlan, journal: Journal) -> None:
+    def __init__(
+        self,
+        plan: CampaignPlan,
+        journal: Journal,
+        calibration: Mapping[str, Any] | None = None,
+    ) -> None:
+        """`calibration`: said in every run record."""
         self.plan, self.journal = plan, journal
+        self._calibration = dict(calibration or {})
         self._waiting = [r for r in plan.runs if not journal.finished(r.key)]
         self._busy: set[str] = set()
         self._index = {r.key: k for k, r in enumerate(plan.runs)}
@@ -113,7 +120,12 @@ class Conductor:
         return done.attempts if done else 0
 
     def _measurement(self, run: PlannedRun, attempt: int) -> Measurement:
-        m = replace(run.measurement, run_index=self._index[run.key], name=self._name(run, attempt))
+        m = replace(
+            run.measurement,
+            run_index=self._index[run.key],
+            name=self._name(run, attempt),
+            calibration=self._calibration,
+        )
         if not run.needs:
             return m
         source = self.journal.done[run.needs]

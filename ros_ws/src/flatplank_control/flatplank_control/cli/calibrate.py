@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibrate an instrument: hub, lvdt, plank, motor, parasitic; or status, sheet."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+
+import yaml
+
+from flatplank_control.calibration.book import FILE, Book, Entry
+from flatplank_control.calibration.line import fit_line
+from flatplank_control.calibration.sheet import blank, starting_values
+from flatplank_hw.hub.params import HubParameters
+
+Work = Callable[[argparse.Namespace, Book], int]
+HUB_AXES = {"fx": ("k_fx1", "k_fx2"), "fy": ("k_fy",), "fz": ("k_fz1", "k_fz2")}
+PITCH_RADIUS = 0.05
+GEAR = 1425.04
+
+
+def pairs_of(text: str) -> list[tuple[float, float]]:
+    """`0:0.1,1000:996` to pairs."""
+    try:
+        return [tuple(float(w) for w in item.split(":", 1)) for item in text.split(",")]  # type: ignore[misc]
+    except ValueError:
+        raise ValueError(f"--pairs '{text}': write known:read, with commas") from None
+
+
+def hub(o: argparse.Namespace, book: Book) -> int:
+    """Known loads against the hub's force: its bridge constants."""
+    line = fit_line(pairs_of(o.pairs), o.reading)
+    if not 0.5 < line.slope < 2.0:
+        raise ValueError(f"hub: {o.axis} reads {line.slope:.3g} times the load; check the wiring")
+    old = HubParameters()
+    parameters = {name: getattr(old, name) * line.slope for name in HUB_AXES[o.axis]}
+    errors = {name: getattr(old, name) * line.slope_error for name in parameters}
+    before = book.entries.get("hub")
+    if before and before.date == o.date:
+        parameters = {**before.parameters, **parameters}
+        errors = {**before.uncertainty, **errors}
+    return put(book, Entry("hub", o.date, parameters, line.residual, errors, "N"))
+
+
+def lvdt(o: argparse.Namespace, book: Book) -> int:
+    """Axle heights by ruler against LVDT volts: gain and offset."""
+    line = fit_line([(volts, height) for height, volts in pairs_of(o.pairs)], o.reading)
+    values = {"lvdt_gain": line.slope, "lvdt_offset": line.offset}
+    errors = {"lvdt_gain": line.slope_error, "lvdt_offset": line.offset_error}
+    return put(book, Entry("lvdt", o.date, values, line.residual, errors, "m"))
+
+
+def plank(o: argparse.Namespace, book: Book) -> int:
+    """Measured travel against the encoder's: pitch radius of the pinion."""
+    line = fit_line([(read, known) for known, read in pairs_of(o.pairs)], o.reading)
+    values = {"pinion_pitch_radius": PITCH_RADIUS * line.slope}
+    errors = {"pinion_pitch_radius": PITCH_RADIUS * line.slope_error}
+    return put(book, Entry("plank_encoder", o.date, values, line.residual, errors, "m"))
+
+
+def motor(o: argparse.Namespace, book: Book) -> int:
+    """Wheel angle against motor angle over the gear: the gear's ratio."""
+    line = fit_line(pairs_of(o.pairs), o.reading)
+    values = {"gear_ratio": GEAR * line.slope}
+    errors = {"gear_ratio": GEAR * line.slope_error}
+    return put(book, Entry("motor", o.date, values, line.residual, errors, "rad"))
+
+
+def parasitic(o: argparse.Namespace, book: Book) -> int:
+    """Three turns of the unloaded wheel: the file of this mounting."""
+    from flatplank_control.bench.setup import BenchSetup
+    from flatplank_control.calibration.parasitic import amplitudes, turn_of_bag, turn_on_twin
+    from flatplank_hw.hub.identify import identify
+    from flatplank_hw.hub.parasitic import to_text
+
+    if (o.bag is None) != o.sim:
+        raise ValueError("parasitic: give --bag of an unloaded turn, or --sim")
+    turn = (
+        turn_on_twin(BenchSetup(preset=o.preset, tire=o.tire, pace="hold"))
+        if o.sim
+        else turn_of_bag(o.bag)
+    )
+    fit = identify(turn.angle, turn.volts, o.mounting, o.date)
+    path = book.path.parent / f"parasitic_{o.mounting}_{o.date}.yaml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(to_text(fit), encoding="utf-8")
+    p = HubParameters()
+    before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
+    for name in before:
+        print(f"{name}: {before[name]:.1f} N once per turn, {after[name]:.2f} N after the filter")
+    entry = Entry("parasitic", o.date, {"parasitic_fit": str(path)}, max(after.values()), unit="N")
+    return put(book, entry)
+
+
+def status(o: argparse.Namespace, book: Book) -> int:
+    """Which calibrations hold; 1 when one is expired or absent."""
+    found = book.status(date.fromisoformat(o.date))
+    for name, text in found.items():
+        print(f"{name:14} {text}")
+    return 0 if all(text.startswith("valid") for text in found.values()) else 1
+
+
+def sheet(o: argparse.Namespace, book: Book) -> int:
+    """A blank pre-flight sheet, or the starting values of a filled one."""
+    if o.file is None:
+        print(blank(o.date), end="")
+        return 0
+    values = starting_values(o.file.read_text(encoding="utf-8"), str(o.file))
+    print(yaml.safe_dump({"effects": values}, sort_keys=False), end="")
+    return 0
+
+
+WORK: dict[str, Work] = {
+    "hub": hub, "lvdt": lvdt, "plank": plank, "motor": motor, "parasitic": parasitic,
+    "status": status, "sheet": sheet,
+}  # fmt: skip
+
+
+def put(book: Book, entry: Entry) -> int:
+    """Write down and say it."""
+    book.add(entry)
+    for name, value in entry.parameters.items():
+        error = entry.uncertainty.get(name)
+        print(f"{name}: {value:.6g}" + (f" +- {error:.2g}" if error else "") if error is not None
+              else f"{name}: {value}")  # fmt: skip
+    print(f"residual {entry.residual:.3g} {entry.unit}; put down in {book.path}")
+    return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    p = argparse.ArgumentParser(prog="flatplank calibrate", description=__doc__)
+    p.add_argument("--book", type=Path, default=Path(FILE), help="file of the calibrations")
+    p.add_argument("--date", default=date.today().isoformat(), help="ISO 8601; default: today")
+    what = p.add_subparsers(dest="what", required=True)
+    for name, work in WORK.items():
+        one = what.add_parser(name, help=work.__doc__)
+        if name in ("hub", "lvdt", "plank", "motor"):
+            one.add_argument("--pairs", required=True, help="known:read,known:read,...")
+            one.add_argument("--reading", type=float, default=0.0, help="uncertainty of a reading")
+        if name == "hub":
+            one.add_argument("--axis", required=True, choices=sorted(HUB_AXES))
+        if name == "parasitic":
+            one.add_argument("--mounting", required=True, help="name of this mounting")
+            one.add_argument("--bag", type=Path, help="of an unloaded turn")
+            one.add_argument("--sim", action="store_true", help="on the twin")
+            one.add_argument("--tire", default="toyo", help="of the twin")
+            one.add_argument("--preset", default="", help="of the twin: thesis2023")
+        if name == "sheet":
+            one.add_argument("file", type=Path, nargs="?", help="a filled sheet")
+    return p
+
+
+def main(argv: list[str]) -> int:
+    """0: done."""
+    o = parser().parse_args(argv)
+    return WORK[o.what](o, Book(o.book))

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gains of the free-rolling controller for a tire: from C_x and sigma, or from C_Fk and sigma."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import yaml
+
+from flatplank_control.free_rolling.design import Gains, design
+from flatplank_control.free_rolling.figures import draw, loop_of, margins
+from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
+
+THESIS = Gains(5.0e-3, 5.0e-4, 0.1105, THESIS_LEAD_ALPHA)
+
+
+def parser() -> argparse.ArgumentParser:
+    p = argparse.ArgumentParser(prog="flatplank tune", description=__doc__)
+    how = p.add_mutually_exclusive_group(required=True)
+    how.add_argument("--cx", type=float, help="tire stiffness C_x = C_Fk / sigma [N/mm]")
+    how.add_argument("--cfk", type=float, help="slip stiffness C_Fk [kN]")
+    p.add_argument("--sigma", type=float, default=0.45, help="relaxation length [m]")
+    p.add_argument("--rate", type=float, default=250.0, help="bus rate [Hz]")
+    p.add_argument("--delay-cycles", type=float, default=2.0, help="sample to effect")
+    p.add_argument("--figure", type=Path, help="Bode and step figure, for instance tune.png")
+    p.add_argument("--out", type=Path, help="parameter file for the controller")
+    return p
+
+
+def main(argv: list[str]) -> int:
+    """0: the gains keep 30 deg; 1: they do not."""
+    o = parser().parse_args(argv)
+    if o.sigma <= 0.0 or (o.cx or o.cfk) <= 0.0:
+        raise ValueError("flatplank tune: --cx, --cfk and --sigma must be above 0")
+    stiffness = o.cx * 1e3 if o.cx else o.cfk * 1e3 / o.sigma
+    delay = (o.delay_cycles + 0.5) / o.rate
+    gains = design(stiffness, o.sigma, delay)
+    loops = {
+        name: loop_of(g, stiffness, o.sigma, delay) for name, g in
+        {"tuned": gains, "thesis": THESIS}.items()
+    }  # fmt: skip
+    print(f"C_x {stiffness / 1e3:.0f} N/mm, sigma {o.sigma:g} m, delay {1e3 * delay:.1f} ms")
+    found = {}
+    for name, loop in loops.items():
+        found[name], omega, gain = margins(loop)
+        print(
+            f"{name:7} phase margin {found[name]:6.1f} deg at {omega / 6.2832:.2f} Hz, "
+            f"gain margin {gain:.2f}"
+        )
+    values = {
+        "rate_hz": o.rate,
+        "proportional_gain": float(f"{gains.proportional:.4g}"),
+        "integral_gain": float(f"{gains.integral:.4g}"),
+        "lead_time": float(f"{gains.lead_time:.4g}"),
+        "lead_alpha": float(f"{gains.lead_alpha:.4g}"),
+    }
+    FreeRollingParameters(**values)
+    text = yaml.safe_dump({"/**": {"ros__parameters": values}}, sort_keys=False)
+    print(text, end="")
+    if o.out:
+        o.out.write_text(text, encoding="utf-8")
+    if o.figure:
+        draw(o.figure, loops)
+    return 0 if found["tuned"] >= 30.0 else 1

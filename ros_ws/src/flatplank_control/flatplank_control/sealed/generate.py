@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes a challenge: nine slips, three starts, one effect hidden, the answer sealed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import lfilter
+
+from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_analysis.data.exporters import export_campaign
+from flatplank_control.bench.campaign import SLIPS
+from flatplank_control.runner.measurement import START_ANGLES
+from flatplank_control.sealed.envelope import seal
+from flatplank_control.sealed.menu import MENU, Defects
+from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
+from flatplank_hw.plant.config import PlantConfig
+
+FZ = 3700.0
+PRESSURE = 2.5
+STEP = 1.5
+NAME = "TOY"
+TIRE_SCATTER = 0.01
+"""standard deviation of friction and stiffness from run to run [-]"""
+NOISE = 15.0
+"""standard deviation of the slow noise of the forces [N]; thesis 6.3 finds 24 N at no slip"""
+NOISE_TIME = 0.3
+"""it is correlated over so long [s]"""
+Progress = Callable[[int, int, str], None]
+
+
+def make_challenge(
+    folder: Path, seed: int, progress: Progress = lambda _done, _all, _name: None
+) -> Path:
+    """A campaign folder with `answer.sealed`; the same seed makes the same challenge."""
+    random = np.random.default_rng(seed)
+    name = str(random.choice(sorted(MENU)))
+    hidden = MENU[name]
+    size = hidden.draw(random)
+    plain = PlantConfig.load("toyo")
+    radius = round(Campaign(plain).true_radius(FZ, plain.tire.vertical_stiffness), 5)
+    pairs = [(kappa, start) for kappa in SLIPS for start in START_ANGLES]
+    order = random.permutation(len(pairs))
+    tables = []
+    for index, which in enumerate(order):
+        kappa, start = pairs[which]
+        run = CampaignRun(
+            kappa=kappa,
+            fz=FZ,
+            pressure=PRESSURE,
+            start_angle=math.radians(START_ANGLES[start]),
+            run_index=index,
+            effective_rolling_radius=radius,
+            step_position=STEP,
+        )
+        own = np.random.default_rng((seed, index))
+        columns = Campaign(_scattered(plain, hidden.defects(size), own)).run(run, own)
+        _add_noise(columns, own)
+        label = f"{NAME}_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}"
+        info = RunInfo(
+            file=f"{label}.parquet",
+            tire=NAME,
+            kappa=kappa,
+            fz=FZ,
+            pressure=PRESSURE,
+            start=start,
+            run_index=index,
+            effective_rolling_radius=radius,
+            step_position=STEP,
+        )
+        tables.append(MeasurementTable({c: columns[c] for c in COLUMNS}, info))
+        progress(index + 1, len(pairs), label)
+    export_campaign(tables, folder)
+    seal(folder, {"hidden": name, "names": hidden.names, "size": size, "unit": hidden.unit})
+    return folder
+
+
+def _scattered(plain: PlantConfig, defects: Defects, random: np.random.Generator) -> PlantConfig:
+    """The bench of one run: the tire is not quite the same every time."""
+    names = ("friction", "tread_stiffness_x", "carcass_stiffness_x")
+    tire = {n: getattr(plain.tire, n) * (1 + TIRE_SCATTER * random.normal()) for n in names}
+    return PlantConfig.load("toyo", overrides={"defects": defects, "tire": tire})
+
+
+def _add_noise(columns: dict[str, np.ndarray], random: np.random.Generator) -> None:
+    """Slow noise of the machine on the forces, a first-order process."""
+    keep = math.exp(-float(columns["time"][1] - columns["time"][0]) / NOISE_TIME)
+    for name in ("fx", "fy", "fz"):
+        white = random.normal(0.0, NOISE * math.sqrt(1.0 - keep**2), len(columns[name]))
+        columns[name] = columns[name] + lfilter([1.0], [1.0, -keep], white)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What can be hidden: a defect of the simulated machine, its size, and the effect that names it.
+
+One line each. The names of effects are those that a diagnosis uses; nothing else of the analysis is known here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Defects = Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """One entry: `defects(size)` switches it on; `names` are effects that count as found."""
+
+    names: tuple[str, ...]
+    """empty: no effect of the library, the answer is `none of these` or `partly`"""
+    unit: str
+    low: float
+    high: float
+    defects: Callable[[float], Defects]
+
+    def draw(self, random: np.random.Generator) -> float:
+        """A size, evenly over its logarithm."""
+        return float(np.exp(random.uniform(np.log(self.low), np.log(self.high))))
+
+
+MENU: dict[str, Hidden] = {
+    "road_play": Hidden(
+        ("road_play", "drive_backlash", "rack_backlash"), "m", 4e-4, 1.2e-3,
+        lambda s: {"road_play": {"gap": s}},
+    ),
+    "rack_backlash": Hidden(
+        ("rack_backlash", "drive_backlash", "road_play"), "m", 4e-4, 1.0e-3,
+        lambda s: {"rack_backlash": {"gap": s}},
+    ),
+    "parasitic_force": Hidden(
+        ("parasitic_force", "nonuniformity_1"), "N", 40.0, 200.0,
+        lambda s: {"parasitic_shaft": {"fx": s, "fz": 0.8 * s}},
+    ),
+    "drive_brake_asymmetry": Hidden(
+        ("drive_brake_asymmetry",), "1", 0.05, 0.12,
+        lambda s: {"drive_brake_asymmetry": {"friction": s}},
+    ),
+    "mesh_ripple": Hidden(
+        ("mesh_ripple",), "m", 2e-5, 8e-5,
+        lambda s: {"mesh_ripple": {"tooth": 0.0, "turn": s}},
+    ),
+    "speed_droop": Hidden(
+        ("speed_droop",), "1/N", 5e-7, 2e-6, lambda s: {"speed_droop": {"per_kn": 1000.0 * s}},
+    ),
+    "worn_patch": Hidden(
+        ("worn_patch",), "1", 0.10, 0.30,
+        lambda s: {"worn_patches": {"positions": [2.35], "factor": 1.0 - s, "length": 0.12}},
+    ),
+    "wear": Hidden(
+        ("wear",), "1", 2e-3, 6e-3, lambda s: {"sandpaper_wear": {"per_run": s}},
+    ),
+    "hub_gain": Hidden(
+        ("hub_gain",), "1", 0.03, 0.08, lambda s: {"hub_gain": {"fx": s, "fz": 0.0}},
+    ),
+    "nothing": Hidden((), "1", 1.0, 1.0, lambda _s: {}),
+}  # fmt: skip

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A node that dies leaves a stopped wheel, a closed bag, and a bench that measures again."""
+
+from pathlib import Path
+
+import pytest
+from bench_graph import graph
+from flatplank_analysis.data import Campaign
+from flatplank_control.nodes.client import BenchError
+from flatplank_control.recording.run_record import load_record
+from flatplank_msgs.srv import PlankSwitch
+from std_srvs.srv import SetBool, Trigger
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+HUNDRED_MS = 25
+SHORT = {"kappa": 0.02, "step_position": 0.02, "end_position": 0.04}
+
+
+def measures_again(bench) -> None:
+    (bag,) = bench.client.measure(SHORT, simulated=True)
+    assert load_record(Path(bag)).status == "complete"
+    assert load_record(Path(bag)).cycles_lost == 0
+
+
+@pytest.mark.parametrize("name", ["measurement_hub", "encoders", "slip_sequencer", "wheel_drive"])
+def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_works(
+    name, tmp_path, monkeypatch
+):
+    with graph(tmp_path, monkeypatch) as bench:
+        bench.roll(record="killed")
+        assert bench.wheel_turns()
+        bench.kill(name)
+        bench.advance(HUNDRED_MS)
+        assert not bench.wheel_turns()
+        assert bench.stop_recording().cycles_lost == 0
+        (run,) = [r for r in Campaign.load(bench.data).runs if r.info.name == "killed"]
+        assert len(run.table(check=False)["time"]) > 100
+        bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)
+        bench.processes.start_node(name)
+        bench.client.wait_connected(bench.processes.running, timeout=60.0)
+        if name == "wheel_drive":
+            # the drive's own watchdog has tripped: it wants an explicit reset
+            with pytest.raises(BenchError, match="reset it first"):
+                measures_again(bench)
+            bench.call(Trigger, "/wheel_drive/reset_fault")
+            bench.advance(100)
+        measures_again(bench)
+
+
+def test_a_killed_recorder_leaves_a_bag_that_is_mended_at_the_next_start(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch) as bench:
+        bench.roll(record="cut")
+        bench.advance(500)
+        bench.kill("recorder")
+        assert bench.wheel_turns(), "a recorder is not needed to hold the slip"
+        bench.processes.start_node("recorder")
+        bench.client.wait_connected(["recorder"], timeout=60.0)
+        assert load_record(bench.data / "cut").status == "interrupted"
+        assert (bench.data / "cut" / "metadata.yaml").is_file()
+        bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)
+        measures_again(bench)
+
+
+@pytest.mark.parametrize("mode", ["slip", "free_rolling"])
+def test_the_emergency_stop_stops_plank_and_wheel(mode, tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch) as bench:
+        bench.roll(mode)
+        assert bench.wheel_turns()
+        bench.call(SetBool, "/simulated_plant/emergency_stop", data=True)
+        bench.advance(HUNDRED_MS)
+        assert not bench.wheel_turns()
+        with pytest.raises(BenchError):
+            bench.client.measure(SHORT, simulated=True)
+        bench.call(SetBool, "/simulated_plant/emergency_stop", data=False)
+        assert not bench.wheel_turns(), "nothing is enabled by itself"
+        measures_again(bench)

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Service calls with bad values are refused with the reason; parameter files are checked."""
+
+import math
+import subprocess
+import sys
+
+import pytest
+from bench_graph import graph, loopback, next_domain
+from flatplank_msgs.srv import (
+    LoadParasiticFit,
+    MoveTo,
+    SetOperationMode,
+    SetSlipStep,
+    SetValue,
+    SetWaveform,
+    StartRecording,
+)
+from std_srvs.srv import Trigger
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+
+STEP = {"kappa": 0.05, "start_position": 1.0, "effective_rolling_radius": 0.31}
+REFUSED = [
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": math.nan}, "nan"),
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": 0.51}, "0.5"),
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": -0.51}, "0.5"),
+    (
+        SetSlipStep,
+        "/slip_sequencer/set_slip_step",
+        STEP | {"effective_rolling_radius": -0.3},
+        "radius",
+    ),
+    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"start_position": 9.0}, "road"),
+    (
+        SetWaveform,
+        "/slip_sequencer/set_waveform",
+        {"name": "sinus", "start_position": 1.0, "effective_rolling_radius": 0.31},
+        "nearest is 'sine'",
+    ),
+    (SetOperationMode, "/wheel_drive/set_operation_mode", {"mode": "torqe"}, "torque"),
+    (
+        SetOperationMode,
+        "/wheel_drive/set_operation_mode",
+        {"mode": "velocity", "value": math.inf},
+        "inf",
+    ),
+    (MoveTo, "/wheel_drive/move_to", {"angle_deg": 120.0}, "enable"),
+    (LoadParasiticFit, "/measurement_hub/load_parasitic_fit", {"file": "/no/such"}, "no/such"),
+    (StartRecording, "/recorder/start", {"name": "../out", "record": "tire: T"}, "../out"),
+    (StartRecording, "/recorder/start", {"name": "a", "record": "tyre: T"}, "tyre"),
+    (SetValue, "/simulated_plant/load_to", {"value": math.nan}, "nan"),
+    (SetValue, "/simulated_plant/set_steer_deg", {"value": 400.0}, "outside"),
+]
+
+
+def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch) as bench:
+        bench.advance(10)
+        for kind, name, fields, reason in REFUSED:
+            response = bench.client.call(kind, name, **fields)
+            assert not response.accepted, name
+            assert reason in response.reason, (name, response.reason)
+            assert "\n" not in response.reason
+        # a start behind the plank, a tare over a moving plank
+        bench.roll()
+        late = bench.client.call(
+            SetSlipStep, "/slip_sequencer/set_slip_step", **(STEP | {"start_position": 0.0})
+        )
+        assert not late.accepted and "behind the plank" in late.reason
+        tare = bench.client.call(Trigger, "/measurement_hub/tare")
+        assert not tare.success and "moves" in tare.message
+        assert bench.wheel_turns(), "the step that was set before still holds"
+
+
+@pytest.mark.parametrize(
+    ("node", "text", "reason"),
+    [
+        ("flatplank_hw.nodes.measurement_hub", "et_valu: 0.03", "the nearest is 'et_value'"),
+        ("flatplank_hw.nodes.wheel_drive", "gear_ratio: -1.0", "gear_ratio"),
+        ("flatplank_hw.nodes.simulated_plant", "tire: tojo", "toyo"),
+        ("flatplank_control.nodes.slip_sequencer", "speed: 1.0", "unknown parameter 'speed'"),
+    ],
+)
+def test_a_bad_parameter_file_is_refused_when_the_node_configures(tmp_path, node, text, reason):
+    file = tmp_path / "parameters.yaml"
+    file.write_text(f"/**:\n  ros__parameters:\n    {text}\n", encoding="utf-8")
+    import os
+
+    done = subprocess.run(
+        [sys.executable, "-m", node, "--ros-args", "--params-file", str(file)],
+        env={**os.environ, **loopback(next_domain())},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 1
+    assert reason in done.stderr
+    assert "Traceback" not in done.stderr
