@@ -115,7 +115,7 @@ def _smooth(table: MeasurementTable) -> dict[str, np.ndarray]:
     angle = columns[:, 1] - columns[0, 1]
     columns[:, 1] = angle * (1.0 if angle[-1] >= 0.0 else -1.0)
     speed = info.speed if np.isfinite(info.speed) else _speed(time, columns[:, 0])
-    time, columns = smooth_columns(time, columns, abs(speed))
+    time, columns = smooth_columns(time, columns, abs(speed), counted=(0, 1))
     return {"time": time, "speed": np.array(abs(speed))} | {
         n: columns[:, i] for i, n in enumerate(names)
     }

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of a diagnosis; each function draws on a new figure and returns it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from flatplank_analysis.discovery import screen
+from flatplank_analysis.discovery.decide import amplitude
+from flatplank_analysis.discovery.search import Search
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.discovery.where import Map
+
+BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
+COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
+
+
+def _figure(width: float, height: float) -> Figure:
+    return Figure(figsize=(width, height), layout="constrained", dpi=110)
+
+
+def _clean(axes) -> None:
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=8)
+
+
+def short(label: str) -> str:
+    """First part of a condition's name."""
+    return label.split(",", 1)[0]
+
+
+def conditions(search: Search) -> Figure:
+    """Error of every condition before and after, with the floor."""
+    first, last = search.steps[0], search.last
+    runs = search.model.runs
+    before = first.state.floors[0].rmse_condition
+    after = last.state.floors[0].rmse_condition
+    x = np.arange(len(before))
+    figure = _figure(8.0, 3.4)
+    axes = figure.add_subplot()
+    moved = len(search.steps) > 1
+    width = 0.4 if moved else 0.7
+    axes.bar(x - (0.2 if moved else 0), before, width, color=GREY, label="base alone")
+    if moved:
+        axes.bar(x + 0.2, after, width, color=BLUE, label="with the effects")
+    floor = last.state.floors[0].floor
+    axes.axhline(floor, color=ORANGE, lw=1.5, label=f"floor {floor:.1f} N")
+    labels = [short(n) for n in runs.condition_names]
+    axes.set_xticks(x, labels, rotation=30 if len(x) > 9 else 0, fontsize=8)
+    axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
+    axes.legend(fontsize=8, frameon=False)
+    _clean(axes)
+    return figure
+
+
+def map_of(table: Map, names: Sequence[str]) -> Figure:
+    """Mean residual of every condition over one coordinate."""
+    figure = _figure(8.0, 2.7)
+    axes = figure.add_subplot()
+    limit = float(np.nanmax(np.abs(table.mean))) or 1.0
+    rows = np.arange(len(table.mean) + 1)
+    mesh = axes.pcolormesh(
+        table.edges, rows, np.ma.masked_invalid(table.mean), cmap="RdBu_r", vmin=-limit, vmax=limit
+    )
+    axes.set_yticks(rows[:-1] + 0.5, [short(n) for n in names], fontsize=7)
+    axes.set_xlabel(f"{table.coordinate} [{table.unit}]", fontsize=9)
+    figure.colorbar(mesh, ax=axes, label="measured - model [N]", pad=0.01)
+    _clean(axes)
+    return figure
+
+
+def ranking(search: Search, count: int = 12) -> Figure:
+    """Screened gain of the best effects at the first step, those refitted marked."""
+    items = screen.best_per_effect(search.steps[0].screen)[:count][::-1]
+    refits = {d.term.effect.identifier: d for s in search.steps for d in s.refits}
+    found = {f.decision.term.effect.identifier for f in search.last.found}
+    figure = _figure(8.0, 0.9 + 0.27 * len(items))
+    axes = figure.add_subplot()
+    for i, item in enumerate(items):
+        name = item.identifier
+        color = COLORS[item.candidate.effect.kind]
+        gain = refits[name].drop if name in refits else item.gain
+        axes.barh(i, max(gain, 1.0), color=color, alpha=1.0 if name in found else 0.35)
+        text = "accepted" if name in found else "; ".join(refits[name].reasons[:1]) if (
+            name in refits
+        ) else ""
+        axes.text(max(gain, 1.0) * 1.1, i, text, va="center", fontsize=7, color=GREY)
+    axes.set_xscale("log")
+    axes.set_yticks(range(len(items)), [i.identifier for i in items], fontsize=8)
+    axes.set_xlim(1.0, axes.get_xlim()[1] * 30.0)
+    axes.set_xlabel("drop of the whitened chi2 (log)", fontsize=9)
+    _clean(axes)
+    return figure
+
+
+def collapse(search: Search, number: int) -> Figure:
+    """What is left without one effect, over the effect's own coordinate, and its prediction."""
+    last = search.last
+    runs, state = search.model.runs, last.state
+    term = last.found[number].decision.term
+    index = len(state.fit.terms) - len(last.found) + number
+    part = amplitude(state.fit, index)[0]
+    without = state.residual[0] + part
+    name = term.effect.coordinate
+    if name not in runs.coordinates:
+        name = next(iter(runs.coordinates))
+    coordinate = runs.coordinates[name]
+    figure = _figure(8.0, 3.2)
+    axes = figure.add_subplot()
+    for i, rows in enumerate(runs.groups):
+        if not np.any(np.abs(part[rows]) > 0.02 * np.abs(part).max()):
+            continue
+        color = f"C{i % 10}"
+        for k, r in enumerate(rows):
+            x, y, p = coordinate.values[r], without[r], part[r]
+            order = np.argsort(x, kind="stable")[:: max(1, runs.samples // 300)]
+            label = short(runs.condition_names[i]) if k == 0 else None
+            axes.plot(x[order], y[order], ".", ms=1.5, color=color, alpha=0.5)
+            axes.plot(x[order], p[order], "-", lw=0.9, color=color, label=label)
+    axes.set_xlabel(f"{name} [{coordinate.unit}]", fontsize=9)
+    axes.set_ylabel("Fx: left without it (dots), effect (line) [N]", fontsize=8)
+    axes.legend(fontsize=7, frameon=False, ncols=5)
+    _clean(axes)
+    return figure
+
+
+def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
+    """Fitted and held-out error after every step, with the floor."""
+    figure = _figure(8.0, 3.0)
+    axes = figure.add_subplot()
+    x = np.arange(len(steps))
+    axes.bar(x - 0.18, [s["rmse"] for s in steps], 0.36, color=BLUE, label="fitted")
+    held = [s.get("held_out") or s["rmse"] for s in steps]
+    axes.bar(x + 0.18, held, 0.36, color=GREY, label="held-out conditions")
+    axes.axhline(floor, color=ORANGE, lw=1.5, label="floor")
+    axes.set_xticks(x, [s["name"] for s in steps], fontsize=8)
+    axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
+    axes.legend(fontsize=8, frameon=False)
+    _clean(axes)
+    return figure
+
+
+def residual(search: Search) -> Figure:
+    """Mean residual of every condition over the first place coordinate: a picture, no more."""
+    runs = search.model.runs
+    mean = runs.mean(search.last.state.residual[0])
+    name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))
+    coordinate = runs.coordinates[name]
+    floor = search.last.state.floors[0].floor
+    figure = _figure(8.0, 0.8 + 0.42 * len(mean))
+    axes = figure.add_subplot()
+    gap = max(4.0 * floor, 1.2 * float(np.abs(mean).max()))
+    for i, rows in enumerate(runs.groups):
+        axes.axhline(-i * gap, color="#cbd5e0", lw=0.6)
+        axes.plot(coordinate.values[rows[0]], mean[i] - i * gap, lw=0.8, color=BLUE)
+    ticks = [-i * gap for i in range(len(mean))]
+    axes.set_yticks(ticks, [short(n) for n in runs.condition_names], fontsize=8)
+    axes.set_xlabel(f"{name} [{coordinate.unit}]; {gap:.0f} N between the lines", fontsize=9)
+    _clean(axes)
+    return figure
+
+
+def steps_of(result: Diagnosis) -> list[dict[str, Any]]:
+    """Waterfall of a search."""
+    search = result.search
+    out = []
+    for i, step in enumerate(search.steps):
+        rmse = search.model.runs.rmse(step.state.residual[0])
+        name = step.found[-1].decision.term.effect.identifier if step.found else "base"
+        held = result.held_out_after if i == len(search.steps) - 1 else rmse
+        out.append({"name": name, "rmse": rmse, "held_out": held})
+    return out

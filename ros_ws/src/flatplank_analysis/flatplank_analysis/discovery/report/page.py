@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One HTML page that opens offline, with its figures as SVG and PNG and the numbers as JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, select_autoescape
+from markupsafe import Markup
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_analysis.discovery.report import figures
+from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
+from flatplank_analysis.errors import FlatplankError
+
+
+class _Book:
+    """Saves figures beside the page and gives them back as inline SVG."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def add(self, name: str, figure: Figure) -> Markup:
+        """Save as PNG and SVG; the SVG text, its ids made unique on the page."""
+        FigureCanvasAgg(figure).print_png(self.folder / f"{name}.png")
+        text = io.StringIO()
+        FigureCanvasSVG(figure).print_svg(text)
+        svg = text.getvalue()
+        write_atomic(self.folder / f"{name}.svg", svg)
+        svg = svg[svg.index("<svg") :]
+        svg = re.sub(r'(\bid=")', rf"\g<1>{name}-", svg)
+        svg = re.sub(r"(url\(#|href=\"#)", rf"\g<1>{name}-", svg)
+        return Markup(svg)
+
+
+def write_report(
+    result: Diagnosis,
+    folder: Path,
+    campaign: str,
+    history: Sequence[Mapping[str, Any]] = (),
+) -> Path:
+    """Write page, figures and JSON; returns the page."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FlatplankError(
+            f"cannot be made ({error.strerror})", str(folder), "choose another place"
+        ) from error
+    write_atomic(folder / "diagnosis.json", json.dumps(result.to_dict(), indent=1) + "\n")
+    if result.search is None:
+        raise FlatplankError(result.reason, campaign, "there is nothing to draw")
+    book = _Book(folder)
+    page = folder / "index.html"
+    write_atomic(page, _render(result, book, campaign, history))
+    return page
+
+
+def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=select_autoescape(["j2"])
+    )
+    search = result.search
+    first = search.steps[0]
+    runs = search.model.runs
+    maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].floor)
+    steps = _history_steps(history) or figures.steps_of(result)
+    svg = {
+        "conditions": book.add("conditions", figures.conditions(search)),
+        "ranking": book.add("ranking", figures.ranking(search)),
+        "residual": book.add("residual", figures.residual(search)),
+        "waterfall": book.add("waterfall", figures.waterfall(steps, result.floor)),
+    }
+    return environment.get_template("page.html.j2").render(
+        d=result,
+        campaign=campaign,
+        svg=svg,
+        maps=[
+            {
+                "svg": book.add(f"map{i}", figures.map_of(m, runs.condition_names)),
+                "text": f"{m.place_share:.0%} of it within {m.place[0]:.3g} .. "
+                f"{m.place[1]:.3g} {m.unit} (p = {m.p_value:.2g})",
+            }
+            for i, m in enumerate(maps[:4])
+        ],
+        effects=[_effect(result, book, i) for i in range(len(result.found))],
+        refused=_refused(result),
+        events=result.events[:8],
+        detectable=sorted(result.detectable.items()),
+    )
+
+
+def _effect(result: Diagnosis, book: _Book, number: int) -> dict[str, Any]:
+    found = result.found[number]
+    data = effect_dict(found)
+    effect = found.decision.term.effect
+    low, high = data["interval"]
+    return data | {
+        "text": f"{data['size']:.3g} {data['unit']} (90 %: {low:.3g} to {high:.3g})",
+        "svg": book.add(f"collapse{number}", figures.collapse(result.search, number)),
+        "alike": found.alike,
+        "what": effect.what,
+        "check": effect.check,
+        "removes": effect.removes,
+    }
+
+
+def _refused(result: Diagnosis) -> list[dict[str, str]]:
+    taken = {f.decision.term.effect.identifier for f in result.found}
+    out: dict[str, dict[str, str]] = {}
+    for step in result.search.steps:
+        for d in step.refits:
+            name = d.term.effect.identifier
+            if d.reasons and name not in taken:
+                unit = d.term.effect.main_parameter().unit
+                size = f"{d.term.size:.3g} {unit}"
+                out[name] = {"name": name, "size": size, "why": "; ".join(d.reasons)}
+    return list(out.values())
+
+
+def _history_steps(history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Waterfall from the history of a model file."""
+    return [
+        {
+            "name": str(h.get("effect") or h.get("action")),
+            "rmse": float(h["rmse"]),
+            "held_out": h.get("held_out"),
+        }
+        for h in history
+        if h.get("rmse") is not None
+    ]
