@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The procedure of Appendix C: three turns of the free wheel, a fit per channel, what is left of
+it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.twin import Cycle, Twin
+from flatplank_control.bench.twin_bench import TwinBench
+from flatplank_control.recording.run_record import RunRecord
+from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.plans import plan_of
+from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
+from flatplank_hw.hub.params import HubParameters
+from flatplank_hw.hub.parasitic import INDEX, ParasiticFit
+
+COUNTS = 20000
+TOPIC = "/bus/inputs"
+MISMATCH = 40.0
+"""once-per-turn force left with the filter on, from which the fit is no longer that of the wheel
+[N]"""
+
+
+class Turn(NamedTuple):
+    """Raw samples of an unloaded turn."""
+
+    angle: np.ndarray
+    """of the wheel encoder's own counter, shape (n,) [rad]"""
+    volts: np.ndarray
+    """C1..C6, shape (n, 6) [V]"""
+
+
+class RawLog:
+    """Keeps the bridge volts of a twin's run."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[int, tuple[float, ...]]] = []
+
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
+        self._rows = []
+
+    def add(self, cycle: Cycle) -> None:
+        self._rows += [(i.wheel_counts, i.bridge_volts) for i in cycle.batch]
+
+    def stop(self, status: str, notes: str) -> Path:
+        return Path("raw")
+
+    @property
+    def turn(self) -> Turn:
+        """What was recorded."""
+        return _turn([r[0] for r in self._rows], [r[1] for r in self._rows])
+
+
+def _turn(counts: list[int], volts: list[Any]) -> Turn:
+    return Turn(np.array(counts) * 2.0 * math.pi / COUNTS, np.array(volts, float))
+
+
+def turn_on_twin(setup: BenchSetup) -> Turn:
+    """The run on the simulated bench."""
+    log = RawLog()
+    TwinBench(Twin(setup), log).perform(plan_of(Measurement(measurement="unloaded_turn")))
+    return log.turn
+
+
+def turn_of_bag(path: Path) -> Turn:
+    """The run from its bag."""
+    from rosbags.highlevel import AnyReader
+
+    counts: list[int] = []
+    volts: list[Any] = []
+    with AnyReader([path]) as reader:
+        connections = [c for c in reader.connections if c.topic == TOPIC]
+        if not connections:
+            raise ValueError(f"{path}: no {TOPIC} in it; record the unloaded turn with the bench")
+        for connection, _, raw in reader.messages(connections=connections):
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            counts += list(message.wheel_counts)
+            volts += list(np.asarray(message.bridge_volts).reshape(-1, 6))
+    return _turn(counts, volts)
+
+
+def amplitudes(turn: Turn, fit: ParasiticFit | None, hub: HubParameters) -> dict[str, float]:
+    """Once-per-turn amplitude of Fx and Fz at the wheel [N], without a fit or after it.
+
+    From the third turn, which the fit has not seen.
+    """
+    inside = np.abs(turn.angle - turn.angle[0])
+    keep = (inside > 4.0 * math.pi) & (inside < 5.9 * math.pi)
+    angle, volts = turn.angle[keep], turn.volts[keep].copy()
+    if fit is not None:
+        signal: Callable[[float], tuple[float, ...]] = fit.signal()
+        volts[:, INDEX] -= np.array([signal(a) for a in angle])
+    g = gains(hub)
+    forces = np.array([wheel_from_volts(tuple(v), g)[:3] for v in volts])
+    basis = np.column_stack([np.ones_like(angle), np.sin(angle), np.cos(angle)])
+    a = np.linalg.lstsq(basis, forces, rcond=None)[0]
+    return {name: float(math.hypot(a[1, k], a[2, k])) for k, name in ((0, "fx"), (2, "fz"))}
+
+
+def still_fits(left: float) -> str:
+    """A warning when the once-per-turn force [N] with the filter on says another mounting; else
+    empty."""
+    if left <= MISMATCH:
+        return ""
+    return (
+        f"{left:.0f} N once per turn are left with the filter on (at most {MISMATCH:g} N): "
+        "the fit is not that of this mounting; make the unloaded turn again"
+    )
+
+
+def difference(plain: np.ndarray, filtered: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Unfiltered less filtered force over the road (Figures C.5, C.6): the parasitic force of the
+    runs.
+
+    plain, filtered: shape (n, 2) with plank position [m] and force [N]; position: shape (k,) [m].
+    """
+    a = np.interp(position, plain[:, 0], plain[:, 1])
+    return a - np.interp(position, filtered[:, 0], filtered[:, 1])

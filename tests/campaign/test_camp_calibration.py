@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibrations recover what was put in, say how good they are, and when they no longer hold."""
+
+from __future__ import annotations
+
+from datetime import date
+
+import numpy as np
+import pytest
+
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration import Book, Entry, fit_line
+from flatplank_control.calibration.parasitic import (
+    amplitudes,
+    difference,
+    still_fits,
+    turn_on_twin,
+)
+from flatplank_control.calibration.sheet import LINES, blank, starting_values
+from flatplank_control.cli.calibrate import main
+from flatplank_control.runner.campaign import Conductor, Journal
+from flatplank_hw.hub.identify import identify
+from flatplank_hw.hub.params import HubParameters
+
+
+def test_a_line_with_its_errors():
+    random = np.random.default_rng(4)
+    x = np.linspace(0.0, 5000.0, 11)
+    line = fit_line(list(zip(x, 3.0 + 1.02 * x + random.normal(0.0, 5.0, 11), strict=True)))
+    assert abs(line.slope - 1.02) < 4.0 * line.slope_error
+    assert abs(line.offset - 3.0) < 4.0 * line.offset_error
+    assert 1.0 < line.residual < 10.0
+
+
+def test_two_points_leave_the_uncertainty_of_the_reading():
+    assert fit_line([(0.0, 0.0), (2.0, 4.0)], reading=0.1).slope_error > 0.05
+    with pytest.raises(ValueError, match="at least two different points"):
+        fit_line([(1.0, 2.0), (1.0, 2.1)])
+
+
+def test_what_is_expired_or_absent_is_said_in_every_run_record(tmp_path):
+    from camp_plans import small
+
+    book = Book(tmp_path / "c.yaml")
+    book.add(Entry("hub", "2020-01-01", {"k_fx1": 3.6}, 0.4))
+    book.add(Entry("lvdt", "2026-01-01", {"lvdt_gain": 0.02}, 0.0))
+    said = Book(tmp_path / "c.yaml").record(date(2026, 2, 1))
+    plan = small()
+    conductor = Conductor(plan, Journal(tmp_path / "j", plan.name, plan.digest), said)
+    record = conductor.take().measurement.record()["calibration"]
+    assert record["hub"]["status"].startswith("expired: of 2020-01-01")
+    assert record["lvdt"]["status"] == "valid: of 2026-01-01"
+    assert record["motor"]["status"] == "absent"
+
+
+def test_the_command_calibrates_the_hub_and_tells_the_status(tmp_path, capsys):
+    book = ["--book", str(tmp_path / "c.yaml"), "--date", "2026-05-01"]
+    pairs = "0:2,1000:1012,4000:4042"
+    assert main([*book, "hub", "--axis", "fz", "--pairs", pairs]) == 0
+    assert Book(tmp_path / "c.yaml").entries["hub"].parameters["k_fz1"] == pytest.approx(
+        1.9775 * 1.01, rel=1e-3
+    )
+    assert main([*book, "status"]) == 1
+    assert "motor          absent" in capsys.readouterr().out
+
+
+def test_the_parasitic_filter_of_one_mounting():
+    """Amplitude over the third turn, which the fit has not seen: thesis 300 N before, 25 N
+    after."""
+    turn = turn_on_twin(BenchSetup(preset="thesis2023", pace="hold"))
+    fit = identify(turn.angle, turn.volts, "m1", "2026-05-01")
+    p = HubParameters()
+    before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
+    assert before["fx"] > 200.0 and before["fz"] > 200.0
+    assert after["fx"] < 5.0 and after["fz"] < 5.0
+    assert still_fits(after["fz"]) == ""
+    moved = turn._replace(angle=turn.angle + 0.3)
+    assert "not that of this mounting" in still_fits(amplitudes(moved, fit, p)["fz"])
+
+
+def test_unfiltered_less_filtered_is_the_parasitic_force():
+    x = np.linspace(0.0, 4.0, 500)
+    tire, parasitic = 1000.0 * x, 250.0 * np.sin(x / 0.31)
+    found = difference(
+        np.column_stack([x, tire + parasitic]), np.column_stack([x, tire]), np.array([1.0, 2.0])
+    )
+    assert found == pytest.approx(np.interp([1.0, 2.0], x, parasitic), abs=0.1)
+
+
+def test_the_sheet_gives_starting_values_of_known_effects(tmp_path):
+    from dataclasses import fields
+    from importlib import import_module
+
+    text = blank("2026-05-01").replace("road_play: null", "road_play: 1.15")
+    assert starting_values(text, "sheet") == {"road_play": {"gap": pytest.approx(1.15e-3)}}
+    with pytest.raises(ValueError, match="steering_zero is 50.0, must be a number within 5 deg"):
+        starting_values(text.replace("steering_zero: null", "steering_zero: 50.0"), "sheet")
+    registry = import_module("flatplank_analysis.effects")
+    effects = {e.name: e for e in vars(registry).get("EFFECTS", {}).values()}
+    for line in LINES.values():
+        if line.effect in effects:
+            assert line.parameter in {f.name for f in fields(effects[line.effect])}
