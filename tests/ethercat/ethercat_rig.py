@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
+import subprocess
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -179,12 +180,15 @@ class Bench:
         self.client.events()
         self.events.clear()
 
-    def meanwhile(self, work: Callable[[], Any]) -> Any:
-        """Do something slow while the node goes on answering."""
-        with ThreadPoolExecutor(1) as pool:
-            future = pool.submit(work)
-            self.node.run(lambda _inputs: future.done(), seconds=20.0, what="work done")
-            return future.result()
+    def meanwhile(self, process: subprocess.Popen[bytes]) -> bytes:
+        """Go on answering until a process says something or ends; what it said.
+
+        No thread: it would hold the interpreter's lock at ordinary priority while the node is due.
+        """
+        ready = select.poll()
+        ready.register(process.stdout)
+        self.node.run(lambda _inputs: bool(ready.poll(0)), seconds=20.0, what="process is done")
+        return process.stdout.readline()
 
     def close(self) -> None:
         """End everything."""

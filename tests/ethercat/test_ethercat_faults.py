@@ -69,6 +69,7 @@ def check_motion(scenario: Scenario, seen: dict[str, Any]) -> None:
     wheel = seen["wheel"]
     assert wheel["enables"] == seen["enables"], "enabled by itself"
     if scenario.stops:
+        print(f"{scenario.name}: the wheel rests after {wheel['ran_on_ms']:g} ms")
         assert not wheel["moving"] and not wheel["enabled"]
         assert wheel["ran_on_ms"] <= WITHIN_MS
     else:
@@ -89,7 +90,7 @@ def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
         assert taken > seen["before"]["recovery"].get(rung, 0), rung
     if scenario.stops:
         if scenario.held is not None:
-            assert seen["during"]["held"].get("0", "") == scenario.held
+            assert seen["during"]["held"].get("wheel", "") == scenario.held
         assert seen["axis"].error_code == scenario.error_code
     for text in scenario.events:
         assert text in seen["events"]

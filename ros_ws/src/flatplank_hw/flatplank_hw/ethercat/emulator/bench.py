@@ -31,7 +31,7 @@ class EmulatedBench:
         self.plant = plant
         self.slaves = [EmulatedSlave(spec) for spec in bus.slaves]
         self.segment = Segment(self.slaves)
-        self.segment.exchange = self.step
+        self.segment.exchange = self._exchange
         self.coupling = Coupling(self.slaves)
         self.witness = Witness()
         self.cycle = 0
@@ -47,6 +47,10 @@ class EmulatedBench:
     def frame(self, frame: bytes) -> bytearray | None:
         """One frame through the segment; process data steps the plant on the way."""
         return self.segment.process(frame, self.now)
+
+    def _exchange(self) -> None:
+        self.step()
+        self.witness.last_frame = self.now
 
     def step(self) -> None:
         """One bus cycle of the plant and of every firmware."""

@@ -26,6 +26,8 @@ class Witness:
         self.enables = [0] * len(AXES)
         self.last_fault = -1
         """bench time at which the last fault was injected [ns]"""
+        self.last_frame = -1
+        """bench time of the last process data frame [ns]"""
         self.now = 0
         self._position: list[int | None] = [None] * len(AXES)
 
@@ -63,8 +65,14 @@ class Witness:
             axes[name] = {
                 "moving": self.last_moving[i] >= 0 and self.now - self.last_moving[i] <= 0,
                 "ran_on_ms": max(ran_on, 0) / 1e6 if self.last_fault >= 0 else None,
+                "last_moving_ns": self.last_moving[i],
                 "still_ms": (self.now - self.last_moving[i]) / 1e6,
                 "enabled": self.enabled[i],
                 "enables": self.enables[i],
             }
-        return {"now_ns": self.now, "fault_ns": self.last_fault, "axes": axes}
+        return {
+            "now_ns": self.now,
+            "fault_ns": self.last_fault,
+            "last_frame_ns": self.last_frame,
+            "axes": axes,
+        }

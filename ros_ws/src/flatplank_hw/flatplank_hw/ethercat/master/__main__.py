@@ -7,7 +7,6 @@ import argparse
 import gc
 import os
 import signal
-import sys
 from dataclasses import replace
 
 from flatplank_hw.ethercat.master.errors import BusError
@@ -70,16 +69,21 @@ def main(arguments: list[str] | None = None) -> int:
         loop = make(options, link, lock)
     except ValueError as error:
         link.tell({"event": "failed", "reason": str(error)})
-        print(f"ethercat_master: {error}", file=sys.stderr)
         return 2
     signal.signal(signal.SIGTERM, lambda *_: setattr(loop, "running", False))
     gc.collect()
     gc.freeze()
     gc.disable()
     link.tell({"event": "ready", "pid": os.getpid(), "scheduling": loop.scheduling})
-    loop.run()
-    loop.soem.close()
-    lock.release()
+    try:
+        loop.run()
+    except Exception as error:
+        # the watchdogs stop the axes; whoever listens shall know why
+        link.tell({"event": "crashed", "reason": f"{type(error).__name__}: {error}"})
+        raise
+    finally:
+        loop.soem.close()
+        lock.release()
     link.tell({"event": "stopped", "diagnostics": loop.report()})
     return 0
 

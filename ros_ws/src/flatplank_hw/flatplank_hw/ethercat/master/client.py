@@ -95,7 +95,6 @@ class BusClient:
             pass_fds=(data.fileno(), control.fileno()),
             env=environment(),
             stdin=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
         )
         data.close()
         control.close()

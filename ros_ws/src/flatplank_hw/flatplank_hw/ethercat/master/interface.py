@@ -54,7 +54,13 @@ class InterfaceLock:
 
     def acquire(self) -> None:
         """Take the lock, or say who has it."""
-        handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except OSError as error:
+            raise BusError(
+                f"lock file {self.path}: {error.strerror}; another user had this interface,"
+                " remove the file when no master runs"
+            ) from None
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from typing import Any, NamedTuple
 
-from flatplank_hw.bus.image import BusInputs, Health
+from flatplank_hw.bus.image import AXES, BusInputs, Health
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master.errors import BusError
 from flatplank_hw.ethercat.master.guard import Cause, Guard
@@ -232,7 +232,7 @@ class BusLoop:
             "history": dict(m.history),
             "recovery": dict(self.ladder.taken),
             "stops": dict(self.guard.stops),
-            "held": {axis: cause.name for axis, cause in self.guard.latched.items()},
+            "held": {AXES[axis]: cause.name for axis, cause in self.guard.latched.items()},
             "emergencies": [e._asdict() for e in self.emergencies[-20:]],
             "cycle_time": self.cycle_times.report(),
             "round_trip": self.round_trips.report(),
