@@ -25,6 +25,8 @@ from flatplank_analysis.identify import (
     linear_run,
     step_run,
 )
+from flatplank_analysis.identify.carcass_report import brush_bias
+from flatplank_analysis.identify.steady_curve import curve_law, slope_weights
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.nonlinear import NonlinearY
@@ -119,7 +121,7 @@ def test_linear_condition_statement_changes_with_the_starts() -> None:
 def test_carcass_of_quiet_runs() -> None:
     found = fit_carcass(quiet_runs())
     truth = QUIET
-    slope = float((truth.steady(np.array(0.01)) - truth.steady(np.array(-0.01))) / 0.02)
+    slope = truth.stiffness()
     a = float(TOYO.half_length(truth.fz, truth.pressure))
     assert found.converged
     assert found.c_cx.value == pytest.approx(truth.c_cx, rel=3e-3)
@@ -224,13 +226,12 @@ def _start_at_angle(alpha_deg: float, number: int) -> MeasurementTable:
 
 
 def test_lateral_carcass_and_relaxation_from_the_start_of_rolling() -> None:
-    angles = (-8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0)
+    angles = (-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0)
     runs = [lateral_run(_start_at_angle(a, i)) for a in angles for i in range(3)]
     found = fit_lateral_carcass(runs)
     assert found.c_cx.name == "c_cy"
     assert found.c_cx.value == pytest.approx(1.2e5, rel=0.02)
-    tangent = math.tan(math.radians(1.0))
-    stiffness = 3300.0 * math.sin(1.4 * math.atan(13.0 * tangent)) / tangent
+    stiffness = 3300.0 * 1.4 * 13.0
     assert found.slip_stiffness.value == pytest.approx(stiffness, rel=0.03)
     assert found.slip_stiffness.unit == "N/rad"
     linear = {lv.level: lv for lv in fit_linear(runs).levels}
@@ -250,3 +251,22 @@ def test_campaign_fits_go_on_past_a_bad_condition() -> None:
         fit_campaign(good, FitFile("cubic"))
     with pytest.raises(FlatplankError, match="three or more slip levels"):
         fit_campaign(bad, FitFile("nonlinear"))
+
+
+def test_slope_at_zero_of_a_curve_that_bends_from_the_start() -> None:
+    slips = np.array([-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05])
+    force = 9.5e4 * slips * (1.0 - 8.0 * np.abs(slips))
+    assert slope_weights(slips) @ force == pytest.approx(9.5e4)
+    law = curve_law(slips, force)
+    assert law.stiffness().item() == pytest.approx(9.5e4 * (1.0 - 8.0 * 0.005), rel=0.01)
+    np.testing.assert_allclose(law.force(slips[None])[0][0], force, atol=2.0)
+    two = curve_law(slips, np.vstack([force, 2.0 * force]))
+    np.testing.assert_allclose(two.values[1], 2.0 * two.values[0], rtol=1e-12, atol=1e-9)
+    # With one pair of levels only the slope between them is known.
+    assert slope_weights(slips[2:5]) @ force[2:5] == pytest.approx(9.5e4 * 0.92)
+
+
+def test_model_bias_on_bristles_is_stated() -> None:
+    bias = brush_bias(2.56e5, 9.5e4, 0.0708)
+    assert bias["c_cx"] == pytest.approx(0.0636, abs=1e-3)
+    assert bias["sigma_x"] == pytest.approx(-0.0511, abs=1e-3)

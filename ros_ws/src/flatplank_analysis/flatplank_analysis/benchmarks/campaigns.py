@@ -14,10 +14,11 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ..identify.runs import StepRun
+from ..identify.steady_curve import curve_law, slope_weights
 from ..models.base import slip_inputs, stack_runs
 from ..models.contact import TOYO
 from ..models.nonlinear import NonlinearX
-from ..models.steady_law import TableLaw, table_law
+from ..models.steady_law import TableLaw
 
 SLIPS = (-0.10, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.10)
 SPACING = 0.002
@@ -50,10 +51,15 @@ class Truth:
         peak = self.friction * self.fz
         return peak * np.sin(1.4 * np.arctan(self.slip_stiffness / (1.4 * peak) * kappa))
 
+    def stiffness(self) -> float:
+        """C_Fk [N] of that table: the slope in the limit of zero slip."""
+        slips = np.array(SLIPS)
+        return float(slope_weights(slips) @ self.steady(slips))
+
     def law(self) -> TableLaw:
         """The table that a campaign with these slips would find without noise."""
         slips = np.array(SLIPS)
-        return table_law(slips, self.steady(slips))
+        return curve_law(slips, self.steady(slips))
 
 
 def coloured_noise(

@@ -62,7 +62,7 @@ def draw_nonlinear(seed: int) -> dict[str, tuple[float, Estimate]]:
     """Nonlinear model: c_cx, C_Fk, sigma_x of one condition from nine slips x three starts."""
     truth = Truth()
     found = fit_carcass(simulate_runs(truth, np.random.default_rng(seed)))
-    slope = float((truth.steady(np.array(0.01)) - truth.steady(np.array(-0.01))) / 0.02)
+    slope = truth.stiffness()
     a = float(TOYO.half_length(truth.fz, truth.pressure))
     return {
         "c_cx": (truth.c_cx, found.c_cx),

@@ -11,12 +11,12 @@ import numpy as np
 from ..models.base import RunInputs, TransientModel, stack_runs
 from ..models.contact import TOYO, ContactGeometry
 from ..models.nonlinear import NonlinearX
-from ..models.steady_law import TableLaw, table_law
+from ..models.steady_law import TableLaw
 from .least_squares import Solution, solve
 from .linear import LinearFit
 from .quality import transient_weights
 from .runs import StepRun, by_level
-from .steady_curve import SteadyCurve, steady_curve
+from .steady_curve import SteadyCurve, curve_law, steady_curve
 
 GROWTH = 1.06
 """Cells of the fit grow by this factor from the runs' own grid at the step ..."""
@@ -51,7 +51,7 @@ class CarcassProblem:
 
     def simulate(self, lanes: np.ndarray) -> np.ndarray:
         """Model force (lanes, runs, samples); lanes (lanes, 1 + k) of c_cx and curve forces."""
-        law = table_law(self.curve.kappa, lanes[:, 1:] if len(lanes) > 1 else lanes[0, 1:])
+        law = curve_law(self.curve.kappa, lanes[:, 1:] if len(lanes) > 1 else lanes[0, 1:])
         return self.model(law).simulate(lanes[:, :1], self.inputs)
 
     def model(self, law: TableLaw) -> TransientModel:

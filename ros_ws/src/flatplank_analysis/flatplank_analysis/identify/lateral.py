@@ -67,5 +67,6 @@ def fit_lateral_carcass(runs: Sequence[StepRun], **options: Any) -> CarcassFit:
     """
     found = fit_carcass(runs, longitudinal=False, **options)
     changes = {name: replace(getattr(found, name), name=other) for name, other in RENAMED.items()}
+    bias = {RENAMED[name]: value for name, value in found.model_bias.items()}
     stiffness = replace(changes["slip_stiffness"], unit="N/rad")
-    return replace(found, **(changes | {"slip_stiffness": stiffness}))
+    return replace(found, model_bias=bias, **(changes | {"slip_stiffness": stiffness}))
