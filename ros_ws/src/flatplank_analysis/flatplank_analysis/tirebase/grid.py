@@ -74,11 +74,13 @@ def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
     """
     if step <= 0.0:
         return values
-    line = np.linspace(values[0], values[-1], len(values))
-    out, centre = values, 0.0
+    out = values
     for seconds in (0.4, 1.5, 5.0):
         width = seconds * sample
-        smooth = line + gaussian_filter1d(values - line, width, mode="nearest", truncate=3.0)
+        reach = min(int(3.0 * width) + 1, len(values) - 1)
+        # odd reflection: a ramp stays a ramp at the ends
+        padded = np.pad(values, reach, mode="reflect", reflect_type="odd")
+        smooth = gaussian_filter1d(padded, width, truncate=3.0)[reach:-reach]
         # counters round down or to the nearest: their mean error is the same everywhere
         centre = float(np.median(smooth - values))
         off = np.abs(smooth - values - centre)

@@ -85,9 +85,13 @@ def ranking(search: Search, count: int = 12) -> Figure:
         color = COLORS[item.candidate.effect.kind]
         gain = refits[name].drop if name in refits else item.gain
         axes.barh(i, max(gain, 1.0), color=color, alpha=1.0 if name in found else 0.35)
-        text = "accepted" if name in found else "; ".join(refits[name].reasons[:1]) if (
-            name in refits
-        ) else ""
+        text = (
+            "accepted"
+            if name in found
+            else "; ".join(refits[name].reasons[:1])
+            if (name in refits)
+            else ""
+        )
         axes.text(max(gain, 1.0) * 1.1, i, text, va="center", fontsize=7, color=GREY)
     axes.set_xscale("log")
     axes.set_yticks(range(len(items)), [i.identifier for i in items], fontsize=8)

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The base of the search against closed forms, its own halved step, and counting encoders."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bristles import Truth, campaign
+
+from flatplank_analysis.tirebase import data as tiredata
+from flatplank_analysis.tirebase import grid, kernel
+
+STIFF, CARCASS, HALF, LOAD = 9.0e4, 2.3e5, 0.07, 3700.0
+
+
+def _params(**changes):
+    p = np.zeros((2, 1, kernel.WIDTH))
+    values = {
+        "stiff": STIFF, "peak": 1.05, "shape": 3.0, "carcass": CARCASS, "half": HALF,
+        "tread": 1.0, "memory": 0.02, "play_soft": 10.0, "creep_time": 10.0,
+    } | changes  # fmt: skip
+    for name, value in values.items():
+        p[..., kernel.NAMES.index(name)] = value
+    return p
+
+
+def _run(kappa, step=0.0015, length=2.5, **changes):
+    n = int(length / step)
+    ds = np.full((1, n), step)
+    dw = np.zeros((2, 1, n))
+    dw[0] = kappa * step
+    one = np.ones((1, n))
+    force = np.zeros((2, 1, n))
+    kernel.sweep(
+        ds, dw, one * step / 0.03, one * LOAD, one, _params(**changes), np.array([LOAD]), 0.03,
+        np.ones((2, 1), dtype=bool), force, 0, 1,
+    )  # fmt: skip
+    return np.cumsum(ds[0]), force[0, 0]
+
+
+def test_small_slip_is_first_order_with_the_sum_of_both_lengths():
+    s, fx = _run(1e-5)
+    sigma = STIFF / CARCASS + HALF
+    expected = STIFF * 1e-5 * (1.0 - np.exp(-s / sigma))
+    np.testing.assert_allclose(fx, expected, atol=0.02 * STIFF * 1e-5)
+
+
+@pytest.mark.parametrize("kappa", [-0.1, -0.03, 0.01, 0.05])
+def test_steady_force_is_the_law(kappa):
+    _, fx = _run(kappa, length=6.0, denom=1.0)
+    slip = kappa / (1.0 + kappa)
+    law, _ = kernel.steady(slip, STIFF, 1.05 * LOAD, 3.0, 0.0, 0.0)
+    assert fx[-1] == pytest.approx(law, rel=2e-3)
+
+
+def test_slope_of_the_law_is_its_derivative():
+    for k in (-0.08, -0.02, 0.004, 0.03, 0.2):
+        args = (STIFF, 1.05 * LOAD, 2.7, 0.05, 0.6)
+        h = 1e-7
+        up, down = kernel.steady(k + h, *args)[0], kernel.steady(k - h, *args)[0]
+        assert kernel.steady(k, *args)[1] == pytest.approx((up - down) / (2 * h), rel=1e-4)
+
+
+def test_halving_the_step_changes_little():
+    coarse = _run(0.05, step=0.006, memory=0.8)
+    fine = _run(0.05, step=0.003, memory=0.8)
+    miss = coarse[1] - np.interp(coarse[0], *fine)
+    assert np.abs(miss[5:]).max() < 12.0
+    assert np.sqrt(np.mean(miss**2)) < 3.0
+
+
+def test_play_holds_the_force_at_zero_for_the_gap():
+    n = 600
+    ds = np.full((1, n), 0.0015)
+    dw = np.zeros((2, 1, n))
+    dw[0, 0] = np.where(np.arange(n) < 100, -3e-6, 6e-6)
+    one = np.ones((1, n))
+    force = np.zeros((2, 1, n))
+    p = _params(play=6e-4, play_rest=-1.0, play_soft=2.0)
+    kernel.sweep(
+        ds, dw, one * 0.05, one * LOAD, one, p, np.array([LOAD]), 0.03,
+        np.ones((2, 1), dtype=bool), force, 0, 1,
+    )  # fmt: skip
+    fx = force[0, 0]
+    flat = np.sum(np.abs(fx[100:]) < 3.0) * 6e-6
+    assert fx[99] < -20.0 and fx[-1] > 50.0
+    assert flat == pytest.approx(6e-4, rel=0.2)
+
+
+def test_counting_encoder_is_seen_and_smoothed():
+    t = np.arange(0.0, 60.0, 0.05)
+    true = 0.0999 * np.maximum(t - 1.0, 0.0)
+    step = 2.0 * np.pi / 20000
+    counted = np.float32(np.floor(true / step) * step).astype(float)
+    found = grid.quantum(counted)
+    assert found == pytest.approx(step, rel=0.08)
+    smooth = grid.unquantise(counted, found, 20.0)
+    inner = slice(200, -50)
+    error = smooth - true
+    error -= np.median(error[inner])
+    assert np.std(error[inner]) < 0.3 * np.std((counted - true)[inner])
+    assert grid.quantum(true + 1e-4 * np.random.default_rng(0).standard_normal(len(t))) == 0.0
+
+
+def test_filter_keeps_ramps():
+    ramp = np.linspace(0.0, 3.0, 200)[:, None]
+    np.testing.assert_allclose(grid.gaussian(ramp, 1.5), ramp, atol=1e-12)
+
+
+def test_base_fits_bristles_to_half_the_floor():
+    from flatplank_analysis.discovery.fit import Fitter
+    from flatplank_analysis.discovery.state import channel_weights, start_base
+    from flatplank_analysis.tirebase.model import TireModel
+
+    truth = Truth(seed=11, slips=(-0.05, -0.02, 0.0, 0.02, 0.05), repeats=2)
+    model = TireModel(tiredata.from_tables(campaign(truth)))
+    fit = Fitter(model, channel_weights(model.runs, [10.0, 5.0, 7.0])).fit(start_base(model))
+    runs = model.runs
+    residual = fit.residual(runs.measured)[0]
+    floor2 = np.sum(runs.contrast(residual) ** 2) / (5 * runs.samples)
+    beyond2 = np.mean(runs.mean(residual) ** 2) - floor2 / 2.0
+    assert beyond2 < 0.25 * floor2
