@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who may reach the page: a guard in front of every request and every web socket.
 
-On the loopback address everybody at this machine may; on any other address only who brings the token, once
-in the address (`?token=...`), from then on by a cookie. Requests that another web site makes in the
-operator's browser are refused by their Origin and Host, whatever the address.
+On the loopback address everybody at this machine may; on any other address only who brings the
+token, once in the address (`?token=...`), from then on by a cookie. Requests that another web site
+makes in the operator's browser are refused by their Origin and Host, whatever the address.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The web application: routes, guard, and the two clocks (live data, supervision of the charge)."""
+"""The web application: routes, guard, and the two clocks (live data, watch over the charge)."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import asyncio
 from collections.abc import Callable
 from pathlib import Path
 
+from nicegui import Client, app, background_tasks, ui
+
 from flatplank_control.panel.access import Guard
+from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.live import PUSH_HZ, Live
 from flatplank_control.panel.operator import Operator
-from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.views import bench, discover, runs, shell
 from flatplank_control.panel.views.page import Page
-from nicegui import Client, app, background_tasks, ui
 
 STATIC = Path(__file__).parent / "static"
 SUPERVISE_HZ = 5
@@ -58,6 +59,12 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
     app.on_shutdown(operator.host.stop)
     app.on_shutdown(desk.close)
     ui.run(
-        host=host, port=port, title="Flat Plank", reload=False, show=False, show_welcome_message=False,
-        favicon="⏺", reconnect_timeout=3.0,
-    )  # fmt: skip
+        host=host,
+        port=port,
+        title="Flat Plank",
+        reload=False,
+        show=False,
+        show_welcome_message=False,
+        favicon="⏺",
+        reconnect_timeout=3.0,
+    )

@@ -40,7 +40,7 @@ class Samples:
     """with the wrench at the contact point"""
     encoders: EncoderSample | None = None
     drive: DriveSample | None = None
-    slip: Slip = Slip()
+    slip: Slip = field(default_factory=Slip)
 
     def complete(self) -> bool:
         return None not in (self.inputs, self.hub, self.encoders, self.drive)
@@ -109,13 +109,29 @@ class BenchState:
         assert s.hub and s.encoders and s.drive and s.inputs
         c, e, d = s.hub.contact, s.encoders, s.drive
         return (
-            (s.inputs.stamp_ns - self._t0_ns) * 1e-9, e.plank_position, e.plank_velocity,
-            c.fx, c.fy, c.fz, c.mx, c.my, c.mz,
-            e.wheel_angle * DEG, e.wheel_velocity, e.steer_angle * DEG, e.road_camber * DEG,
+            (s.inputs.stamp_ns - self._t0_ns) * 1e-9,
+            e.plank_position,
+            e.plank_velocity,
+            c.fx,
+            c.fy,
+            c.fz,
+            c.mx,
+            c.my,
+            c.mz,
+            e.wheel_angle * DEG,
+            e.wheel_velocity,
+            e.steer_angle * DEG,
+            e.road_camber * DEG,
             s.hub.loaded_radius,
-            d.position * DEG, d.reference_position * DEG, d.velocity, d.reference_velocity,
-            d.torque, d.reference_torque, s.slip.actual * 100.0, s.slip.reference * 100.0,
-        )  # fmt: skip
+            d.position * DEG,
+            d.reference_position * DEG,
+            d.velocity,
+            d.reference_velocity,
+            d.torque,
+            d.reference_torque,
+            s.slip.actual * 100.0,
+            s.slip.reference * 100.0,
+        )
 
     # words
     def words(self, now: float) -> dict[str, str]:

@@ -15,7 +15,7 @@ MODEL = "model.yaml"
 
 
 class Desk:
-    """Requests of the pages Runs and Discover, checked; ValueError is a refusal with its reason."""
+    """Requests of the pages Runs and Discover, checked; ValueError is a refusal."""
 
     def __init__(self, data: Path, log: Path | None = None) -> None:
         self.data = data
@@ -45,7 +45,9 @@ class Desk:
         self.tire = found["tire"]
         return found
 
-    async def curves(self, folder: str, files: Sequence[str], channel: str, over: str) -> dict[str, Any]:
+    async def curves(
+        self, folder: str, files: Sequence[str], channel: str, over: str
+    ) -> dict[str, Any]:
         where = self._folder(folder)
         for file in files:
             check.inside(where, file, "file")
@@ -64,7 +66,7 @@ class Desk:
             self.progress = ("", 0.0)
 
     async def open(self, folder: str, model: str = "") -> dict[str, Any]:
-        """Open a campaign; the model file lies in the data folder, model.yaml of the campaign if empty."""
+        """Open a campaign; the model file is model.yaml of the campaign when `model` is empty."""
         where = self._folder(folder)
         path = check.inside(self.data, model, "model file") if model else where / MODEL
         if path.suffix != ".yaml":

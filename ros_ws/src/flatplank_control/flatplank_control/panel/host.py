@@ -26,7 +26,9 @@ class Host:
     def running(self) -> bool:
         return self._processes is not None
 
-    def start(self, kind: str, tire: str, preset: str, seed: object = 1) -> BenchSetup:
+    def start(
+        self, kind: str, tire: str, preset: str, seed: object = 1, rate: object = 250
+    ) -> BenchSetup:
         """Start the nodes; ValueError when something is not known."""
         if self._processes is not None:
             raise ValueError("a bench is running already; stop it first")
@@ -35,6 +37,7 @@ class Host:
             tire=validation.choice(tire, TIRES, "tire"),
             preset=validation.choice(preset, PRESETS, "preset"),
             seed=int(validation.number(seed, "seed", 0, 2**31 - 1)),
+            rate_hz=int(validation.number(rate, "bus rate", 50, 1000, "Hz")),
             data=str(self.data),
         )
         self._processes = BenchProcesses(self.setup, log=self.log)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything that an operator can do, checked on the server: who asks, and with what values.
 
-Methods take the identity of the page first; ValueError is a refusal with its reason. Nothing that a page
-says reaches the bench by another way.
+Methods take the identity of the page first; ValueError is a refusal with its reason. Nothing that
+a page says reaches the bench by another way.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Operator:
             self.link.beat(self._token)
 
     async def supervise(self) -> None:
-        """Keep the claim at the drive in step with who is in charge; call it a few times a second."""
+        """Keep the claim at the drive in step with who is in charge; a few times a second."""
         now = time.monotonic()
         if self.charge.expire(now):
             self.say("the page in charge has gone; nobody is in charge")
@@ -97,11 +97,13 @@ class Operator:
             await self.link.ask("claim", client="")
 
     # bench
-    async def start_bench(self, page: str, kind: str, tire: str, preset: str, seed: Any) -> str:
+    async def start_bench(
+        self, page: str, kind: str, tire: str, preset: str, seed: Any = 1, rate: Any = 250
+    ) -> str:
         self.charge.check(page)
         if self.link.state.running(time.monotonic()):
             raise ValueError("a bench is running already, started elsewhere; the page uses it")
-        setup = await asyncio.to_thread(self.host.start, kind, tire, preset, seed)
+        setup = await asyncio.to_thread(self.host.start, kind, tire, preset, seed, rate)
         self.simulated = kind != "lab"
         return self.say(f"bench {setup.kind} started, tire {setup.tire}")
 
@@ -121,7 +123,9 @@ class Operator:
             jobs.append(self.link.ask("emergency_stop", data=True))
         replies = await asyncio.gather(*jobs)
         bad = [r.reason for r in replies if not r.accepted]
-        return self.say("STOP" + (f"; {'; '.join(bad)}" if bad else ": wheel and plank are stopped"))
+        return self.say(
+            "STOP" + (f"; {'; '.join(bad)}" if bad else ": wheel and plank are stopped")
+        )
 
     async def release_emergency_stop(self, page: str) -> str:
         return await self._do(page, "emergency_stop", "emergency stop released", data=False)
@@ -157,10 +161,17 @@ class Operator:
         known = {k: float(getattr(wave, k)) for k in values}
         text = f"{name} from {start} m with r_e {radius} m"
         await self._do(
-            page, "waveform", text, name=name, parameters=list(known), values=list(known.values()),
+            page,
+            "waveform",
+            text,
+            name=name,
+            parameters=list(known),
+            values=list(known.values()),
             start_position=check.number(start, "start position", 0.0, 10.0, "m"),
-            effective_rolling_radius=check.number(radius, "effective rolling radius", 0.0, 2.0, "m"),
-        )  # fmt: skip
+            effective_rolling_radius=check.number(
+                radius, "effective rolling radius", 0.0, 2.0, "m"
+            ),
+        )
         return await self.set_mode(page, "slip")
 
     # measurement hub
@@ -173,7 +184,9 @@ class Operator:
 
     async def load_fit(self, page: str, file: str) -> str:
         path = check.inside(self.data, file, "file")
-        return await self._do(page, "load_fit", f"parasitic fit {path.name} loaded", file=str(path))
+        return await self._do(
+            page, "load_fit", f"parasitic fit {path.name} loaded", file=str(path)
+        )
 
     async def set_constants(self, page: str, values: Mapping[str, Any]) -> str:
         """Parameters of hub and encoders; all of one node or none."""
@@ -208,10 +221,14 @@ class Operator:
         if self.host.setup is not None:
             record["plant"] = self.host.setup.plant_record()
         return await self._do(
-            page, "record", f"recording {name}", name=record["name"],
-            folder=str(check.folder_below(self.data, folder)), at_once=bool(at_once),
+            page,
+            "record",
+            f"recording {name}",
+            name=record["name"],
+            folder=str(check.folder_below(self.data, folder)),
+            at_once=bool(at_once),
             record=yaml.safe_dump(record),
-        )  # fmt: skip
+        )
 
     async def save(self, page: str) -> str:
         return await self._do(page, "stop_record", "recording saved", status="complete", notes="")
@@ -244,13 +261,20 @@ class Operator:
     async def unload(self, page: str) -> str:
         return await self._do(page, "unload", "wheel lifted")
 
-    async def plank(self, page: str, direction: int, fast: bool = True, stop_at: Any = None) -> str:
+    async def plank(
+        self, page: str, direction: int, fast: bool = True, stop_at: Any = None
+    ) -> str:
         word = {1: "forward", 0: "stop", -1: "reverse"}[int(direction)]
         limit = math.nan
         if stop_at not in (None, ""):
             limit = check.number(stop_at, "stop position", -1.0, 4.22, "m")
         return await self._do(
-            page, "plank", f"plank {word}", direction=int(direction), fast=bool(fast), stop_at=limit
+            page,
+            "plank",
+            f"plank {word}",
+            direction=int(direction),
+            fast=bool(fast),
+            stop_at=limit,
         )
 
     # helpers
@@ -275,5 +299,3 @@ def waveform_of(name: str, values: Mapping[str, Any]) -> Any:
     kind = WAVEFORMS[check.choice(name, WAVEFORMS, "waveform")]
     numbers = {k: check.number(v, k, -1e6, 1e6) for k, v in values.items()}
     return from_mapping(kind, numbers, f"waveform {name}")
-
-

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A table of fixed size that forgets its oldest rows: memory stays flat however long the bench runs."""
+"""A table of fixed size that forgets its oldest rows: memory stays flat."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Ring:
-    """The latest `length` rows of `width` numbers; every row has a serial number that only grows."""
+    """The latest `length` rows of `width` numbers; the serial number of rows only grows."""
 
     def __init__(self, length: int, width: int) -> None:
         self._rows = np.full((length, width), np.nan)

@@ -25,7 +25,9 @@ def number(value: Any, what: str, low: float, high: float, unit: str = "") -> fl
     except (TypeError, ValueError):
         raise ValueError(f"{what}: give a number, not {str(value)[:40]!r}") from None
     if not (math.isfinite(result) and low <= result <= high):
-        raise ValueError(f"{what} is {result:g} {unit}; it must be within {low:g} .. {high:g} {unit}")
+        raise ValueError(
+            f"{what} is {result:g} {unit}; it must be within {low:g} .. {high:g} {unit}"
+        )
     return result
 
 

@@ -54,7 +54,9 @@ class Analysis:
             await process.wait()
             if self._cancelled:
                 raise Cancelled("cancelled")
-            raise ValueError(f"the analysis has ended with code {process.returncode}; see {self._log}")
+            raise ValueError(
+                f"the analysis has ended with code {process.returncode}; see {self._log}"
+            )
 
     def cancel(self) -> None:
         """End the work that is under way; the next request starts a new process."""
@@ -68,14 +70,19 @@ class Analysis:
 
     async def _started(self) -> asyncio.subprocess.Process:
         if self._process is None or self._process.returncode is not None:
-            errors = open(self._log, "ab") if self._log else None
+            errors = open(self._log, "ab") if self._log else None  # noqa: SIM115
             try:
                 self._process = await asyncio.create_subprocess_exec(
-                    sys.executable, "-m", "flatplank_control.panel.analysis.worker",
-                    stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=errors,
-                    limit=LINE, start_new_session=True,
+                    sys.executable,
+                    "-m",
+                    "flatplank_control.panel.analysis.worker",
+                    stdin=asyncio.subprocess.PIPE,
+                    stdout=asyncio.subprocess.PIPE,
+                    stderr=errors,
+                    limit=LINE,
+                    start_new_session=True,
                     env={**os.environ, END_WITH_PARENT: str(os.getpid())},
-                )  # fmt: skip
+                )
             finally:
                 if errors:
                     errors.close()

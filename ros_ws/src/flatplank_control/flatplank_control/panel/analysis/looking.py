@@ -52,13 +52,24 @@ def runs(_progress: Progress, folder: str) -> dict[str, Any]:
     for run in campaign.runs:
         i = run.info
         remarks = [p.text for p in campaign.problems if p.file == i.file]
-        rows.append({
-            "file": i.file, "tire": i.tire, "measurement": i.measurement,
-            "condition": i.condition.label(), "kappa_percent": round(100.0 * i.kappa, 3), "fz": i.fz,
-            "pressure": i.pressure, "alpha": i.alpha_deg, "gamma": i.gamma_deg, "start": i.start,
-            "order": i.run_index, "status": i.status or "complete", "notes": i.notes,
-            "verdict": "; ".join(remarks) or "ok",
-        })  # fmt: skip
+        rows.append(
+            {
+                "file": i.file,
+                "tire": i.tire,
+                "measurement": i.measurement,
+                "condition": i.condition.label(),
+                "kappa_percent": round(100.0 * i.kappa, 3),
+                "fz": i.fz,
+                "pressure": i.pressure,
+                "alpha": i.alpha_deg,
+                "gamma": i.gamma_deg,
+                "start": i.start,
+                "order": i.run_index,
+                "status": i.status or "complete",
+                "notes": i.notes,
+                "verdict": "; ".join(remarks) or "ok",
+            }
+        )
     problems = [str(p) for p in campaign.problems]
     return {"tire": campaign.tire, "rows": rows, "problems": problems}
 
@@ -81,11 +92,18 @@ def curves(
         width = max(1, len(x) // POINTS)
         smooth = np.convolve(y, np.ones(width) / width, mode="same") if width > 1 else y
         inner = slice(width, len(x) - width, max(1, width // 2) if width > 2 else step)
-        out.append({
-            "file": run.info.file, "condition": run.info.condition.label(),
-            "points": np.stack([x[inner], smooth[inner]], axis=1),
-        })  # fmt: skip
-    return {"curves": out, "scatter": _scatter(out), "problems": [str(p) for p in campaign.problems]}
+        out.append(
+            {
+                "file": run.info.file,
+                "condition": run.info.condition.label(),
+                "points": np.stack([x[inner], smooth[inner]], axis=1),
+            }
+        )
+    return {
+        "curves": out,
+        "scatter": _scatter(out),
+        "problems": [str(p) for p in campaign.problems],
+    }
 
 
 def _scatter(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of discovery for the page: compare, diagnose, add, remove, report. Holds one open campaign."""
+"""The loop of discovery for the page: compare, diagnose, add, remove, report."""
 
 from __future__ import annotations
 
@@ -75,25 +75,39 @@ def _picture(session: Session, step: Step) -> dict[str, Any]:
     runs, state = session.data.runs, step.state
     level, residual = state.floors[0], state.residual[0]
     maps = where.make_maps(runs, residual, level.floor)[:MAPS]
-    return session.numbers(step) | {
-        "conditions": [
-            {
-                "condition": name, "runs": len(rows), "rmse": level.rmse_condition[i],
-                "beyond": level.per_condition[i], "floor": level.floor,
-            }
-            for i, (name, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
-        ],
-        "maps": [_map(m) for m in maps],
-        "curves": _curves(session, step),
-        "ranked": _ranked(step),
-    } | _model()  # fmt: skip
+    return (
+        session.numbers(step)
+        | {
+            "conditions": [
+                {
+                    "condition": name,
+                    "runs": len(rows),
+                    "rmse": level.rmse_condition[i],
+                    "beyond": level.per_condition[i],
+                    "floor": level.floor,
+                }
+                for i, (name, rows) in enumerate(
+                    zip(runs.condition_names, runs.groups, strict=True)
+                )
+            ],
+            "maps": [_map(m) for m in maps],
+            "curves": _curves(session, step),
+            "ranked": _ranked(step),
+        }
+        | _model()
+    )
 
 
 def _map(m: where.Map) -> dict[str, Any]:
     return {
-        "coordinate": m.coordinate, "unit": m.unit, "edges": m.edges, "mean": m.mean,
-        "place": m.place, "share": m.place_share, "p_value": m.p_value,
-    }  # fmt: skip
+        "coordinate": m.coordinate,
+        "unit": m.unit,
+        "edges": m.edges,
+        "mean": m.mean,
+        "place": m.place,
+        "share": m.place_share,
+        "p_value": m.p_value,
+    }
 
 
 def _curves(session: Session, step: Step) -> list[dict[str, Any]]:
@@ -119,11 +133,19 @@ def _ranked(step: Step) -> list[dict[str, Any]]:
     out = []
     for item in screen.best_per_effect(step.screen)[:RANKED]:
         effect = item.candidate.effect
-        out.append({
-            "name": effect.identifier, "title": effect.title, "kind": effect.kind,
-            "gain": item.gain, "visible": item.visible, "what": effect.what, "check": effect.check,
-            "removes": effect.removes, "coordinate": effect.coordinate,
-        })  # fmt: skip
+        out.append(
+            {
+                "name": effect.identifier,
+                "title": effect.title,
+                "kind": effect.kind,
+                "gain": item.gain,
+                "visible": item.visible,
+                "what": effect.what,
+                "check": effect.check,
+                "removes": effect.removes,
+                "coordinate": effect.coordinate,
+            }
+        )
     return out
 
 
@@ -162,11 +184,13 @@ def _collapse(search: Any, number: int) -> dict[str, Any]:
         r = rows[0]
         x = known[name].values[r]
         order = np.argsort(x, kind="stable")[:: max(1, runs.samples // POINTS)]
-        series.append({
-            "condition": runs.condition_names[i],
-            "left": np.stack([x[order], without[rows].mean(axis=0)[order]], axis=1),
-            "effect": np.stack([x[order], part[r][order]], axis=1),
-        })  # fmt: skip
+        series.append(
+            {
+                "condition": runs.condition_names[i],
+                "left": np.stack([x[order], without[rows].mean(axis=0)[order]], axis=1),
+                "effect": np.stack([x[order], part[r][order]], axis=1),
+            }
+        )
     title = f"{name} [{known[name].unit}]"
     return {"name": term.effect.identifier, "over": title, "series": series}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The process that looks at campaigns: one JSON request per line in, progress and one answer per line out."""
+"""The process that looks at campaigns: a JSON request per line in, progress and an answer out."""
 
 from __future__ import annotations
 
@@ -16,10 +16,16 @@ from flatplank_hw.parent import end_with_parent
 
 Progress = Callable[[str, float], None]
 JOBS = {
-    "campaigns": "looking", "runs": "looking", "curves": "looking",
-    "open": "thinking", "compare": "thinking", "diagnose": "thinking", "add": "thinking",
-    "remove": "thinking", "report": "thinking",
-}  # fmt: skip
+    "campaigns": "looking",
+    "runs": "looking",
+    "curves": "looking",
+    "open": "thinking",
+    "compare": "thinking",
+    "diagnose": "thinking",
+    "add": "thinking",
+    "remove": "thinking",
+    "report": "thinking",
+}
 """job -> module that does it, in a function of the same name (`open` is `open_`)"""
 
 

@@ -4,10 +4,11 @@
 (() => {
   const KEEP = 6000; // rows of live data, five minutes
   const POINTS = 600; // points per line at most
-  const DRAW_MS = 180; // charts are drawn at most so often
+  const DRAW_MS = 180; // charts are drawn at most so often, and less often on a slow computer
+  const SHARE = 4; // of its time a page spends at most one part in so many on drawing
   const fp = {
     signals: [], rows: [], serial: 0, axis: "t", seconds: 60, charts: [], inCharge: false,
-    ticks: 0, tickTimes: [], drawn: 0,
+    ticks: 0, tickTimes: [], drawn: 0, pause: DRAW_MS,
   };
   window.fp = fp;
 
@@ -69,8 +70,7 @@
 
   fp.draw = (now) => {
     const time = performance.now();
-    if (!now && (time - fp.drawn < DRAW_MS || document.hidden)) return;
-    fp.drawn = time;
+    if (!now && (time - fp.drawn < fp.pause || document.hidden)) return;
     const column = Object.fromEntries(fp.signals.map((s, i) => [s.key, i]));
     const xi = column[fp.axis];
     const ti = column.t;
@@ -89,6 +89,8 @@
       const range = fp.axis === "t" ? { min: Math.max(0, last - fp.seconds), max: Math.max(last, fp.seconds) } : { min: null, max: null };
       element.chart.setOption({ series, xAxis: chart.panels.map(() => range) }, { lazyUpdate: false });
     }
+    fp.drawn = performance.now();
+    fp.pause = Math.max(DRAW_MS, SHARE * (fp.drawn - time));
   };
 
   fp.charge = (mine) => {

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+from nicegui import ui
+
 from flatplank_control.panel.views import drive, machine, measure, plots, ribbon, setup
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 SIDES = {
     "Machine": machine.build,
@@ -23,7 +24,11 @@ def build(page: Page) -> None:
             with ui.tabs().props("dense no-caps align=left active-color=primary") as bar:
                 for name in SIDES:
                     ui.tab(name)
-            with ui.tab_panels(bar, value="Machine").props("keep-alive").classes("w-full bg-transparent"):
+            with (
+                ui.tab_panels(bar, value="Machine")
+                .props("keep-alive")
+                .classes("w-full bg-transparent")
+            ):
                 for name, part in SIDES.items():
                     with ui.tab_panel(name), ui.column().classes("fp-side"):
                         part(page)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ECharts options of the pictures of Runs and Discover: quiet axes, few colours, units said once."""
+"""ECharts options of Runs and Discover: quiet axes, few colours, units said once."""
 
 from __future__ import annotations
 
@@ -8,13 +8,29 @@ from typing import Any
 
 from flatplank_control.panel.views.plots import ACTUAL, INK, LINE, REFERENCE, SOFT
 
-COLORS = ["#1f5488", "#c25700", "#1f6f43", "#7a3e9d", "#8a5a00", "#0f7c86", "#a3315f", "#55616f"]
+COLORS = [
+    "#1f5488",
+    "#c25700",
+    "#1f6f43",
+    "#7a3e9d",
+    "#8a5a00",
+    "#0f7c86",
+    "#a3315f",
+    "#55616f",
+    "#3f6bd1",
+    "#5b7a1e",
+]
 QUIET = {"color": SOFT, "fontSize": 11}
 
 
-def short(condition: str) -> str:
-    """A condition without what is alike in all of a campaign's conditions is hard to guess: keep the end."""
-    return condition if len(condition) < 34 else "…" + condition[-32:]
+def short(conditions: Sequence[str]) -> list[str]:
+    """Conditions without the parts that are alike in all of them."""
+    parts = [c.split(", ") for c in conditions]
+    same = set(parts[0]).intersection(*parts[1:]) if len(parts) > 1 else set()
+    return [
+        ", ".join(p for p in part if p not in same) or c
+        for part, c in zip(parts, conditions, strict=True)
+    ]
 
 
 def axes(x: str, y: str) -> dict[str, Any]:
@@ -24,20 +40,40 @@ def axes(x: str, y: str) -> dict[str, Any]:
         "color": COLORS,
         "tooltip": {"trigger": "item", "confine": True},
         "grid": {"left": 56, "right": 16, "top": 34, "bottom": 40},
-        "xAxis": {"type": "value", "name": x, "nameLocation": "middle", "nameGap": 26, "scale": True,
-                  "axisLabel": QUIET, "splitLine": {"show": False}, "nameTextStyle": QUIET,
-                  "axisLine": {"onZero": False, "lineStyle": {"color": LINE}}},
-        "yAxis": {"type": "value", "name": y, "scale": True, "axisLabel": QUIET,
-                  "nameTextStyle": {**QUIET, "align": "left"}, "splitNumber": 4,
-                  "splitLine": {"lineStyle": {"color": LINE}}},
-    }  # fmt: skip
+        "xAxis": {
+            "type": "value",
+            "name": x,
+            "nameLocation": "middle",
+            "nameGap": 26,
+            "scale": True,
+            "axisLabel": QUIET,
+            "splitLine": {"show": False},
+            "nameTextStyle": QUIET,
+            "axisLine": {"onZero": False, "lineStyle": {"color": LINE}},
+        },
+        "yAxis": {
+            "type": "value",
+            "name": y,
+            "scale": True,
+            "axisLabel": QUIET,
+            "nameTextStyle": {**QUIET, "align": "left"},
+            "splitNumber": 4,
+            "axisLine": {"show": False, "onZero": False},
+            "splitLine": {"lineStyle": {"color": LINE}},
+        },
+    }
 
 
-def line(name: str, points: Sequence[Sequence[float]], color: str = "", **style: Any) -> dict[str, Any]:
+def line(
+    name: str, points: Sequence[Sequence[float]], color: str = "", **style: Any
+) -> dict[str, Any]:
     made: dict[str, Any] = {
-        "type": "line", "name": name, "data": points, "showSymbol": False,
+        "type": "line",
+        "name": name,
+        "data": points,
+        "showSymbol": False,
         "lineStyle": {"width": 1.4, **style},
-    }  # fmt: skip
+    }
     if color:
         made["lineStyle"]["color"] = color
         made["itemStyle"] = {"color": color}
@@ -49,7 +85,10 @@ def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, An
     options = axes(x, y)
     labels = list(dict.fromkeys(c["condition"] for c in curves))
     color = {label: COLORS[i % len(COLORS)] for i, label in enumerate(labels)}
-    options["series"] = [line(c["condition"], c["points"], color[c["condition"]]) for c in curves]
+    name = dict(zip(labels, short(labels), strict=True)) if labels else {}
+    options["series"] = [
+        line(name[c["condition"]], c["points"], color[c["condition"]]) for c in curves
+    ]
     options["legend"] = {"type": "scroll", "top": 0, "right": 0, "left": 90, "textStyle": QUIET}
     return options
 
@@ -58,25 +97,48 @@ def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
     options = axes(curve["over"], "Fx [N]")
     measured = list(zip(curve["x"], curve["measured"], strict=True))
     model = list(zip(curve["x"], curve["model"], strict=True))
-    options["series"] = [line("measured", measured, ACTUAL), line("model", model, REFERENCE, type="dashed")]
+    options["series"] = [
+        line("measured", measured, ACTUAL),
+        line("model", model, REFERENCE, type="dashed"),
+    ]
     options["legend"] = {"top": 0, "right": 0, "textStyle": QUIET}
     return options
 
 
 def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error of every condition as bars, the floor as a line."""
-    names = [short(c["condition"]) for c in conditions]
+    names = short([c["condition"] for c in conditions]) if conditions else []
     options = axes("RMS error of Fx [N]", "")
-    options["yAxis"] = {"type": "category", "data": names, "inverse": True, "axisLabel": QUIET,
-                        "axisTick": {"show": False}, "axisLine": {"lineStyle": {"color": LINE}}}
+    options["xAxis"]["min"] = 0
+    options["yAxis"] = {
+        "type": "category",
+        "data": names,
+        "inverse": True,
+        "axisLabel": QUIET,
+        "axisTick": {"show": False},
+        "axisLine": {"lineStyle": {"color": LINE}},
+    }
     options["grid"] = {"left": 8, "right": 24, "top": 8, "bottom": 40, "containLabel": True}
-    options["series"] = [{
-        "type": "bar", "data": [c["rmse"] for c in conditions], "barMaxWidth": 14,
-        "itemStyle": {"color": ACTUAL}, "name": "error",
-        "markLine": {"silent": True, "symbol": "none", "data": [{"xAxis": conditions[0]["floor"]}],
-                     "lineStyle": {"color": REFERENCE, "type": "solid", "width": 1.6},
-                     "label": {"formatter": "floor", "color": REFERENCE, "position": "start"}},
-    }] if conditions else []  # fmt: skip
+    options["series"] = (
+        [
+            {
+                "type": "bar",
+                "data": [c["rmse"] for c in conditions],
+                "barMaxWidth": 14,
+                "itemStyle": {"color": ACTUAL},
+                "name": "error",
+                "markLine": {
+                    "silent": True,
+                    "symbol": "none",
+                    "data": [{"xAxis": conditions[0]["floor"]}],
+                    "lineStyle": {"color": REFERENCE, "type": "solid", "width": 1.6},
+                    "label": {"formatter": "floor", "color": REFERENCE, "position": "start"},
+                },
+            }
+        ]
+        if conditions
+        else []
+    )
     return options
 
 
@@ -92,29 +154,59 @@ def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, A
         "animation": False,
         "tooltip": {"confine": True},
         "grid": {"left": 8, "right": 70, "top": 8, "bottom": 40, "containLabel": True},
-        "xAxis": {"type": "category", "data": middles, "axisLabel": QUIET, "axisTick": {"show": False},
-                  "name": f"{m['coordinate']} [{m['unit']}]", "nameLocation": "middle",
-                  "nameGap": 26, "nameTextStyle": QUIET},
-        "yAxis": {"type": "category", "data": [short(c) for c in conditions], "inverse": True,
-                  "axisLabel": QUIET, "axisTick": {"show": False}},
-        "visualMap": {"min": -limit, "max": limit, "calculable": False, "orient": "vertical",
-                      "right": 0, "top": "middle", "itemHeight": 100, "precision": 0, "text": ["N", ""],
-                      "inRange": {"color": ["#2a5d94", "#f4f5f7", "#b5482a"]}, "textStyle": QUIET},
+        "xAxis": {
+            "type": "category",
+            "data": middles,
+            "axisLabel": QUIET,
+            "axisTick": {"show": False},
+            "name": f"{m['coordinate']} [{m['unit']}]",
+            "nameLocation": "middle",
+            "nameGap": 26,
+            "nameTextStyle": QUIET,
+        },
+        "yAxis": {
+            "type": "category",
+            "data": short(list(conditions)),
+            "inverse": True,
+            "axisLabel": QUIET,
+            "axisTick": {"show": False},
+        },
+        "visualMap": {
+            "min": -limit,
+            "max": limit,
+            "calculable": False,
+            "orient": "vertical",
+            "right": 0,
+            "top": "middle",
+            "itemHeight": 100,
+            "precision": 0,
+            "text": ["N", ""],
+            "inRange": {"color": ["#2a5d94", "#f4f5f7", "#b5482a"]},
+            "textStyle": QUIET,
+        },
         "series": [{"type": "heatmap", "data": cells, "name": "measured minus model"}],
-    }  # fmt: skip
+    }
 
 
 def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
     """What is left without the effect over the effect's own coordinate, and the effect."""
     options = axes(c["over"], "Fx [N]")
     options["series"] = []
-    for i, s in enumerate(c["series"]):
+    names = short([s["condition"] for s in c["series"]]) if c["series"] else []
+    for i, (s, name) in enumerate(zip(c["series"], names, strict=True)):
         color = COLORS[i % len(COLORS)]
-        options["series"].append({"type": "scatter", "name": s["condition"], "data": s["left"],
-                                  "symbolSize": 2.5, "itemStyle": {"color": color, "opacity": 0.6}})
-        options["series"].append(line(s["condition"], s["effect"], color))
+        options["series"].append(
+            {
+                "type": "scatter",
+                "name": name,
+                "data": s["left"],
+                "symbolSize": 2.5,
+                "itemStyle": {"color": color, "opacity": 0.6},
+            }
+        )
+        options["series"].append(line(name, s["effect"], color))
     options["legend"] = {"type": "scroll", "top": 0, "right": 0, "left": 60, "textStyle": QUIET}
-    return options  # fmt: skip
+    return options
 
 
 def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -122,19 +214,40 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     steps = [h for h in history if h.get("rmse") is not None]
     names = [_step_name(h) for h in steps]
     options = axes("", "RMS error of Fx [N]")
-    options["xAxis"] = {"type": "category", "data": names, "axisLabel": {**QUIET, "interval": 0},
-                        "axisTick": {"show": False}, "axisLine": {"lineStyle": {"color": LINE}}}
+    options["xAxis"] = {
+        "type": "category",
+        "data": names,
+        "axisLabel": {**QUIET, "interval": 0},
+        "axisTick": {"show": False},
+        "axisLine": {"lineStyle": {"color": LINE}},
+    }
     options["yAxis"]["min"] = 0
     shown = {"show": True, "position": "top", "fontSize": 11, "color": INK}
     options["series"] = [
-        {"type": "bar", "name": "fitted", "data": [_round(h["rmse"]) for h in steps],
-         "itemStyle": {"color": ACTUAL}, "barMaxWidth": 34, "label": shown},
-        {"type": "bar", "name": "held out", "barMaxWidth": 34, "itemStyle": {"color": "#a9b7c6"},
-         "data": [_round(h.get("held_out") or h["rmse"]) for h in steps]},
-        {"type": "line", "name": "floor", "data": [_round(h["floor"]) for h in steps],
-         "lineStyle": {"color": REFERENCE, "width": 1.8}, "itemStyle": {"color": REFERENCE},
-         "symbolSize": 5},
-    ]  # fmt: skip
+        {
+            "type": "bar",
+            "name": "fitted",
+            "data": [_round(h["rmse"]) for h in steps],
+            "itemStyle": {"color": ACTUAL},
+            "barMaxWidth": 34,
+            "label": shown,
+        },
+        {
+            "type": "bar",
+            "name": "held out",
+            "barMaxWidth": 34,
+            "itemStyle": {"color": "#a9b7c6"},
+            "data": [_round(h.get("held_out") or h["rmse"]) for h in steps],
+        },
+    ]
+    floor = {"yAxis": _round(steps[-1]["floor"])} if steps else {"yAxis": 0}
+    options["series"][0]["markLine"] = {
+        "silent": True,
+        "symbol": "none",
+        "data": [floor],
+        "lineStyle": {"color": REFERENCE, "type": "solid", "width": 1.6},
+        "label": {"formatter": "floor {c}", "color": REFERENCE, "position": "insideEndTop"},
+    }
     options["legend"] = {"top": 0, "right": 0, "textStyle": QUIET}
     return options
 

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of discovery by mouse: error against floor, where it is, what it may be, add, watch it fall."""
+"""The loop of discovery by mouse: error, where it is, what it may be, add, watch it fall."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+from nicegui import ui
+
 from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 OWN = ""
 """model file: the campaign's own"""
@@ -45,7 +46,9 @@ class _Discover:
     def button(self, text: str, work: Callable[[], Any], strong: bool = False) -> ui.button:
         """Analysis needs no charge of the bench."""
         look = "unelevated color=primary" if strong else "outline color=primary"
-        return ui.button(text, on_click=self.page.act(work)).props(f"{look} no-caps dense padding='4px 12px'")
+        return ui.button(text, on_click=self.page.act(work)).props(
+            f"{look} no-caps dense padding='4px 12px'"
+        )
 
     def build_bar(self) -> None:
         page = self.page
@@ -57,7 +60,9 @@ class _Discover:
                 self.button("Diagnose", self.diagnose)
                 self.cancel_button = self.button("Cancel", self.cancel)
                 self.button("Export report", self.report)
-            self.bar = ui.linear_progress(0.0, show_value=False).props("aria-label=Progress rounded")
+            self.bar = ui.linear_progress(0.0, show_value=False).props(
+                "aria-label=Progress rounded"
+            )
             self.status = ui.label("Open a campaign.").classes("fp-quiet").props("role=status")
 
     def build_error(self) -> None:
@@ -86,7 +91,9 @@ class _Discover:
 
     def build_ranking(self) -> None:
         with self.page.card("What it may be"):
-            self.verdict = ui.label("Diagnose ranks the effects of the library.").classes("fp-quiet")
+            self.verdict = ui.label("Diagnose ranks the effects of the library.").classes(
+                "fp-quiet"
+            )
             self.list_box = ui.column().classes("w-full").style("gap:4px")
             with self.page.row():
                 self.next_text = ui.label("").classes("fp-quiet grow")
@@ -128,7 +135,10 @@ class _Discover:
         self.found = await self.desk.diagnose()
         self.ranked = self.found["ranked"]
         f = self.found
-        self.say(f"{f['verdict']}: {f['reason']}" + (f" ({f['seconds']:.0f} s)" if f.get("seconds") else ""))
+        self.say(
+            f"{f['verdict']}: {f['reason']}"
+            + (f" ({f['seconds']:.0f} s)" if f.get("seconds") else "")
+        )
         self.verdict.set_text(f"Verdict: {f['verdict']}. {f['reason']}")
         self.draw_ranking()
         proposal = f.get("next_run") or {}
@@ -191,7 +201,9 @@ class _Discover:
         _set(self.error_chart, charts.against_floor(picture["conditions"]))
         names = [c["condition"] for c in picture["curves"]]
         worst = max(picture["conditions"], key=lambda c: c["beyond"])["condition"]
-        self.condition.set_options(names, value=self.condition.value if self.condition.value in names else worst)
+        self.condition.set_options(
+            names, value=self.condition.value if self.condition.value in names else worst
+        )
         over = {m["coordinate"]: f"{m['coordinate']} [{m['unit']}]" for m in picture["maps"]}
         self.coordinate.set_options(over, value=next(iter(over), None))
         self.draw_curve()
@@ -219,7 +231,8 @@ class _Discover:
                 _set(self.map_chart, charts.residual_map(m, names))
                 low, high = m["place"]
                 self.map_text.set_text(
-                    f"{m['share']:.0%} of it within {low:.3g} to {high:.3g} {m['unit']}, p = {m['p_value']:.2g}"
+                    f"{m['share']:.0%} of it within {low:.3g} to {high:.3g} {m['unit']}, "
+                    f"p = {m['p_value']:.2g}"
                 )
 
     def draw_ranking(self) -> None:
@@ -230,7 +243,9 @@ class _Discover:
             for row in rows[:8]:
                 with ui.element("div").classes("fp-rank"):
                     ui.label(row["title"]).classes("fp-rank-title")
-                    ui.label(_words(row, accepted.get(row["name"]))).classes("fp-quiet fp-rank-why")
+                    ui.label(_words(row, accepted.get(row["name"]))).classes(
+                        "fp-quiet fp-rank-why"
+                    )
                     self.button("Show", lambda n=row["name"]: self.show(n)).props(
                         f'aria-label="Show {row["name"]}"'
                     )
@@ -243,7 +258,11 @@ class _Discover:
         self.effect_name.set_text(row["title"])
         self.effect_text.clear()
         with self.effect_text:
-            for head, key in (("What it is", "what"), ("How to check it", "check"), ("What removes it", "removes")):
+            for head, key in (
+                ("What it is", "what"),
+                ("How to check it", "check"),
+                ("What removes it", "removes"),
+            ):
                 ui.label(f"{head}: {row[key]}")
         for c in self.found.get("collapse", []):
             if c["name"] == name:

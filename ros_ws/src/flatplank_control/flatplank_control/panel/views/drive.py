@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from nicegui import ui
+
 from flatplank_control.panel.operator import PREDETERMINED, VALUES
 from flatplank_control.panel.views import waveform
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 FACTS = {"state": "State", "mode": "Mode", "stop": "Held because", "error": "Error"}
 

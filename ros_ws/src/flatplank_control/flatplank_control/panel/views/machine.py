@@ -3,12 +3,19 @@
 
 from __future__ import annotations
 
+from nicegui import ui
+
 from flatplank_control.panel.host import KINDS, PRESETS, TIRES
 from flatplank_control.panel.operator import HANDS
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
-START_VALUES = {"load_to": 3700.0, "pressure": 2.5, "steer": 0.0, "wheel_camber": 0.0, "road_camber": 0.0}
+START_VALUES = {
+    "load_to": 3700.0,
+    "pressure": 2.5,
+    "steer": 0.0,
+    "wheel_camber": 0.0,
+    "road_camber": 0.0,
+}
 
 
 def build(page: Page) -> None:
@@ -20,10 +27,13 @@ def build(page: Page) -> None:
         with page.row():
             preset = page.select("Defects", {p: p or "none" for p in PRESETS}, "")
             seed = page.number("Seed", 1)
+            rate = page.number("Bus rate", 250, "Hz")
         with page.row():
             page.button(
                 "Start bench",
-                lambda: op.start_bench(page.id, kind.value, tire.value, preset.value, seed.value),
+                lambda: op.start_bench(
+                    page.id, kind.value, tire.value, preset.value, seed.value, rate.value
+                ),
                 strong=True,
             )
             page.button("Stop bench", lambda: op.stop_bench(page.id))
@@ -52,22 +62,31 @@ def _hand(page: Page, what: str, label: str, unit: str) -> None:
 
 def build_bus(page: Page) -> None:
     """State of the bus (R1.X)."""
-    with page.card("Bus"):
-        with ui.element("div").classes("fp-facts"):
-            for word, title in {
-                "bench": "Bench", "health": "Health", "cycle": "Cycle", "estop": "Emergency stop",
-                "plank": "Plank", "saturated": "Saturated channels",
-            }.items():  # fmt: skip
-                ui.label(title).classes("fp-quiet")
-                ui.label("–").classes("fp-word").props(f"data-word={word}")
+    with page.card("Bus"), ui.element("div").classes("fp-facts"):
+        for word, title in {
+            "bench": "Bench",
+            "health": "Health",
+            "cycle": "Cycle",
+            "estop": "Emergency stop",
+            "plank": "Plank",
+            "saturated": "Saturated channels",
+        }.items():
+            ui.label(title).classes("fp-quiet")
+            ui.label("–").classes("fp-word").props(f"data-word={word}")
     with page.card("Drives on the bus"):
         columns = [
             {"name": key, "label": title, "field": key, "align": "left"}
             for key, title in {
-                "axis": "Axis", "state": "State", "word": "Status", "mode": "Mode", "error": "Error",
+                "axis": "Axis",
+                "state": "State",
+                "word": "Status",
+                "mode": "Mode",
+                "error": "Error",
             }.items()
-        ]  # fmt: skip
-        table = ui.table(columns=columns, rows=[], row_key="axis").props("flat dense hide-pagination")
+        ]
+        table = ui.table(columns=columns, rows=[], row_key="axis").props(
+            "flat dense hide-pagination"
+        )
         table.classes("fp-table w-full")
     with page.card("Nodes"):
         nodes = ui.label("–").classes("fp-quiet")

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from nicegui import ui
+
 from flatplank_control.bench.share import config_file
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 STARTS = {1: "1: 0°", 2: "2: 120°", 3: "3: 240°"}
 
@@ -30,7 +31,9 @@ def _recording(page: Page) -> Any:
         with page.row():
             page.button(
                 "Start logging",
-                lambda: op.record(page.id, name.value, folder.value, note.value, at_once.value, {}),
+                lambda: op.record(
+                    page.id, name.value, folder.value, note.value, at_once.value, {}
+                ),
                 strong=True,
             )
             page.button("Stop and save", lambda: op.save(page.id))
@@ -44,7 +47,9 @@ def _recording(page: Page) -> Any:
 def _run(page: Page, folder: Any) -> None:
     with page.card("One measurement from start to end"):
         with page.row():
-            kind = page.select("Measurement", {"slip": "slip step", "free_rolling": "free rolling"}, "slip")
+            kind = page.select(
+                "Measurement", {"slip": "slip step", "free_rolling": "free rolling"}, "slip"
+            )
             start = page.select("Start", STARTS, 1)
         with page.row():
             tire = page.text("Tire", "TOY")
@@ -59,10 +64,13 @@ def _run(page: Page, folder: Any) -> None:
 
         def plan() -> dict[str, Any]:
             numbers = {
-                "kappa": float(slip.value or 0.0) / 100.0, "fz": fz.value, "pressure": pressure.value,
-                "effective_rolling_radius": radius.value, "step_position": at.value,
+                "kappa": float(slip.value or 0.0) / 100.0,
+                "fz": fz.value,
+                "pressure": pressure.value,
+                "effective_rolling_radius": radius.value,
+                "step_position": at.value,
                 "end_position": end.value,
-            }  # fmt: skip
+            }
             words = {"measurement": kind.value, "start": start.value, "tire": tire.value}
             return words | {k: float(v) for k, v in numbers.items() if v is not None}
 
@@ -75,7 +83,9 @@ def _campaign(page: Page, folder: Any) -> None:
     base = config_file("flatplank_control", "tires.yaml")
     plans = sorted((base.parent / "plans").glob("*.yaml")) if base else []
     with page.card("Campaign"):
-        chosen = page.select("Plan", {p.stem: p.stem.replace("_", " ") for p in plans}, None).classes("w-full")
+        chosen = page.select(
+            "Plan", {p.stem: p.stem.replace("_", " ") for p in plans}, None
+        ).classes("w-full")
         by_name = {p.stem: p for p in plans}
 
         def begin() -> Any:
@@ -90,7 +100,9 @@ def _campaign(page: Page, folder: Any) -> None:
 
 def _progress(page: Page) -> None:
     with page.card("Under way"):
-        bar = ui.linear_progress(0.0, show_value=False).props("instant-feedback aria-label=Progress")
+        bar = ui.linear_progress(0.0, show_value=False).props(
+            "instant-feedback aria-label=Progress"
+        )
         step = ui.label("nothing").classes("fp-quiet")
         prompt = ui.label("").classes("fp-prompt")
         with page.row():

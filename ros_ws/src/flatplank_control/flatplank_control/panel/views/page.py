@@ -7,8 +7,9 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from flatplank_control.panel.operator import Operator
 from nicegui import binding, ui
+
+from flatplank_control.panel.operator import Operator
 
 
 class Page:
@@ -42,11 +43,15 @@ class Page:
     def button(self, text: str, work: Callable[[], Any], *, strong: bool = False) -> ui.button:
         """A button of the page in charge; it rests on the others."""
         look = "unelevated color=primary" if strong else "outline color=primary"
-        made = ui.button(text, on_click=self.act(work)).props(f"{look} no-caps dense padding='4px 12px'")
+        made = ui.button(text, on_click=self.act(work)).props(
+            f"{look} no-caps dense padding='4px 12px'"
+        )
         return made.bind_enabled_from(self, "in_charge")
 
     @staticmethod
-    def number(label: str, value: float | None = None, unit: str = "", step: float | None = None) -> Any:
+    def number(
+        label: str, value: float | None = None, unit: str = "", step: float | None = None
+    ) -> Any:
         """A numeric field."""
         text = f"{label} [{unit}]" if unit else label
         field = ui.number(text, value=value, step=step)
@@ -54,7 +59,9 @@ class Page:
 
     @staticmethod
     def text(label: str, value: str = "") -> Any:
-        return ui.input(label, value=value).props("outlined dense hide-bottom-space").classes("grow")
+        return (
+            ui.input(label, value=value).props("outlined dense hide-bottom-space").classes("grow")
+        )
 
     @staticmethod
     def select(label: str, options: Any, value: Any) -> Any:

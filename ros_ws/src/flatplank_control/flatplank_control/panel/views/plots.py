@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live plots of forces, moments and the drive, over time or over road displacement (R1.V, R1.IX, N.II)."""
+"""Live plots over time or road displacement: forces, moments, drive (R1.V, R1.IX, N.II)."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
+from nicegui import ui
+
 from flatplank_control.panel.signals import BY_KEY, DRIVE_PLOTS, FORCE_PLOTS
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 INK, SOFT, LINE = "#1c2530", "#55616f", "#e6eaef"
 ACTUAL, REFERENCE = "#1f5488", "#c25700"
@@ -22,39 +23,79 @@ def grid_options(panels: Sequence[Sequence[str]], columns: int) -> dict[str, Any
     rows = -(-len(panels) // columns)
     wide, high = 100 / columns, 100 / rows
     options: dict[str, Any] = {
-        "animation": False, "grid": [], "xAxis": [], "yAxis": [], "series": [], "title": [],
+        "animation": False,
+        "grid": [],
+        "xAxis": [],
+        "yAxis": [],
+        "series": [],
+        "title": [],
         "tooltip": {"trigger": "axis", "confine": True},
-    }  # fmt: skip
+    }
     for i, keys in enumerate(panels):
         left, top = (i % columns) * wide, (i // columns) * high
-        options["title"].append({
-            "text": f"{BY_KEY[keys[0]].label} [{BY_KEY[keys[0]].unit}]",
-            "left": f"{left + 0.5}%", "top": f"{top}%",
-            "textStyle": {"fontSize": 12.5, "fontWeight": 500, "color": INK, "fontFamily": "Roboto"},
-        })  # fmt: skip
-        options["grid"].append({
-            "left": f"{left + 4.5}%", "top": f"{top + 16 / rows}%", "width": f"{wide - 6}%",
-            "height": f"{high - 32 / rows}%", "containLabel": False,
-        })  # fmt: skip
+        options["title"].append(
+            {
+                "text": f"{BY_KEY[keys[0]].label} [{BY_KEY[keys[0]].unit}]",
+                "left": f"{left + 0.5}%",
+                "top": f"{top}%",
+                "textStyle": {
+                    "fontSize": 12.5,
+                    "fontWeight": 500,
+                    "color": INK,
+                    "fontFamily": "Roboto",
+                },
+            }
+        )
+        options["grid"].append(
+            {
+                "left": f"{left + 4.5}%",
+                "top": f"{top + 16 / rows}%",
+                "width": f"{wide - 6}%",
+                "height": f"{high - 32 / rows}%",
+                "containLabel": False,
+            }
+        )
         quiet = {"color": SOFT, "fontSize": 11, "hideOverlap": True}
-        options["xAxis"].append({
-            "type": "value", "gridIndex": i, "axisLabel": quiet, "splitLine": {"show": False},
-            "axisLine": {"onZero": False, "lineStyle": {"color": LINE}}, "axisTick": {"show": False},
-            "scale": True,
-        })  # fmt: skip
-        options["yAxis"].append({
-            "type": "value", "gridIndex": i, "axisLabel": quiet, "scale": True, "splitNumber": 3,
-            "axisLine": {"show": False}, "axisTick": {"show": False},
-            "splitLine": {"lineStyle": {"color": LINE}},
-        })  # fmt: skip
+        options["xAxis"].append(
+            {
+                "type": "value",
+                "gridIndex": i,
+                "axisLabel": quiet,
+                "splitLine": {"show": False},
+                "axisLine": {"onZero": False, "lineStyle": {"color": LINE}},
+                "axisTick": {"show": False},
+                "scale": True,
+            }
+        )
+        options["yAxis"].append(
+            {
+                "type": "value",
+                "gridIndex": i,
+                "axisLabel": quiet,
+                "scale": True,
+                "splitNumber": 3,
+                "axisLine": {"show": False},
+                "axisTick": {"show": False},
+                "splitLine": {"lineStyle": {"color": LINE}},
+            }
+        )
         for k, key in enumerate(keys):
-            options["series"].append({
-                "type": "line", "name": BY_KEY[key].label, "xAxisIndex": i, "yAxisIndex": i,
-                "showSymbol": False, "data": [],
-                "lineStyle": {"width": 1.4 if k == 0 else 1.2, "type": "solid" if k == 0 else "dashed",
-                              "color": ACTUAL if k == 0 else REFERENCE},
-                "itemStyle": {"color": ACTUAL if k == 0 else REFERENCE},
-            })  # fmt: skip
+            options["series"].append(
+                {
+                    "type": "line",
+                    "name": BY_KEY[key].label,
+                    "xAxisIndex": i,
+                    "yAxisIndex": i,
+                    "showSymbol": False,
+                    "data": [],
+                    "lineStyle": {
+                        "width": 1.4 if k == 0 else 1.2,
+                        "type": "solid" if k == 0 else "dashed",
+                        "color": ACTUAL if k == 0 else REFERENCE,
+                    },
+                    "itemStyle": {"color": ACTUAL if k == 0 else REFERENCE},
+                }
+            )
     return options
 
 

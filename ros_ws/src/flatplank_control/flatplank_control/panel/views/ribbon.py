@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from flatplank_control.panel.signals import BY_KEY, RIBBON
 from nicegui import ui
+
+from flatplank_control.panel.signals import BY_KEY, RIBBON
 
 WORDS = (("trigger", "Trigger"), ("run", "Recording"), ("filter", "Filter"))
 

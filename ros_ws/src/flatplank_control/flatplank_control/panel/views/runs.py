@@ -1,21 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns and their runs: a table with verdicts and filters, overlay of curves, scatter of repeats."""
+"""Campaigns and their runs: table with verdicts and filters, curves, scatter of repeats."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+from nicegui import ui
+
 from flatplank_control.panel.analysis.names import CHANNELS, OVER
 from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 COLUMNS = {
-    "file": "Run", "condition": "Condition", "start": "Start", "order": "Order", "status": "Ended",
-    "verdict": "Verdict", "notes": "Notes",
-}  # fmt: skip
+    "file": "Run",
+    "condition": "Condition",
+    "start": "Start",
+    "order": "Order",
+    "status": "Ended",
+    "verdict": "Verdict",
+    "notes": "Notes",
+}
 FIRST = 60
 """runs drawn when none is chosen"""
 
@@ -79,7 +85,9 @@ class _Runs:
 
     async def filter(self) -> None:
         words = str(self.find.value or "").lower().split()
-        shown = [r for r in self.rows if all(w in " ".join(map(str, r.values())).lower() for w in words)]
+        shown = [
+            r for r in self.rows if all(w in " ".join(map(str, r.values())).lower() for w in words)
+        ]
         self.table.rows = shown
         await self.draw()
 
@@ -88,11 +96,21 @@ class _Runs:
         if not rows or not self.folder.value:
             return
         files = [r["file"] for r in rows]
-        found = await self.desk.curves(self.folder.value, files, self.channel.value, self.over.value)
-        options = charts.overlay(found["curves"], OVER[self.over.value], CHANNELS[self.channel.value])
+        found = await self.desk.curves(
+            self.folder.value, files, self.channel.value, self.over.value
+        )
+        options = charts.overlay(
+            found["curves"], OVER[self.over.value], CHANNELS[self.channel.value]
+        )
         self.chart.options.clear()
         self.chart.options.update(options)
         self.chart.update()
         unit = CHANNELS[self.channel.value].partition("[")[2].rstrip("]")
-        parts = [f"{s['condition']}: {s['scatter']:.3g} {unit}" for s in found["scatter"]]
+        names = (
+            charts.short([s["condition"] for s in found["scatter"]]) if found["scatter"] else []
+        )
+        parts = [
+            f"{name}: {s['scatter']:.3g} {unit}"
+            for name, s in zip(names, found["scatter"], strict=True)
+        ]
         self.scatter.set_text("Scatter between repeats, " + "; ".join(parts) if parts else "")

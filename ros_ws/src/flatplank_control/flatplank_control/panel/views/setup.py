@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from nicegui import ui
+
 from flatplank_control.panel.constants import CONSTANTS
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 LABELS = {
     "et_value": "ET value",
@@ -44,7 +45,9 @@ def _constants(page: Page) -> None:
         with page.row():
             page.button(
                 "Set constants",
-                lambda: page.operator.set_constants(page.id, {n: f.value for n, f in fields.items()}),
+                lambda: page.operator.set_constants(
+                    page.id, {n: f.value for n, f in fields.items()}
+                ),
                 strong=True,
             )
             page.button("Read from bench", load)

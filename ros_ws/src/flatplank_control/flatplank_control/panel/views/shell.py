@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The frame of the page: title, tabs, who is in charge, and the stop button that is always in view."""
+"""The frame of the page: title, tabs, who is in charge, and stop, always in view."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from nicegui import ui
+
 from flatplank_control.panel.operator import Operator
 from flatplank_control.panel.views.page import Page
-from nicegui import ui
 
 HEAD = """
 <link rel="stylesheet" href="/assets/panel.css">
@@ -61,7 +62,9 @@ def _charge(page: Page) -> None:
             operator.take(page.id, f"page {page.id[:4]}")
         refresh()
 
-    button = ui.button("Take charge", on_click=page.act(toggle)).props("outline no-caps dense padding='4px 12px'")
+    button = ui.button("Take charge", on_click=page.act(toggle)).props(
+        "outline no-caps dense padding='4px 12px'"
+    )
 
     def refresh() -> None:
         mine = operator.charge.holder == page.id
@@ -70,7 +73,9 @@ def _charge(page: Page) -> None:
             ui.run_javascript(f"fp.charge({'true' if mine else 'false'})")
         button.set_text("Hand back" if mine else "Take charge")
         holder = operator.charge.name if operator.charge.holder else ""
-        label.set_text("you are in charge" if mine else f"{holder} is in charge" if holder else NOBODY)
+        label.set_text(
+            "you are in charge" if mine else f"{holder} is in charge" if holder else NOBODY
+        )
 
     ui.timer(0.3, refresh)
     ui.on("beat", lambda: operator.beat(page.id))

@@ -6,19 +6,21 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from nicegui import ui
 
 from flatplank_control.panel.operator import waveform_of
 from flatplank_control.panel.views.page import Page
 from flatplank_control.panel.views.plots import ACTUAL, LINE, SOFT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_hw.params import describe
-from nicegui import ui
 
 ROAD = 4.2
 START = {"kappa": 0.05, "amplitude": 0.03, "wavelength": 1.0, "kappa_1": 0.03, "kappa_2": -0.03}
 
 
-def preview(name: str, values: dict[str, Any], start: float, road: float = ROAD) -> list[list[float]]:
+def preview(
+    name: str, values: dict[str, Any], start: float, road: float = ROAD
+) -> list[list[float]]:
     """Slip [%] over plank position [m]; ValueError when the waveform is refused."""
     wave = waveform_of(name, values)
     x = np.unique(np.concatenate([np.linspace(0.0, road, 421), [start - 1e-6, start]]))
@@ -32,14 +34,28 @@ def chart_options(data: list[list[float]]) -> dict[str, Any]:
     return {
         "animation": False,
         "grid": {"left": 42, "right": 12, "top": 24, "bottom": 24},
-        "title": {"text": "slip [%] over road [m]", "left": 0, "top": 0,
-                  "textStyle": {"fontSize": 12, "fontWeight": 400, "color": SOFT}},
+        "title": {
+            "text": "slip [%] over road [m]",
+            "left": 0,
+            "top": 0,
+            "textStyle": {"fontSize": 12, "fontWeight": 400, "color": SOFT},
+        },
         "xAxis": {"type": "value", "max": ROAD, "axisLabel": quiet, "splitLine": {"show": False}},
-        "yAxis": {"type": "value", "axisLabel": quiet, "splitNumber": 3,
-                  "splitLine": {"lineStyle": {"color": LINE}}},
-        "series": [{"type": "line", "showSymbol": False, "data": data,
-                    "lineStyle": {"width": 1.6, "color": ACTUAL}}],
-    }  # fmt: skip
+        "yAxis": {
+            "type": "value",
+            "axisLabel": quiet,
+            "splitNumber": 3,
+            "splitLine": {"lineStyle": {"color": LINE}},
+        },
+        "series": [
+            {
+                "type": "line",
+                "showSymbol": False,
+                "data": data,
+                "lineStyle": {"width": 1.6, "color": ACTUAL},
+            }
+        ],
+    }
 
 
 def build(page: Page) -> None:
@@ -82,6 +98,8 @@ def build(page: Page) -> None:
     rebuild()
     page.button(
         "Set slip control",
-        lambda: page.operator.set_waveform(page.id, kind.value, values(), start.value, radius.value),
+        lambda: page.operator.set_waveform(
+            page.id, kind.value, values(), start.value, radius.value
+        ),
         strong=True,
     )

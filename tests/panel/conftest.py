@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One panel with one simulated bench for all browser tests, and an operator that clicks."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from panel_rig import CHROMIUM, FLAGS, Observer, loopback, panel_process, wait_for
+
+HERE = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    if not Path(CHROMIUM).exists():
+        skip = pytest.mark.skip(reason="no chromium: apt-get install chromium")
+        for item in items:
+            if item.get_closest_marker("browser") and HERE in Path(item.path).parents:
+                item.add_marker(skip)
+
+
+@pytest.fixture(scope="session")
+def domain():
+    """Everything of this session in a domain of its own."""
+    before = dict(os.environ)
+    os.environ.update(loopback())
+    yield
+    os.environ.clear()
+    os.environ.update(before)
+
+
+@pytest.fixture(scope="session")
+def data(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("panel") / "data"
+
+
+@pytest.fixture(scope="session")
+def address(domain, data):
+    data.mkdir()
+    with panel_process(data) as url:
+        yield url
+
+
+@pytest.fixture(scope="session")
+def observer(domain):
+    seen = Observer()
+    yield seen
+    seen.close()
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+class Clicker:
+    """An operator in front of the page."""
+
+    def __init__(self, page, address: str) -> None:
+        self.page, self.address = page, address
+        page.set_default_timeout(60_000)
+        self.errors: list[str] = []
+        page.on("pageerror", lambda e: self.errors.append(str(e)))
+        page.goto(address)
+        self.button("STOP").wait_for()
+
+    def button(self, name: str):
+        name = {"STOP": "Emergency stop"}.get(name, name)
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def click(self, name: str) -> None:
+        self.button(name).click()
+
+    def tab(self, name: str) -> None:
+        self.page.get_by_role("tab", name=name, exact=True).click()
+
+    def fill(self, label: str, value: object) -> None:
+        self.page.get_by_label(label, exact=True).fill(str(value))
+        self.page.keyboard.press("Tab")
+
+    def choose(self, label: str, option: str) -> None:
+        self.page.get_by_label(label, exact=True).click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+
+    def said(self, text: str) -> None:
+        """The log or a message says so."""
+        self.page.get_by_text(text).first.wait_for(timeout=15000)
+
+    def take(self) -> None:
+        self.click("Take charge")
+        self.button("Hand back").wait_for()
+
+    def word(self, name: str) -> str:
+        return self.page.locator(f"[data-word={name}]").first.text_content() or ""
+
+    def number(self, key: str) -> float:
+        """A number of the ribbon; NaN while there is none."""
+        text = self.page.locator(f"[data-key={key}]").first.text_content() or ""
+        return float(text.replace("−", "-")) if text.strip("–") else float("nan")
+
+    def word_is(self, name: str, text: str, timeout: float = 15.0) -> None:
+        wait_for(
+            lambda: text in self.word(name), timeout, f"{name} says {text}: {self.word(name)}"
+        )
+
+
+@pytest.fixture
+def visitor(chromium, address):
+    """Makes pages; each is closed at the end."""
+    contexts = []
+
+    def visit() -> Clicker:
+        context = chromium.new_context(viewport={"width": 1440, "height": 900})
+        contexts.append(context)
+        return Clicker(context.new_page(), address)
+
+    yield visit
+    for context in contexts:
+        context.close()
+
+
+@pytest.fixture
+def operator(visitor, observer):
+    """In charge of a running bench, wheel lifted, drive disabled, plank at rest."""
+    who = visitor()
+    wait_for(lambda: "nobody" in who.page.locator("header").text_content(), 10.0, "charge is free")
+    who.take()
+    if not observer.running:
+        # a slower bus leaves the machine of a test some room; nothing here depends on the rate
+        who.fill("Bus rate [Hz]", 100)
+        who.click("Start bench")
+        observer.client.wait_connected(["wheel_drive", "recorder", "simulated_plant"], 90.0)
+    observer.fresh()
+    who.word_is("bench", "running", 60.0)
+    yield who
+    assert not who.errors
+    who.click("Hand back")
+    who.button("Take charge").wait_for()
+
+
+@pytest.fixture
+def enabled(operator, observer):
+    """The same with the drive enabled; disabled again afterwards."""
+    operator.tab("Drive")
+    operator.click("Enable")
+    observer.wait(observer.enabled, what="operation enabled at the drive")
+    yield operator
+    operator.tab("Drive")
+    operator.click("Disable")
+    observer.wait(lambda: not observer.enabled(), what="drive disabled")

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A panel as its own process, a browser in front of it, and an observer of the graph behind it."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from flatplank_hw.nodes import convert
+from flatplank_hw.parent import END_WITH_PARENT
+
+CHROMIUM = "/usr/bin/chromium"
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+FIRST_DOMAIN, DOMAINS = 20, 80
+MOTOR_TURN = 2**23 * 1425.04
+"""motor counts per turn of the wheel"""
+
+
+def loopback() -> dict[str, str]:
+    """Environment of a graph that nobody else hears."""
+    return {
+        "ROS_DOMAIN_ID": str(FIRST_DOMAIN + (os.getpid() * 13 + 5) % DOMAINS),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+    }
+
+
+def free_port() -> int:
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+def wait_for(ask: Callable[[], Any], timeout: float = 15.0, what: str = "") -> Any:
+    """The first true answer; AssertionError when none has come in time."""
+    end = time.monotonic() + timeout
+    while not (answer := ask()):
+        assert time.monotonic() < end, f"not within {timeout:g} s: {what}"
+        time.sleep(0.02)
+    return answer
+
+
+def clean_environment() -> dict[str, str]:
+    """Nothing in it tells the process that a test has started it."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")}
+    return kept | {END_WITH_PARENT: str(os.getpid())}
+
+
+@contextmanager
+def panel_process(data: Path, *options: str) -> Iterator[str]:
+    """`flatplank panel` on a free port; its address."""
+    port = free_port()
+    command = [sys.executable, "-c", "import sys; from flatplank_control.cli.panel import main; "]
+    command[-1] += "sys.exit(main(sys.argv[1:]))"
+    log = open(data.parent / f"panel_{port}.log", "wb")  # noqa: SIM115
+    with log:
+        process = subprocess.Popen(
+            [*command, "--port", str(port), "--data", str(data), *options],
+            env=clean_environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )
+    try:
+
+        def answers() -> bool:
+            assert process.poll() is None, (data.parent / f"panel_{port}.log").read_text()
+            with socket.socket() as s:
+                return s.connect_ex(("127.0.0.1", port)) == 0
+
+        wait_for(answers, 60.0, "the panel listens")
+        yield f"http://127.0.0.1:{port}/"
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(15.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+class Observer:
+    """Sees the raw image of the bus and the samples, without the panel: the judge of the tests."""
+
+    def __init__(self) -> None:
+        from geometry_msgs.msg import WrenchStamped
+
+        from flatplank_control.nodes.client import BenchClient
+        from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
+
+        self.client = BenchClient("panel_observer")
+        self.latest: dict[str, Any] = {}
+        kinds = {
+            "inputs": (BusInputs, "/bus/inputs"),
+            "contact": (WrenchStamped, "/measurement_hub/wrench_contact"),
+            "wheel": (WrenchStamped, "/measurement_hub/wrench_wheel"),
+            "hub": (HubState, "/measurement_hub/state"),
+            "encoders": (EncoderState, "/encoders/state"),
+            "drive": (DriveStatus, "/wheel_drive/status"),
+        }
+        for key, (kind, topic) in kinds.items():
+            self.client.node.create_subscription(
+                kind, topic, lambda m, key=key: self.latest.__setitem__(key, m), 5
+            )
+
+    def close(self) -> None:
+        self.client.__exit__(None, None, None)
+
+    def look(self, seconds: float = 0.05) -> None:
+        """Take what comes for a while."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.client.spin(0.01)
+
+    def wait(self, ask: Callable[[], Any], timeout: float = 15.0, what: str = "") -> Any:
+        def answer() -> Any:
+            self.look()
+            return ask()
+
+        return wait_for(answer, timeout, what)
+
+    def fresh(self) -> None:
+        """Only what comes from now on."""
+        self.latest.clear()
+        self.wait(lambda: len(self.latest) == 6, 20.0, "all topics speak")
+
+    # at the plant
+    @property
+    def inputs(self) -> Any:
+        return convert.inputs_from_msg(self.latest["inputs"])[-1]
+
+    @property
+    def running(self) -> bool:
+        """The bus goes on."""
+        self.latest.pop("inputs", None)
+        self.look(0.3)
+        return "inputs" in self.latest
+
+    def turns(self) -> float:
+        """Angle of the motor shaft on the wheel's side [rad], from the raw counts."""
+        return math.tau * self.inputs.axes[0].position / MOTOR_TURN
+
+    def speed(self) -> float:
+        """Of the wheel by the raw counts of the motor, over some 0.3 s [rad/s]."""
+        self.look(0.02)
+        a, at = self.inputs.axes[0].position, self.inputs.stamp_ns
+        self.wait(lambda: self.inputs.stamp_ns - at > 3e8, what="cycles go on")
+        b = self.inputs.axes[0].position
+        moved = (b - a + 2**31) % 2**32 - 2**31
+        return math.tau * moved / MOTOR_TURN / ((self.inputs.stamp_ns - at) * 1e-9)
+
+    def enabled(self) -> bool:
+        """Operation enabled, by the status word on the bus."""
+        return self.inputs.axes[0].status_word & 0x6F == 0x27

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page is gone, a second page, the stop button, hostile input: judged at the plant."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from panel_rig import wait_for
+
+pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
+
+
+def turn(who, observer) -> None:
+    who.fill("Velocity [rad/s]", 0.08)
+    who.click("Set velocity")
+    observer.wait(lambda: observer.speed() > 0.06, what="the shaft turns")
+
+
+def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
+    operator.click("Hand back")
+    operator.button("Take charge").wait_for()
+    other = visitor()
+    other.take()
+    other.tab("Drive")
+    other.click("Enable")
+    observer.wait(observer.enabled, what="operation enabled")
+    turn(other, observer)
+    other.page.close()
+    gone = time.monotonic()
+    observer.wait(
+        lambda: abs(observer.inputs.axes[0].velocity) < 2**23 * 1425.04 * 1e-4,
+        5.0,
+        "the shaft rests",
+    )
+    assert time.monotonic() - gone < 2.5
+    assert not observer.enabled()
+    wait_for(
+        lambda: "nobody" in operator.page.locator("header").text_content(), 10.0, "charge is free"
+    )
+    operator.take()
+
+
+def test_one_in_charge_others_watch_and_everybody_stops(visitor, enabled, observer):
+    watcher = visitor()
+    watcher.said("is in charge")
+    watcher.tab("Drive")
+    assert watcher.button("Enable").is_disabled()
+    watcher.click("Take charge")
+    watcher.said("ask for a hand-over")
+    turn(enabled, observer)
+    watcher.click("STOP")
+    observer.wait(lambda: abs(observer.speed()) < 1e-3, 5.0, "the shaft rests")
+    assert not observer.inputs.digital & 2
+    enabled.tab("Machine")
+    enabled.click("Release emergency stop")
+    observer.wait(lambda: observer.inputs.digital & 2, what="emergency stop circuit closed")
+
+
+@pytest.mark.parametrize("folder", ["../outside", "/etc", "a/../../b", "x\u2028y"])
+def test_folders_stay_inside(operator, data, folder):
+    operator.tab("Measure")
+    operator.fill("Folder below the data folder", folder)
+    operator.fill("Name", "TOY_escape")
+    operator.click("Start logging")
+    wait_for(
+        lambda: operator.page.locator(".q-notification").count(), 10.0, "the refusal is shown"
+    )
+    assert not list(data.parent.rglob("TOY_escape"))
+
+
+def test_no_script_from_a_note(operator, data):
+    bad = "<img src=x onerror='window.pwned=1'><script>window.pwned=1</script>"
+    operator.tab("Measure")
+    operator.fill("Folder below the data folder", "")
+    operator.fill("Note", bad)
+    operator.fill("Name", "TOY_<script>")
+    operator.click("Start logging")
+    operator.said("not a name for a measurement")
+    operator.fill("Name", "TOY_noted_1")
+    operator.page.get_by_text("at once, not from").click()
+    operator.click("Start logging")
+    operator.word_is("run", "recording")
+    operator.click("Stop and save")
+    operator.word_is("run", "complete")
+    operator.tab("Runs")
+    operator.page.get_by_text("onerror").first.wait_for(timeout=30000)
+    assert operator.page.evaluate("window.pwned") is None
