@@ -28,6 +28,13 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
+PATIENT = {
+    "heartbeat_timeout": 3.0,
+    "input_timeout": 1.0,
+    "reference_timeout": 1.0,
+    "start_timeout": 5.0,
+}
+"""of the drive [s]"""
 FIRST_DOMAIN, DOMAINS = 20, 80
 MOTOR_TURN = 2**23 * 1425.04
 """motor counts per turn of the wheel"""

@@ -30,7 +30,7 @@ def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
     gone = time.monotonic()
     observer.wait(
         lambda: abs(observer.inputs.axes[0].velocity) < 2**23 * 1425.04 * 1e-4,
-        5.0,
+        8.0,
         "the shaft rests",
     )
     assert time.monotonic() - gone < 2.5

@@ -22,6 +22,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--log", type=Path, help="file for what the nodes print; default: DATA/bench.log"
     )
+    p.add_argument("--parameters", type=Path, help="ROS parameter file, laid over the bench's own")
     return p
 
 
@@ -38,13 +39,18 @@ def main(argv: list[str]) -> int:
     from flatplank_control.panel.app import serve
     from flatplank_control.panel.bench_state import BenchState
     from flatplank_control.panel.desk import Desk
-    from flatplank_control.panel.host import Host
+    from flatplank_control.panel.host import Host, read_parameters
     from flatplank_control.panel.operator import Operator
 
+    try:
+        parameters = read_parameters(o.parameters) if o.parameters else {}
+    except ValueError as error:
+        print(f"flatplank panel: {error}", file=sys.stderr)
+        return 1
     address = f"http://{o.host}:{o.port}/" + (f"?token={token}" if token else "")
     with PanelNode(BenchState()) as link:
         data, log = o.data.resolve(), o.log or o.data / "bench.log"
-        host = Host(data, log)
+        host = Host(data, log, parameters)
         print(f"panel: {address}\ndata: {data}; Ctrl-C ends it", flush=True)
         try:
             serve(Operator(link, host, data), Desk(data, log), o.host, o.port, token)

@@ -3,22 +3,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import yaml
 
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BUSES, BenchSetup
 from flatplank_control.panel import validation
+from flatplank_hw.params import load_parameters
 
 TIRES = ("toyo", "continental", "michelin", "racing")
 PRESETS = ("", "thesis2023")
 KINDS = {"sim": "Simulated", "emulated": "Emulated bus", "lab": "Lab"}
 
 
+def read_parameters(path: Path) -> dict[str, dict[str, Any]]:
+    """A ROS parameter file: node name -> parameters; ValueError names the fault."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ValueError(f"{path}: cannot be read ({' '.join(str(error).split())})") from None
+    if not isinstance(content, dict):
+        raise ValueError(f"{path}: expected node names with 'ros__parameters:' below them")
+    return {str(node): load_parameters(path, str(node)) for node in content}
+
+
 class Host:
     """Starts and ends the nodes of a bench."""
 
-    def __init__(self, data: Path, log: Path) -> None:
-        self.data, self.log = data, log
+    def __init__(
+        self, data: Path, log: Path, parameters: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> None:
+        """`parameters`: by node name, laid over those of the packages."""
+        self.data, self.log, self.parameters = data, log, parameters or {}
         self.setup: BenchSetup | None = None
         self._processes: BenchProcesses | None = None
 
@@ -39,6 +58,7 @@ class Host:
             seed=int(validation.number(seed, "seed", 0, 2**31 - 1)),
             rate_hz=int(validation.number(rate, "bus rate", 50, 1000, "Hz")),
             data=str(self.data),
+            parameters=self.parameters,
         )
         self._processes = BenchProcesses(self.setup, log=self.log)
         self._processes.start()

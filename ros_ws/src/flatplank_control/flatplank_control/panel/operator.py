@@ -156,7 +156,8 @@ class Operator:
     async def set_waveform(
         self, page: str, name: str, values: Mapping[str, Any], start: Any, radius: Any
     ) -> str:
-        """Set the waveform and choose slip control; slips in percent as people say them."""
+        """Set the waveform and choose slip control."""
+        self.charge.check(page)
         wave = waveform_of(name, values)
         known = {k: float(getattr(wave, k)) for k in values}
         text = f"{name} from {start} m with r_e {radius} m"

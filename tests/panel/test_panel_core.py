@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parts of the panel without a browser: rings, charge, validation, guard, live data, operator."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+
+import numpy as np
+import pytest
+
+from flatplank_control.panel import validation as check
+from flatplank_control.panel.access import COOKIE, Guard, is_loopback
+from flatplank_control.panel.analysis.worker import plain
+from flatplank_control.panel.bench_state import BenchState, Samples
+from flatplank_control.panel.charge import PATIENCE, Charge, NotInCharge
+from flatplank_control.panel.constants import CONSTANTS
+from flatplank_control.panel.host import Host
+from flatplank_control.panel.link import Reply
+from flatplank_control.panel.live import Live, script
+from flatplank_control.panel.next_plan import write_next
+from flatplank_control.panel.operator import Operator
+from flatplank_control.panel.rings import Ring
+from flatplank_control.panel.signals import COLUMN, SIGNALS
+from flatplank_control.panel.views.waveform import preview
+from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_hw.bus.image import AXES, AxisInputs, BusInputs
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
+
+
+def samples(cycle: int, fz: float = 1.0) -> Samples:
+    """One complete set."""
+    stamp = cycle * 4_000_000
+    axes = (AxisInputs(0x27, 9, 0, 0, 0, 0),) * len(AXES)
+    wrench = Wrench(1.0, 2.0, fz, 4.0, 5.0, 6.0)
+    return Samples(
+        BusInputs(cycle, stamp, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, 2, 0, axes),
+        HubSample(cycle, stamp, wrench, wrench, 0.31, 0.0, fz, False, 0),
+        EncoderSample(
+            cycle, stamp, 0.5, 0.03, 1.0, 0.1, 0.0, 0.0, math.nan, 0.0, 0.0, True, True, 0.0
+        ),
+        DriveSample(cycle, stamp, 4, 3, 1.0, 0.1, 0.2, math.nan, 0.1, math.nan, 0, 0),
+    )
+
+
+class Answers:
+    """A bench that notes what it is asked and says yes, or says no."""
+
+    def __init__(self, reason: str = "") -> None:
+        self.state, self.asked, self.reason = BenchState(), [], reason
+        self.beats: list[str] = []
+
+    async def ask(self, request, **fields):
+        self.asked.append((request, fields))
+        return Reply(not self.reason, self.reason, {"token": "me"})
+
+    async def set_parameters(self, node, values):
+        return await self.ask(f"parameters of {node}", **values)
+
+    async def get_parameters(self, node, names):
+        return dict.fromkeys(names, 0.0)
+
+    async def measure(self, plan, folder, simulated):
+        return await self.ask("measure", plan=plan, folder=folder)
+
+    async def cancel(self):
+        return await self.ask("cancel")
+
+    def beat(self, token):
+        self.beats.append(token)
+
+    def nodes(self):
+        return ["simulated_plant"]
+
+
+@pytest.fixture
+def bench(tmp_path):
+    link = Answers()
+    operator = Operator(link, Host(tmp_path, tmp_path / "log"), tmp_path)
+    operator.take("me", "me")
+    return operator
+
+
+def run(work):
+    return asyncio.run(work)
+
+
+def test_ring_forgets_the_oldest():
+    ring = Ring(4, 2)
+    for i in range(11):
+        ring.push((i, -i))
+    assert ring.serial == 11
+    assert ring.since(9).tolist() == [[9, -9], [10, -10]]
+    assert ring.since(0)[:, 0].tolist() == [7, 8, 9, 10]
+    assert ring.since(11).shape == (0, 2)
+
+
+def test_state_takes_a_row_per_new_cycle_and_stays_small():
+    state = BenchState()
+    for cycle in (1, 1, 2, 3):
+        state.accept(samples(cycle, 10.0 * cycle), cycle * 0.05)
+    assert state.ring.serial == 3
+    assert state.ring.since(0)[:, COLUMN["fz"]].tolist() == [10.0, 20.0, 30.0]
+    assert state.words(0.2)["state"] == "operation enabled"
+    assert state.words(9.0)["bench"] == "not running"
+    assert [a["axis"] for a in state.axes()] == list(AXES)
+
+
+def test_live_message_is_strict_json_with_what_is_new():
+    state = BenchState()
+    live = Live(state)
+    state.accept(samples(1), 0.0)
+    first = json.loads(live.tick().removeprefix("fp.tick(").removesuffix(")"))
+    again = json.loads(live.tick().removeprefix("fp.tick(").removesuffix(")"))
+    assert len(first["rows"]) == 1 and len(first["rows"][0]) == len(SIGNALS)
+    assert first["rows"][0][COLUMN["pos_ref"]] is None
+    assert again["rows"] == [] and again["serial"] == 1
+
+
+def test_nothing_in_a_message_ends_its_script():
+    text = script({"name": "</script><!-- & '\u2028"})
+    assert not set("<>&\u2028") & set(text)
+    assert json.loads(text) == {"name": "</script><!-- & '\u2028"}
+
+
+def test_one_in_charge_until_it_is_silent():
+    charge = Charge()
+    charge.take("a", "first", 0.0)
+    with pytest.raises(NotInCharge, match="first is in charge"):
+        charge.take("b", "second", PATIENCE - 0.1)
+    assert charge.beat("a", 1.9) and not charge.beat("b", 1.9)
+    assert not charge.expire(3.8)
+    assert charge.expire(4.0)
+    charge.take("b", "second", 4.1)
+    with pytest.raises(NotInCharge):
+        charge.check("a")
+    charge.check("b")
+
+
+@pytest.mark.parametrize("value", ["nan", math.inf, None, "1e999", "x", "", 11])
+def test_numbers_are_checked(value):
+    with pytest.raises(ValueError, match="load"):
+        check.number(value, "load", 0.0, 10.0, "N")
+
+
+@pytest.mark.parametrize("path", ["..", "/etc/passwd", "a/../../b", "a\x00b", "x" * 600])
+def test_paths_stay_inside(tmp_path, path):
+    with pytest.raises(ValueError):
+        check.inside(tmp_path, path)
+
+
+def test_links_do_not_lead_out(tmp_path):
+    inside = tmp_path / "data"
+    inside.mkdir()
+    (inside / "link").symlink_to(tmp_path)
+    with pytest.raises(ValueError, match="outside"):
+        check.inside(inside, "link/x")
+
+
+@pytest.mark.parametrize("name", ["", "../x", "a/b", "<script>", ".hidden", "a b"])
+def test_names_are_plain(name):
+    with pytest.raises(ValueError):
+        check.name(name)
+
+
+def judged(guard: Guard, query: str = "", **headers: str):
+    return guard.judge({k.replace("_", "-"): v for k, v in headers.items()}, query)
+
+
+def test_guard_on_loopback_refuses_other_sites():
+    guard = Guard(None, "127.0.0.1")
+    assert judged(guard, host="127.0.0.1:8080") is None
+    assert judged(guard, host="localhost:8080", origin="http://localhost:8080") is None
+    assert judged(guard, host="127.0.0.1:8080", origin="http://evil.example")[0] == 403
+    assert judged(guard, host="evil.example:8080")[0] == 400
+    assert judged(guard)[0] == 400
+
+
+def test_guard_elsewhere_wants_the_token():
+    with pytest.raises(ValueError, match="token"):
+        Guard(None, "0.0.0.0")
+    guard = Guard(None, "0.0.0.0", "secret")
+    assert judged(guard, host="bench:8080")[0] == 401
+    assert judged(guard, "token=wrong", host="bench:8080")[0] == 401
+    assert judged(guard, "token=secret", host="bench:8080") is None
+    assert judged(guard, host="bench:8080", cookie=f"{COOKIE}=secret") is None
+    assert is_loopback("::1") and not is_loopback("192.168.1.4")
+
+
+def test_only_the_page_in_charge_acts(bench):
+    run(bench.enable("me", True))
+    with pytest.raises(ValueError, match="only watches"):
+        run(bench.enable("other", True))
+    assert bench.link.asked == [("enable", {"data": True})]
+    run(bench.emergency_stop("other"))
+    assert {r for r, _ in bench.link.asked[1:]} == {"quick_stop", "emergency_stop"}
+
+
+def test_every_public_action_asks_who_it_is(bench):
+    """Walks the operator's methods: a new one is checked by being there."""
+    open_to_all = {"take", "give_back", "beat", "supervise", "emergency_stop", "constants", "say"}
+    values = {"mode": "velocity", "what": "steer", "kind": "sim", "name": "x", "plan": {}}
+    for name in [n for n in vars(Operator) if not n.startswith("_") and n not in open_to_all]:
+        method = getattr(bench, name)
+        names = method.__code__.co_varnames[1 : method.__code__.co_argcount]
+        arguments = [values.get(n, 0) for n in names[1:]]
+        with pytest.raises(ValueError, match="only watches"):
+            run(method("other", *arguments))
+    assert bench.link.asked == []
+
+
+def test_refusals_of_the_bench_come_back(tmp_path):
+    operator = Operator(Answers("the tire stands"), Host(tmp_path, tmp_path / "log"), tmp_path)
+    operator.take("me", "me")
+    with pytest.raises(ValueError, match="the tire stands"):
+        run(operator.move_to("me", 120))
+
+
+def test_beats_go_on_only_with_a_claim(bench):
+    bench.beat("me")
+    assert bench.link.beats == []
+    bench.link.state.accept(samples(1), math.inf)  # for ever fresh
+    run(bench.supervise())
+    bench.beat("me")
+    bench.beat("other")
+    assert bench.link.beats == ["me", "me"]
+
+
+def test_constants_are_those_of_the_nodes(bench):
+    run(bench.set_constants("me", {"et_value": 0.05, "slip_angle_offset_deg": 1}))
+    assert dict(bench.link.asked) == {
+        "parameters of measurement_hub": {"et_value": 0.05},
+        "parameters of encoders": {"slip_angle_offset_deg": 1.0},
+    }
+    with pytest.raises(ValueError, match="not known"):
+        run(bench.set_constants("me", {"k_fx1": 1.0}))
+    assert len(CONSTANTS) == 5
+
+
+@pytest.mark.parametrize("name", sorted(WAVEFORMS))
+def test_preview_of_every_waveform_is_the_waveform(name):
+    wave = WAVEFORMS[name]()
+    points = np.array(preview(name, {}, 1.5))
+    after = points[points[:, 0] > 1.5]
+    assert np.allclose(after[:, 1], [100.0 * wave.slip(x - 1.5) for x in after[:, 0]], atol=0.2)
+    assert (points[points[:, 0] < 1.5][:, 1] == 0.0).all()
+
+
+def test_proposed_run_becomes_a_plan_that_the_bench_accepts(tmp_path):
+    proposal = {"what": "x", "settings": {"step_position": 2.2, "kappa": 0.05}, "repeats": 3}
+    path = write_next(proposal, "TOY", tmp_path)
+    assert "step_position: 2.2" in path.read_text()
+    with pytest.raises(ValueError, match="no run"):
+        write_next({"what": "check on the machine"}, "TOY", tmp_path)
+
+
+def test_answers_of_the_analysis_are_strict_json():
+    value = {"a": np.array([1.0, math.nan]), "b": (np.float64(2.5), math.inf), 3: "x"}
+    assert (
+        json.dumps(plain(value), allow_nan=False)
+        == '{"a": [1.0, null], "b": [2.5, null], "3": "x"}'
+    )
