@@ -5,10 +5,12 @@ hand."""
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import select
 import subprocess
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -29,11 +31,18 @@ _UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
 
 
 def be_quick(on: bool) -> None:
-    """Real-time scheduling for the node by hand, where allowed: no stall of its own may spoil a
-    test."""
+    """Real-time scheduling for the node by hand, where allowed, and no garbage collector: no stall
+    of its own may spoil a test."""
     policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK if on else os.SCHED_OTHER
     with contextlib.suppress(PermissionError):
         os.sched_setscheduler(0, policy, os.sched_param(30 if on else 0))
+    if on:
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+    else:
+        gc.enable()
+        gc.unfreeze()
 
 
 def namespace() -> BenchNamespace:
@@ -71,6 +80,7 @@ class InsistentNode:
         self.resets = 0
         self.seen: set[str] = set()
         self.gaps = 0
+        self._pending: deque[BusInputs] = deque()
 
     def run(
         self, until: Callable[[BusInputs], bool], seconds: float = 5.0, what: str = ""
@@ -78,7 +88,9 @@ class InsistentNode:
         """Answer images until a condition holds; the limit is only for a test that fails."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            for inputs in self.client.poll():
+            self._pending.extend(self.client.poll() if not self._pending else ())
+            while self._pending:
+                inputs = self._pending.popleft()
                 self._answer(inputs)
                 if until(inputs):
                     return inputs
@@ -107,7 +119,8 @@ class InsistentNode:
         self.client.send(AxisCommand(0, inputs.cycle, word, VELOCITY_MODE, 0, speed, 0, 0))
 
     def reset(self) -> None:
-        """One fault reset: the bit goes up once."""
+        """One fault reset: the bit goes up once, in answer to a fresh image."""
+        self.run(lambda _inputs: not self._pending, what="caught up")
         self.resets = 3
 
     def spin_up(self) -> None:
@@ -198,3 +211,22 @@ class Bench:
         if self.emulator is not None:
             self.emulator.close()
         self.namespace.close()
+
+
+ATTEMPTS = 4
+"""a scenario during which the computer itself stalled is made again"""
+
+
+class Stalls:
+    """Counters that tell whether the computer itself disturbed a scenario."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+        self._before = self._count()
+
+    def _count(self) -> tuple[float, ...]:
+        state = self._bench.emulator.send("state")
+        return state["stalled_ms"], state["wire"]["aged"]
+
+    def __bool__(self) -> bool:
+        return self._count() != self._before

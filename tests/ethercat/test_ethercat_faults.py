@@ -8,13 +8,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from ethercat_rig import Bench
+from ethercat_rig import ATTEMPTS, Bench, Stalls
 from ethercat_scenarios import SCENARIOS, WITHIN_MS, Scenario
 
 pytestmark = pytest.mark.usefixtures("minute")
-
-ATTEMPTS = 4
-"""a scenario during which the computer itself stalled is made again"""
 
 
 @pytest.fixture(scope="module")
@@ -23,21 +20,6 @@ def bench() -> Iterator[Bench]:
     rig.unload()
     yield rig
     rig.close()
-
-
-class Stalls:
-    """Counters that tell whether the computer itself disturbed a scenario."""
-
-    def __init__(self, bench: Bench) -> None:
-        self._bench = bench
-        self._before = self._count()
-
-    def _count(self) -> tuple[float, ...]:
-        state = self._bench.emulator.send("state")
-        return state["stalled_ms"], state["wire"]["aged"]
-
-    def __bool__(self) -> bool:
-        return self._count() != self._before
 
 
 def break_it(bench: Bench, scenario: Scenario) -> dict[str, Any]:

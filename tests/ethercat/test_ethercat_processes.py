@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ethercat_rig import BENCH, Bench, Emulator
+from ethercat_rig import ATTEMPTS, BENCH, Bench, Emulator, Stalls
 from ethercat_scenarios import WITHIN_MS
 
 from flatplank_hw.bus.image import Health
@@ -148,8 +148,8 @@ def test_emulator_killed_and_started_again(bench: Bench) -> None:
     bench.node.spin_up()
 
 
-def test_second_master_is_refused(rig: Bench) -> None:
-    """The lock names the owner; the running bus does not notice.
+def try_second_master(rig: Bench) -> tuple[str, dict, dict]:
+    """What it says, and how the running bus fares.
 
     The other process is there before the wheel turns: starting one stalls the node by hand.
     """
@@ -158,12 +158,20 @@ def test_second_master_is_refused(rig: Bench) -> None:
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as second:
         assert second.stdout.readline().strip() == b"waiting"
         rig.revive()
-        before = rig.client.diagnostics()["wrong_counter"]
         second.stdin.write(b"go\n")
         second.stdin.flush()
         text = rig.meanwhile(second).decode()
         rig.node.cycles(20)
-        report, wheel = rig.client.diagnostics(), rig.emulator.wheel()
+        return text, rig.client.diagnostics(), rig.emulator.wheel()
+
+
+def test_second_master_is_refused(rig: Bench) -> None:
+    """The lock names the owner; the running bus does not notice."""
+    for _ in range(ATTEMPTS):
+        stalls, before = Stalls(rig), rig.client.diagnostics()["wrong_counter"]
+        text, report, wheel = try_second_master(rig)
+        if not stalls:
+            break
     assert f"in use by process {rig.client.process.pid}" in text
     assert report["wrong_counter"] == before and report["held"] == {}
     assert wheel["moving"]
