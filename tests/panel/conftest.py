@@ -148,12 +148,20 @@ def operator(visitor, observer):
     who.button("Take charge").wait_for()
 
 
+def enable(who: Clicker, observer) -> None:
+    def click() -> None:
+        who.tab("Drive")
+        who.click("Enable")
+
+    click()
+    observer.wait(observer.enabled, 60.0, "operation enabled at the drive", again=click)
+
+
 @pytest.fixture
 def enabled(operator, observer):
     """The same with the drive enabled; disabled again afterwards."""
     operator.tab("Drive")
-    operator.click("Enable")
-    observer.wait(observer.enabled, what="operation enabled at the drive")
+    enable(operator, observer)
     yield operator
     operator.tab("Drive")
     operator.click("Disable")

@@ -5,6 +5,7 @@ in the parameter, never on the page alone."""
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
 import yaml
@@ -14,6 +15,13 @@ from flatplank_hw.hub.parasitic import ParasiticFit, Sine, to_text
 
 pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
 SPEED = 0.03092
+
+
+def turn(who, button: str) -> None:
+    """Enable, which clears a stop, and ask for the motion."""
+    who.click("Enable")
+    who.page.wait_for_timeout(500)
+    who.click(button)
 
 
 def test_r1_i_starts_the_bench(operator, observer):
@@ -100,7 +108,8 @@ def test_r1_vi_constants_reach_the_hub(operator, observer):
 def test_r1_vii_enables_and_disables(operator, observer):
     operator.tab("Drive")
     operator.click("Enable")
-    observer.wait(observer.enabled, what="operation enabled on the bus")
+    click = partial(operator.click, "Enable")
+    observer.wait(observer.enabled, 60.0, "operation enabled on the bus", again=click)
     operator.click("Disable")
     observer.wait(lambda: not observer.enabled(), what="disabled on the bus")
 
@@ -121,7 +130,12 @@ def test_r1_viii_velocity_and_its_plot(enabled, observer):
 
 def test_r1_viii_n_i_position_buttons_turn_the_shaft(enabled, observer):
     enabled.click("Home: this is 0°")
-    observer.wait(lambda: abs(observer.latest["drive"].position) < 1e-3, what="homed")
+    observer.wait(
+        lambda: abs(observer.latest["drive"].position) < 1e-3,
+        60.0,
+        "homed",
+        again=lambda: turn(enabled, "Home: this is 0°"),
+    )
     before = observer.turns()
     enabled.fill("Angle [deg]", 4)
     enabled.click("Turn there")
@@ -134,7 +148,10 @@ def test_r1_viii_n_i_position_buttons_turn_the_shaft(enabled, observer):
     assert all(enabled.button(n).is_enabled() for n in names)
     enabled.click("0°")
     observer.wait(
-        lambda: abs(math.degrees(observer.turns() - before)) < 0.1, 30.0, "back at the shaft"
+        lambda: abs(math.degrees(observer.turns() - before)) < 0.1,
+        60.0,
+        "back at the shaft",
+        again=lambda: turn(enabled, "0°"),
     )
 
 
@@ -143,7 +160,9 @@ def test_r1_viii_torque(enabled, observer):
     enabled.click("Set torque")
     observer.wait(
         lambda: observer.inputs.axes[0].torque * 1e-4 == pytest.approx(2.5, abs=0.05),
-        what="torque at the motor, by the bus",
+        60.0,
+        "torque at the motor, by the bus",
+        again=lambda: turn(enabled, "Set torque"),
     )
     enabled.click("Quick stop")
     observer.wait(lambda: abs(observer.speed()) < 1e-3, what="the shaft rests")

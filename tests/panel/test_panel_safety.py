@@ -12,9 +12,16 @@ pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
 
 
 def turn(who, observer) -> None:
+    who.tab("Drive")
     who.fill("Velocity [rad/s]", 0.08)
-    who.click("Set velocity")
-    observer.wait(lambda: observer.speed() > 0.06, what="the shaft turns")
+
+    def click() -> None:
+        who.click("Enable")
+        who.page.wait_for_timeout(500)
+        who.click("Set velocity")
+
+    click()
+    observer.wait(lambda: observer.speed() > 0.06, 60.0, "the shaft turns", again=click)
 
 
 def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
@@ -22,9 +29,6 @@ def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
     operator.button("Take charge").wait_for()
     other = visitor()
     other.take()
-    other.tab("Drive")
-    other.click("Enable")
-    observer.wait(observer.enabled, what="operation enabled")
     turn(other, observer)
     other.page.close()
     gone = time.monotonic()
