@@ -63,17 +63,15 @@ def solve(
     scale = np.where(x == 0.0, 1.0, np.abs(x)) if scale is None else np.asarray(scale, float)
     damping, converged, count, small = 1e-3, False, 0, 0
     r, jac = linearise(residuals, x, lower, upper, scale)
-    for turn in range(1, iterations + 1):
-        count = turn
+    while count < iterations and not converged:
+        count += 1
         trials = _trials(x, r, jac, damping * DAMPING, lower, upper, scale)
         best, found, ahead = _look(residuals, trials, lower, upper, scale)
         cost = float(r @ r)
         gain = cost - float(found @ found)
         if not gain > 0.0:
-            converged = damping > 1e6 or bool(np.all(np.abs(trials - x) <= 1e-9 * scale))
-            if converged or _is_stationary(x, r, jac, lower, upper, scale):
-                converged = True
-                break
+            still = damping > 1e6 or bool(np.all(np.abs(trials - x) <= 1e-9 * scale))
+            converged = still or _is_stationary(x, r, jac, lower, upper, scale)
             damping *= 1e4
             continue
         damping = min(max(damping * DAMPING[best], 1e-9), 1e6)
@@ -82,9 +80,7 @@ def solve(
         jac = linearise(residuals, x, lower, upper, scale)[1] if ahead is None else ahead
         # A small gain means the end only where the step was not held back by damping.
         small = small + 1 if gain <= tolerance * cost or moved <= 1e-7 else 0
-        if small and (damping < 1e-2 or small > 3):
-            converged = True
-            break
+        converged = bool(small) and (damping < 1e-2 or small > 3)
     edge = 1e-9 * np.maximum(scale, 1e-12)
     return Solution(x, r, jac, x <= lower + edge, x >= upper - edge, converged, count)
 

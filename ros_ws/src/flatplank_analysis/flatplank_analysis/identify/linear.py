@@ -153,26 +153,18 @@ def _linear_fit(
     errors, correlation = _errors(solution, noise, weight)
     dof = max(noise.effective_samples - len(solution.x), 2.0)
     edge = _edges(solution)
-    travel = float(x[-1])
     response = first + (steady - first) * -np.expm1(-np.maximum(x, 0.0) / sigma)
     end = transient_end(x, response, steady)
-    settled = travel > 3.0 * sigma
+    settled = bool(x[-1] > 3.0 * sigma)
     confusions = () if settled and abs(correlation) < 0.95 else (_unsettled(correlation, sigma),)
     return LinearFit(
         kappa=float(kappa),
-        sigma=Estimate("sigma", float(sigma), "m", errors[0], dof, edge[0]),
-        slip_stiffness=Estimate(
-            "slip_stiffness", float(steady / kappa), "N", errors[1] / abs(kappa), dof, edge[1]
+        sigma=_estimate("sigma", sigma, "m", errors[0], dof, edge[0]),
+        slip_stiffness=_estimate(
+            "slip_stiffness", steady / kappa, "N", errors[1] / abs(kappa), dof, edge[1]
         ),
-        steady_force=Estimate("steady_force", float(steady), "N", errors[1], dof, edge[1]),
-        start_force=Estimate(
-            "start_force",
-            first,
-            "N",
-            errors[2] if fixed is None else 0.0,
-            dof,
-            fixed=fixed is not None,
-        ),
+        steady_force=_estimate("steady_force", steady, "N", errors[1], dof, edge[1]),
+        start_force=_start_estimate(first, errors, dof, fixed is not None),
         reached_force=float(response[-1]),
         correlation=correlation,
         settled=settled,
@@ -184,6 +176,17 @@ def _linear_fit(
         distance=x,
         residual=force - response,
     )
+
+
+def _estimate(name: str, value: float, unit: str, error: float, dof: float, edge: str) -> Estimate:
+    """A number on its bound is no measurement: it is marked as not determined."""
+    note = f"rests on its {edge} bound" if edge else ""
+    return Estimate(name, float(value), unit, error, dof, edge, not edge, note=note)
+
+
+def _start_estimate(value: float, errors: list[float], dof: float, fixed: bool) -> Estimate:
+    error = 0.0 if fixed else errors[2]
+    return Estimate("start_force", value, "N", error, dof, fixed=fixed)
 
 
 def _errors(solution: Solution, noise: ARNoise, weight: np.ndarray) -> tuple[list[float], float]:
