@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Actual slip keeps within 0.05 % of the desired, judged against the road that no node can
+read."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from flatplank_control.bench.start_bench import StartBench
+from flatplank_control.speed_map import RoadMap, learn
+from flatplank_control.speed_map.learn import Run
+from flatplank_hw.plant.truth import truth_row
+
+DEFECTS = {
+    "road_speed_error": {"relative": 0.0013, "unseen": 0.0015},
+    "speed_droop": {"per_kn": 0.0008},
+    "mesh_ripple": {"tooth": 20e-6, "turn": 40e-6},
+}
+TURN = 2.0 * math.pi * 0.05
+FZ, PRESSURE = 3700.0, 2.5
+
+
+def drive(kappa: float, distance: float, **sequencer) -> tuple[Run, np.ndarray]:
+    """Measured samples, and true slip averaged over turns of the pinion."""
+    bench = StartBench("toyo", overrides={"defects": DEFECTS}, sequencer=sequencer)
+    radius = truth_row(bench.config, FZ, PRESSURE).effective_rolling_radius
+    bench.sequencer.set_slip_step(kappa, 0.5, radius)
+    bench.ready(FZ, "slip")
+    bench.encoders.arm()
+    bench.plant.operator.plank(1, fast=True)
+    measured, true = [], []
+    while not true or true[-1][0] < distance:
+        bench.cycle()
+        e, t = bench.encoder_sample, bench.plant.truth
+        measured.append((e.plank_position, e.wheel_angle, bench.hub_sample.contact.fx))
+        true.append((t.road_position, t.wheel_angle, t.effective_rolling_radius))
+    rows = np.array(true)
+    first = int(np.searchsorted(rows[:, 0], 1.2))
+    slips = []
+    while (last := int(np.searchsorted(rows[:, 0], rows[first, 0] + TURN))) < len(rows):
+        turned = (rows[last, 1] - rows[first, 1]) * rows[first:last, 2].mean()
+        slips.append(turned / (rows[last, 0] - rows[first, 0]) - 1.0)
+        first = last
+    return Run(*np.array(measured).T), np.array(slips)
+
+
+@pytest.fixture(scope="module")
+def road() -> RoadMap:
+    bench = StartBench("toyo")
+    truth = truth_row(bench.config, FZ, PRESSURE)
+    run, _ = drive(0.0, 3.2, follow_until=100.0)
+    return learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
+
+
+def test_the_map_is_learnt_from_the_force_of_a_run_without_slip(road, tmp_path):
+    assert road.road_scale == pytest.approx(1.0015, abs=1.5e-4)
+    assert math.hypot(road.turn_cos, road.turn_sin) == pytest.approx(40e-6, rel=0.25)
+    assert math.hypot(road.tooth_cos, road.tooth_sin) == pytest.approx(20e-6, rel=0.25)
+    road.save(tmp_path / "road.yaml")
+    assert RoadMap.load(tmp_path / "road.yaml") == road
+
+
+@pytest.mark.parametrize("kappa", [0.1, 0.05])
+def test_slip_is_right_over_every_turn_of_the_pinion(road, kappa, capsys):
+    _, ours = drive(kappa, 2.2, follow_until=100.0, road_scale=road.road_scale)
+    _, thesis = drive(kappa, 2.2)
+    errors = [float(np.abs(slips - kappa).max()) for slips in (thesis, ours)]
+    with capsys.disabled():
+        print(
+            f"\nkappa {100 * kappa:+g} %: error over a turn {100 * errors[0]:.3f} % "
+            f"at constant speed, {100 * errors[1]:.4f} % from the road's travel"
+        )
+    assert errors[1] < 5e-4 < errors[0]
+
+
+def test_bad_input_is_refused():
+    with pytest.raises(ValueError, match="give kappa = 0 runs"):
+        learn([], 2e5, 0.4)
