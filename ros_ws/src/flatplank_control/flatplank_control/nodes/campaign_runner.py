@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
@@ -63,7 +64,9 @@ class CampaignRunner:
     def time_left(self) -> float:
         """Bench time of the runs to come [s]."""
         done = self.journal.finished
-        return sum(self._durations[r.key] for r in self.conductor.plan.runs if not done(r.key))
+        return math.fsum(
+            self._durations[r.key] for r in self.conductor.plan.runs if not done(r.key)
+        )
 
     async def _leave_behind(self, tell: Callable[[str], None]) -> None:
         """What an earlier runner may have left: a wheel that turns, a bag that is open."""

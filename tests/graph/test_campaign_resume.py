@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A campaign on the graph, resumed after `kill -9` of the runner: no run lost, none doubled."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from bench_graph import graph
+
+from flatplank_control.nodes.client import BenchError
+from flatplank_control.recording.run_record import load_record
+from flatplank_control.runner.campaign import Journal, plan_from_text
+
+pytestmark = pytest.mark.graph
+PLAN = """
+format: flatplank-plan/1
+name: resumed
+tire: TOY
+common: {{step_position: 0.3, end_position: 0.5}}
+quality: {{settling: 10000, load_error: 1, load_drift: 1, force_error: 1000, plateau: 10,
+          repeatability: 10000, speed_error: 1, once_per_turn: 10000}}
+runs:
+- measurement: slip
+  kappa: {slips}
+  start: [1]
+"""
+
+
+class Kill:
+    """Kills the runner once, in the middle of a run."""
+
+    def __init__(self, bench, after: int) -> None:
+        self.bench, self.left, self.done = bench, after, False
+
+    def __call__(self, text: str) -> None:
+        if text.startswith("slip"):
+            self.left -= 1
+        if self.left == 0 and not self.done:
+            self.done = True
+            runner = self.bench.processes.running["measurement_runner"]
+            runner.kill()
+            runner.wait()
+
+
+def resumed(folder: Path, monkeypatch, slips: list[float], kill_in: int) -> None:
+    text = PLAN.format(slips=slips)
+    plan = plan_from_text(text, "plan")
+    data = folder / "data"
+    with graph(folder, monkeypatch) as bench:
+        measure = bench.client.measure
+        with pytest.raises(BenchError, match="the runner has gone"):
+            measure(text, simulated=True, folder=str(data), say=Kill(bench, kill_in))
+        bench.processes.start_node("measurement_runner")
+        measure(text, simulated=True, folder=str(data), resume=True)
+    journal = Journal(data / "resumed.journal.jsonl", plan.name, plan.digest)
+    assert all(journal.finished(run.key) for run in plan.runs)
+    assert all(len(journal.done[run.key].files) == 1 for run in plan.runs)
+    bags = [p for p in data.iterdir() if p.is_dir()]
+    status = Counter(load_record(bag).status for bag in bags)
+    # the runner may die before or after its recording has begun
+    assert status.pop("complete") == len(plan.runs)
+    assert set(status) <= {"interrupted"} and status.total() <= 1
+    files = [journal.done[run.key].files[0] for run in plan.runs]
+    assert len(set(files)) == len(plan.runs)
+    assert all(load_record(data / name).status == "complete" for name in files)
+
+
+@pytest.mark.timeout(400)
+def test_two_runs_resumed_after_the_runner_was_killed(tmp_path, monkeypatch):
+    resumed(tmp_path, monkeypatch, [0.05], 1)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3000)
+def test_twelve_runs_resumed_after_the_runner_was_killed(tmp_path, monkeypatch):
+    slips = [0.0, 0.01, -0.01, 0.02, -0.02, 0.03, -0.03, 0.05, -0.05, 0.1, -0.1]
+    resumed(tmp_path, monkeypatch, slips, 5)
