@@ -32,6 +32,7 @@ setup(
     install_requires=[
         "jinja2",
         "lz4",
+        "markupsafe",
         "matplotlib",
         "mcap",
         "numba",
