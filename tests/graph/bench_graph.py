@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -55,6 +56,8 @@ class Graph:
 
     def __init__(self, processes: BenchProcesses, client: BenchClient, data: Path) -> None:
         self.processes, self.client, self.data = processes, client, data
+        self._counts: dict[int, int] = {}
+        client.node.create_subscription(BusInputs, "/bus/inputs", self._on_inputs, STREAM)
 
     def names(self) -> list[str]:
         return list(self.processes.running)
@@ -98,24 +101,18 @@ class Graph:
         self.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=1)
         self.advance(500)
 
+    def _on_inputs(self, msg: BusInputs) -> None:
+        first = msg.cycle - msg.count + 1
+        self._counts.update(enumerate(msg.wheel_counts, first))
+
     def shaft(self, cycles: int) -> list[int]:
         """Wheel encoder counts of the next bus cycles, read from the raw image."""
-        counts: list[int] = []
-        node = self.client.node
-        subscription = node.create_subscription(
-            BusInputs, "/bus/inputs", lambda m: counts.extend(m.wheel_counts), STREAM
-        )
-        while subscription.get_publisher_count() == 0:
-            self.client.spin(0.05)
-        last = self.advance(cycles)  # the first ones may be missed while the reader is matched
-        while len(counts) < cycles:
-            before = len(counts)
+        before = self.advance(0)
+        last = self.advance(cycles)
+        end = time.monotonic() + 30.0
+        while last not in self._counts and time.monotonic() < end:
             self.client.spin(0.5)
-            if len(counts) == before:
-                break
-        node.destroy_subscription(subscription)
-        assert last and len(counts) > cycles // 2, "the raw image was not heard"
-        return counts
+        return [self._counts[cycle] for cycle in range(before + 1, last + 1)]
 
     def wheel_turns(self, cycles: int = 50) -> bool:
         """Whether the wheel moved at all in that many cycles."""
@@ -145,6 +142,7 @@ def graph(tmp_path: Path, monkeypatch, without=frozenset(), **setup):
         BenchSetup(**setup), environment=environment, log=log, without=frozenset(without)
     )
     with processes, BenchClient() as client:
+        bench = Graph(processes, client, data)
         client.wait_connected(processes.running, timeout=60.0)
-        yield Graph(processes, client, data)
+        yield bench
     assert not processes.running

@@ -10,6 +10,7 @@ NODES = [
     "measurement_hub = flatplank_hw.nodes.measurement_hub:main",
     "encoders = flatplank_hw.nodes.encoders:main",
     "wheel_drive = flatplank_hw.nodes.wheel_drive:main",
+    "ethercat_bus = flatplank_hw.nodes.ethercat_bus:main",
 ]
 
 

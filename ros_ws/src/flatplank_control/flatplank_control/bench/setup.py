@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from flatplank_control.bench.share import config_file
+from flatplank_hw.share import config_file
 from flatplank_hw.params import load_parameters
 
 BUSES = {
@@ -57,6 +57,8 @@ class BenchSetup:
     rate_hz: int = 250
     batch: int = 1
     pace: str = "realtime"
+    interface: str = ""
+    """network interface of the bus, in the lab"""
     data: str = "data"
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """more parameters, by node name"""
@@ -85,7 +87,16 @@ class BenchSetup:
                 "batch": self.batch,
                 "pace": self.pace,
             },
-            "ethercat_bus": {"rate_hz": self.rate_hz, "batch": self.batch},
+            "ethercat_bus": {
+                "rate_hz": self.rate_hz,
+                "batch": self.batch,
+                "interface": self.interface,
+                "emulated": self.kind == "emulated",
+                "tire": self.tire,
+                "preset": self.preset,
+                "config": self.plant_file,
+                "seed": self.seed,
+            },
             "encoders": {"rate_hz": rate},
             "free_rolling_controller": {"rate_hz": graph_rate, "automatic": True},
             "slip_sequencer": {"rate_hz": graph_rate, "follow_until": FOLLOW_UNTIL},

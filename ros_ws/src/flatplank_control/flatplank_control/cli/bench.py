@@ -32,6 +32,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--rate", type=int, default=250, help="bus rate [Hz]")
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
     p.add_argument("--pace", default="realtime", choices=("realtime", "lockstep", "hold"))
+    p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
     p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
     return p
 
@@ -46,6 +47,7 @@ def setup_of(options: argparse.Namespace) -> BenchSetup:
         rate_hz=options.rate,
         batch=options.batch,
         pace=options.pace,
+        interface=options.interface,
         data=str(options.data),
     )
 

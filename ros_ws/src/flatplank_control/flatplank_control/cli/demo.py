@@ -30,7 +30,7 @@ def main(argv: list[str]) -> int:
     radius = measure.on_the_graph(campaign, o.seed, teller)
     measure.on_the_twin(campaign, o.seed, radius, o.jobs, teller)
     page, found = evaluate.fit_and_report(campaign, out / "report", o.jobs, teller)
-    challenge = discover.sealed_challenge(out / "challenge", o.hidden, o.jobs, teller)
+    challenge = discover.sealed_challenge(out / "challenge", o.hidden, teller)
     teller.close(
         [
             f"effective rolling radius (free-rolling controller, Toyo, 3700 N): {radius:.4f} m",

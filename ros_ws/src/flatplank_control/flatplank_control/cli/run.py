@@ -9,7 +9,7 @@ import time
 from datetime import date
 from pathlib import Path
 
-from flatplank_control.bench.share import config_file
+from flatplank_hw.share import config_file
 from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.keys import Keys
 from flatplank_control.runner.campaign import (

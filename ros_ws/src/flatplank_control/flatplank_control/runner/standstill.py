@@ -19,6 +19,7 @@ class Standstill:
 
     def __init__(self, when: str) -> None:
         self.when = when
+        self.filter_on = False
         self.fx: list[float] = []
         self.fz: list[float] = []
 
@@ -28,6 +29,7 @@ class Standstill:
             raise PlanFailed(
                 f"{', '.join(channels)} at the limit {self.when}: check amplifier and cables"
             )
+        self.filter_on = s.hub.filter_on
         self.fx.append(s.hub.contact.fx)
         self.fz.append(s.hub.contact.fz)
         if len(self.fx) < LOOKS:

@@ -12,9 +12,9 @@ from scipy.signal import lfilter
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
+from flatplank_analysis.discovery.score import seal
 from flatplank_control.bench.campaign import SLIPS
 from flatplank_control.runner.measurement import START_ANGLES
-from flatplank_control.sealed.envelope import seal
 from flatplank_control.sealed.menu import MENU, Defects
 from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
@@ -74,7 +74,11 @@ def make_challenge(
         tables.append(MeasurementTable({c: columns[c] for c in COLUMNS}, info))
         progress(index + 1, len(pairs), label)
     export_campaign(tables, folder)
-    seal(folder, {"hidden": name, "names": hidden.names, "size": size, "unit": hidden.unit})
+    effects = []
+    if hidden.names:
+        first, *others = hidden.names
+        effects = [{"name": first, "size": size, "unit": hidden.unit, "class": others}]
+    seal({"seed": seed, "tire": "toyo", "effects": effects, "outside": None}, folder)
     return folder
 
 

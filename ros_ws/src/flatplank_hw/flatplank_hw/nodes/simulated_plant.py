@@ -3,24 +3,22 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass
-from functools import partial
 
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
-from std_srvs.srv import SetBool, Trigger
 
 from flatplank_hw.bus.image import AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer
 from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.operator_services import OperatorServices
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.params import Params, param
 from flatplank_hw.plant import Plant, PlantConfig
 from flatplank_msgs.msg import BusInputs, BusOutputs
-from flatplank_msgs.srv import Advance, PlankSwitch, SetPace, SetValue
+from flatplank_msgs.srv import Advance, SetPace
 
 MAX_BATCH = 50
 
@@ -45,7 +43,7 @@ class PlantParameters(Params):
 
 
 class SimulatedPlant(BenchNode):
-    """Publishes /bus/inputs, takes /bus/outputs; the operator's switches are services."""
+    """Publishes /bus/inputs, takes /bus/outputs; the operator's switches are services (operator_services.py)."""
 
     PARAMETERS = PlantParameters
 
@@ -69,21 +67,10 @@ class SimulatedPlant(BenchNode):
         self.every(p.batch / p.rate_hz, self.on_tick)
         self.serve(Advance, "~/advance", self.on_advance)
         self.serve(SetPace, "~/set_pace", self.on_pace)
-        self.serve(PlankSwitch, "~/plank", self.on_plank)
         operator = self.plant.operator
-        self.serve(Trigger, "~/unload", self.on_unload)
-        for name, act in {"emergency_stop": operator.emergency_stop, "connect_flexplates": operator.flexplates}.items():
-            self.serve(SetBool, f"~/{name}", partial(self.on_switch, act))
-        values = {
-            "set_axle_height": operator.axle_height,
-            "load_to": operator.load_to,
-            "set_pressure_bar": operator.pressure,
-            "set_steer_deg": lambda deg: operator.steer(math.radians(deg)),
-            "set_wheel_camber_deg": lambda deg: operator.wheel_camber(math.radians(deg)),
-            "set_road_camber_deg": lambda deg: operator.road_camber(math.radians(deg)),
-        }
-        for name, act in values.items():
-            self.serve(SetValue, f"~/{name}", partial(self.on_value, act))
+        OperatorServices(
+            self, lambda name, *values: getattr(operator, name)(*values), lambda: self.cycle
+        )
 
     # time
     def on_command(self, msg: BusOutputs) -> None:
@@ -136,32 +123,6 @@ class SimulatedPlant(BenchNode):
         if self.pacer.free():
             self.go()
         return answer(response, True, f"pace is {request.pace}", cycle=self.cycle + 1)
-
-    # the operator's switches
-    def on_plank(self, request, response):
-        return self.act(
-            response, self.plant.operator.plank, request.direction, request.fast, request.stop_at
-        )
-
-    def on_value(self, act, request, response):
-        return self.act(response, act, request.value)
-
-    def act(self, response, act, *values):
-        try:
-            act(*values)
-        except ValueError as error:
-            return answer(response, False, str(error), cycle=self.cycle)
-        return answer(response, True, "", cycle=self.cycle + 1)
-
-    def on_switch(self, act, request, response):
-        act(request.data)
-        response.success = True
-        return response
-
-    def on_unload(self, _request, response):
-        self.plant.operator.unload()
-        response.success = True
-        return response
 
 
 def main(args: list[str] | None = None) -> int:

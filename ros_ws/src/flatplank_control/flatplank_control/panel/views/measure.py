@@ -7,8 +7,8 @@ from typing import Any
 
 from nicegui import ui
 
-from flatplank_control.bench.share import config_file
 from flatplank_control.panel.views.page import Page
+from flatplank_hw.share import config_file
 
 STARTS = {1: "1: 0°", 2: "2: 120°", 3: "3: 240°"}
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from flatplank_control.bench.share import config_file
+from flatplank_hw.share import config_file
 from flatplank_hw.params import nearest
 
 FILE = "tires.yaml"

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Open the sealed answer of a challenge and score the diagnosis against it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from flatplank_analysis.discovery.score import score, unseal
+
+DIAGNOSIS = "diagnosis.json"
+
+
+def text_of(answer: dict, points: dict) -> list[str]:
+    """The answer and the score in words."""
+    hidden = [f"{e['name']}, {e['size']:.4g} {e['unit']}" for e in answer["effects"]]
+    lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
+    for e in points["effects"]:
+        if e["named"]:
+            inside = "covers" if e["covered"] else "misses"
+            lines.append(
+                f"found as {e['as']}: {e['size']:.4g} ({100 * e['error']:+.0f} %), "
+                f"its interval {inside} the truth"
+            )
+        else:
+            lines.append(f"not found: {e['name']}")
+    if points["false"]:
+        lines.append(f"named without cause: {', '.join(points['false'])}")
+    return [*lines, "the diagnosis is right" if points["right"] else "the diagnosis is not right"]
+
+
+def main(argv: list[str]) -> int:
+    """Exit code 0: right; 1: not right."""
+    p = argparse.ArgumentParser(prog="flatplank reveal", description=__doc__)
+    p.add_argument("folder", type=Path, help="made by `flatplank simulate DIR --hidden SEED`")
+    p.add_argument("--diagnosis", type=Path, help=f"JSON of diagnose; default: DIR/{DIAGNOSIS}")
+    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    o = p.parse_args(argv)
+    path = o.diagnosis or o.folder / DIAGNOSIS
+    if not path.is_file():
+        raise ValueError(
+            f"{path}: no diagnosis; make one with `flatplank diagnose {o.folder} --out {path}`"
+        )
+    answer = unseal(o.folder)
+    points = score(json.loads(path.read_text(encoding="utf-8")), answer)
+    if o.json:
+        print(json.dumps({"answer": answer, "score": points}, indent=1))
+    else:
+        print("\n".join(text_of(answer, points)))
+    return 0 if points["right"] else 1

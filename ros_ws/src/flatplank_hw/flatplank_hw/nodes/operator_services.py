@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated operator's switches and hands as services, whoever owns the simulated plant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from std_srvs.srv import SetBool, Trigger
+
+from flatplank_hw.nodes.support import BenchNode, answer
+from flatplank_msgs.srv import PlankSwitch, SetValue
+
+PREFIX = "/simulated_plant"
+SWITCHES = {"emergency_stop": "emergency_stop", "connect_flexplates": "flexplates"}
+"""service -> method of the plant's operator"""
+VALUES: dict[str, tuple[str, Callable[[float], float]]] = {
+    "set_axle_height": ("axle_height", float),
+    "load_to": ("load_to", float),
+    "set_pressure_bar": ("pressure", float),
+    "set_steer_deg": ("steer", math.radians),
+    "set_wheel_camber_deg": ("wheel_camber", math.radians),
+    "set_road_camber_deg": ("road_camber", math.radians),
+}
+"""service -> method and conversion of its value to SI"""
+
+Operate = Callable[..., Any]
+"""name of a method of the plant's operator and its arguments; ValueError refuses"""
+
+
+class OperatorServices:
+    """Makes the services on a node; `cycle` tells the present bus cycle."""
+
+    def __init__(self, node: BenchNode, operate: Operate, cycle: Callable[[], int]) -> None:
+        self._operate, self._cycle = operate, cycle
+        node.serve(PlankSwitch, f"{PREFIX}/plank", self._on_plank)
+        node.serve(Trigger, f"{PREFIX}/unload", self._on_unload)
+        for name, method in SWITCHES.items():
+            node.serve(SetBool, f"{PREFIX}/{name}", partial(self._on_switch, method))
+        for name, (method, to_si) in VALUES.items():
+            node.serve(SetValue, f"{PREFIX}/{name}", partial(self._on_value, method, to_si))
+
+    def _act(self, response: Any, name: str, *values: Any) -> Any:
+        try:
+            self._operate(name, *values)
+        except ValueError as error:
+            return answer(response, False, str(error), self._cycle())
+        return answer(response, True, "", self._cycle() + 1)
+
+    def _on_plank(self, request: Any, response: Any) -> Any:
+        return self._act(response, "plank", request.direction, request.fast, request.stop_at)
+
+    def _on_unload(self, _request: Any, response: Any) -> Any:
+        return self._act(response, "unload")
+
+    def _on_switch(self, method: str, request: Any, response: Any) -> Any:
+        return self._act(response, method, request.data)
+
+    def _on_value(
+        self, method: str, to_si: Callable[[float], float], request: Any, response: Any
+    ) -> Any:
+        return self._act(response, method, to_si(request.value))
