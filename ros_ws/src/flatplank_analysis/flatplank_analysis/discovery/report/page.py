@@ -36,7 +36,7 @@ class _Book:
         FigureCanvasSVG(figure).print_svg(text)
         svg = text.getvalue()
         write_atomic(self.folder / f"{name}.svg", svg)
-        svg = svg[svg.index("<svg") :]
+        svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
         svg = re.sub(r'(\bid=")', rf"\g<1>{name}-", svg)
         svg = re.sub(r"(url\(#|href=\"#)", rf"\g<1>{name}-", svg)
         return Markup(svg)

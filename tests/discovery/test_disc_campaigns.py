@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole searches on made-up bristle campaigns: what is hidden is named, what is not is not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bristles import Truth, campaign
+
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.discovery import verdict
+from flatplank_analysis.discovery.search import Options, run_search
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+
+SMALL = (-0.05, -0.01, 0.0, 0.01, 0.05)
+
+
+def session_of(truth: Truth) -> Session:
+    """A session without files."""
+    data = from_tables(campaign(truth))
+    return Session(Campaign("made", []), data, TireModel(data), library())
+
+
+def diagnosis_of(**truth) -> dict:
+    return session_of(Truth(slips=SMALL, **truth)).diagnose().to_dict()
+
+
+def test_nothing_hidden_is_at_the_floor():
+    result = diagnosis_of(seed=21)
+    assert result["verdict"] == "at floor", result
+    assert result["effects"] == []
+    json.dumps(result, allow_nan=False)
+
+
+def test_scatter_of_the_tire_is_no_effect():
+    result = diagnosis_of(seed=22, scatter=0.03, tire="relaxation")
+    assert result["effects"] == [], result
+    assert result["verdict"] == "at floor"
+
+
+def test_backlash_is_named_with_its_size_and_its_twin():
+    result = diagnosis_of(seed=23, backlash=5e-4)
+    assert result["verdict"] == "found group", result
+    (effect,) = result["effects"]
+    assert {effect["name"], *effect["class"]} == {"drive_backlash", "rack_backlash"}
+    assert effect["size"] == pytest.approx(5e-4, rel=0.15)
+    assert result["rmse_after"] < result["rmse_before"]
+    assert result["held_out_after"] < 1.1 * result["floor_rmse"]
+    assert result["next_run"]["what"]
+
+
+def test_parasitic_force_is_named_with_its_size():
+    result = diagnosis_of(seed=24, parasitic=40.0)
+    names = [e["name"] for e in result["effects"]]
+    assert names == ["parasitic_force"], result
+    assert result["effects"][0]["size"] == pytest.approx(40.0, rel=0.1)
+
+
+def test_what_is_in_no_library_is_said_to_be_unknown_and_where_it_is():
+    result = diagnosis_of(seed=25, pull=80.0)
+    assert result["verdict"] in ("none of these", "partly"), result
+    places = {w["coordinate"]: w["range"] for w in result["unexplained"]["where"]}
+    low, high = places["plank position"]
+    assert low > 1.9 and high < 2.9
+    assert "second step position" in result["next_run"]["what"]
+
+
+def test_few_runs_and_no_repeats_are_not_decidable():
+    few = session_of(Truth(seed=26, slips=(0.0, 0.02), repeats=2))
+    assert few.diagnose().verdict == verdict.UNDECIDED
+    single = session_of(Truth(seed=27, repeats=1))
+    result = single.diagnose().to_dict()
+    assert result["verdict"] == verdict.UNDECIDED and "repeats" in result["reason"]
+    json.dumps(result, allow_nan=False)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize(
+    ("truth", "names"),
+    [
+        ({"play": 6e-4}, {"road_play"}),
+        ({"ripple": 6e-5}, {"mesh_ripple"}),
+        ({"asymmetry": 0.06}, {"drive_brake_asymmetry", "load_loss_braking"}),
+        ({"lag": 0.2}, {"force_lag", "time_skew"}),
+        ({"runout": 3e-4}, {"runout_1"}),
+        ({"patch": 0.2}, {"worn_patch"}),
+    ],
+)
+@pytest.mark.parametrize("tire", ["bristles", "relaxation"])
+def test_single_effects(truth, names, tire):
+    made = replace(Truth(seed=31, tire=tire), **truth)
+    result = session_of(made).diagnose().to_dict()
+    assert len(result["effects"]) == 1, result
+    assert {result["effects"][0]["name"], *result["effects"][0]["class"]} & names
+
+
+def test_wrong_size_is_never_reported_for_an_unnamed_effect():
+    """`detectable` answers what these runs could have shown."""
+    search = run_search(session_of(Truth(seed=28, slips=SMALL)).model, list(library().values()),
+                        Options(most=1))  # fmt: skip
+    sizes = verdict.smallest(search.last, search.looked_at)
+    assert 0.0 < sizes["drive_backlash"][0] < 1e-3
+    assert "road_speed_error" not in sizes
+    assert np.isfinite([v for v, _ in sizes.values()]).all()

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loop on the command line: compare, add, remove, the model file, the report, the score."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import yaml
+from bristles import Truth, campaign
+
+from flatplank_analysis.cli import add, compare, diagnose, effects, remove
+from flatplank_analysis.discovery import modelfile, score
+from flatplank_analysis.errors import FlatplankError
+
+SMALL = (-0.05, -0.01, 0.01, 0.05)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A campaign on disk with a backlash of half a millimetre."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = tmp_path_factory.mktemp("campaign")
+    records = []
+    for table in campaign(Truth(seed=41, slips=SMALL, repeats=2, backlash=5e-4)):
+        pq.write_table(pa.table({k: v for k, v in table.columns.items()}), path / table.info.file)
+        records.append(table.info.to_dict())
+    text = {"format": "flatplank-measurement-table/1", "tire": "MADE", "runs": records}
+    (path / "campaign.yaml").write_text(yaml.safe_dump(text))
+    return path
+
+
+def _json(capsys):
+    return json.loads(capsys.readouterr().out)
+
+
+def test_loop(folder, tmp_path, capsys):
+    model = tmp_path / "model.yaml"
+    assert compare.main([str(folder), "--json"]) == 0
+    before = _json(capsys)
+    assert before["unexplained"] > before["floor"]
+    assert len(before["conditions"]) == len(SMALL)
+
+    assert add.main(["drive_backlash", str(folder), "--model", str(model), "--json"]) == 0
+    added = _json(capsys)
+    assert added["size"] == pytest.approx(5e-4, rel=0.15)
+    assert added["rmse"] < 0.7 * added["rmse_before"]
+    content = yaml.safe_load(model.read_text())
+    assert [e["name"] for e in content["effects"]] == ["drive_backlash"]
+    assert [h["action"] for h in content["history"]] == ["start", "add"]
+
+    assert compare.main([str(folder), "--model", str(model)]) == 0
+    assert "floor" in capsys.readouterr().out
+
+    assert remove.main(["drive_backlash", "--model", str(model)]) == 0
+    content = yaml.safe_load(model.read_text())
+    assert content["effects"] == []
+    assert [h["action"] for h in content["history"]] == ["start", "add", "remove"]
+    with pytest.raises(FlatplankError, match="not in the model"):
+        remove.main(["drive_backlash", "--model", str(model)])
+    assert yaml.safe_load(model.read_text()) == content
+
+
+def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
+    page = tmp_path / "report"
+    assert diagnose.main([str(folder), "--json", "--report", str(page)]) == 0
+    out = _json(capsys)
+    keys = {
+        "verdict", "effects", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",
+        "held_out_after", "unexplained", "next_run", "seconds",
+    }  # fmt: skip
+    assert keys <= set(out)
+    (effect,) = out["effects"]
+    assert {
+        "name", "kind", "size", "unit", "interval", "class", "held_out_gain", "p_value",
+    } <= set(effect)  # fmt: skip
+    html = (page / "index.html").read_text()
+    assert "<svg" in html and "http://" not in html.replace("http://www.w3.org", "")
+    assert json.loads((page / "diagnosis.json").read_text())["verdict"] == out["verdict"]
+    for name in ("conditions", "waterfall", "collapse0", "map0"):
+        assert (page / f"{name}.png").stat().st_size > 2000
+        assert (page / f"{name}.svg").read_text().startswith("<?xml")
+    answer = {"effects": [{"name": "drive_backlash", "size": 5e-4, "unit": "m", "class": []}]}
+    score.seal(answer, tmp_path)
+    assert "drive_backlash" not in (tmp_path / score.NAME).read_text()
+    result = score.score(out, score.unseal(tmp_path))
+    assert result["right"] and result["first_right"] and not result["false"]
+
+
+def test_effects_verb(capsys, tmp_path):
+    assert effects.main([]) == 0
+    assert "road_play" in capsys.readouterr().out
+    assert effects.main(["road_play", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parameters"][0]["unit"] == "m"
+    bad = tmp_path / "bad.py"
+    bad.write_text(
+        "from dataclasses import dataclass\n"
+        "from flatplank_analysis.effects.base import TireEffect\n"
+        "@dataclass(frozen=True)\nclass A(TireEffect):\n    identifier = 'a'\n"
+    )
+    assert effects.main(["check", str(bad)]) == 1
+    assert "missing" in capsys.readouterr().out
+
+
+def test_model_file_round_trip_and_faults(tmp_path):
+    path = tmp_path / "m.yaml"
+    model = modelfile.ModelFile(
+        parameters={"stiff": 9e4},
+        effects=(modelfile.Entry("road_play", {"gap": 1e-3}),),
+    ).with_step("add", "road_play", {"rmse": 10.0})
+    modelfile.save_model(model, path)
+    assert modelfile.load_model(path).to_dict() == model.to_dict()
+    assert [p.name for p in tmp_path.iterdir()] == ["m.yaml"]
+    path.write_text("format: flatplank-discovery-model/1\nefects: []\n")
+    with pytest.raises(FlatplankError, match="efects"):
+        modelfile.load_model(path)
+    with pytest.raises(FlatplankError, match="no such model"):
+        modelfile.load_model(tmp_path / "none.yaml")
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "m.yaml"
+    modelfile.write_atomic(path, "old")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
+    with pytest.raises(OSError, match="full"):
+        modelfile.write_atomic(path, "new")
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["m.yaml"]
+
+
+def test_score_counts_what_is_wrong():
+    answer = {"effects": [{"name": "wear", "size": 0.1, "unit": "1", "class": []}]}
+    named = {"name": "lag", "class": [], "size": 1.0, "interval": [0.5, 1.5]}
+    wrong = score.score({"verdict": "found", "effects": [named]}, answer)
+    assert not wrong["right"] and wrong["false"] == ["lag"]
+    alarm = score.score({"verdict": "found", "effects": [named]}, {"effects": []})
+    assert alarm["false_alarm"] and not alarm["right"]
+    none = score.score({"verdict": "at floor", "effects": []}, {"effects": []})
+    assert none["right"]
+    outside = {"effects": [], "outside": {"coordinate": "plank position", "range": [2.0, 2.8]}}
+    rest = {"where": [{"coordinate": "plank position", "range": [2.1, 2.6], "share": 0.5}]}
+    seen = score.score({"verdict": "none of these", "effects": [], "unexplained": rest}, outside)
+    assert seen["right"] and seen["outside_found"]
+    with pytest.raises(FlatplankError, match="sealed"):
+        score.unseal("/nonexistent")
