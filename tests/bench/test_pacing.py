@@ -2,7 +2,7 @@
 """When the simulated bus makes a cycle: wall time is an argument."""
 
 import pytest
-from flatplank_hw.bus.pacing import CATCH_UP, IMPATIENT, Pacer
+from flatplank_hw.bus.pacing import CATCH_UP, IMPATIENT, Pacer, percentile
 
 RATE = 250.0
 
@@ -79,3 +79,10 @@ def test_realtime_that_was_held_up_for_long_says_what_it_dropped():
 def test_an_unknown_pace_is_refused():
     with pytest.raises(ValueError, match="unknown 'fast'"):
         Pacer("fast", 1, frozenset(), 1.0)
+
+
+def test_a_percentile_of_counts():
+    assert percentile([98, 1, 1], 0.98) == 0
+    assert percentile([98, 1, 1], 0.99) == 1
+    assert percentile([0, 0, 3], 0.5) == 2
+    assert percentile([0, 0], 0.99) == 0

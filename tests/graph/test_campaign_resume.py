@@ -53,6 +53,7 @@ def resumed(folder: Path, monkeypatch, slips: list[float], kill_in: int) -> None
         with pytest.raises(BenchError, match="the runner has gone"):
             measure(text, simulated=True, folder=str(data), say=Kill(bench, kill_in))
         bench.processes.start_node("measurement_runner")
+        bench.client.wait_connected(["measurement_runner"], timeout=90.0)
         measure(text, simulated=True, folder=str(data), resume=True)
     journal = Journal(data / "resumed.journal.jsonl", plan.name, plan.digest)
     assert all(journal.finished(run.key) for run in plan.runs)

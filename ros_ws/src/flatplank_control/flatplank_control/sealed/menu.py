@@ -37,7 +37,7 @@ MENU: dict[str, Hidden] = {
         lambda s: {"road_play": {"gap": s}},
     ),
     "rack_backlash": Hidden(
-        ("rack_backlash", "drive_backlash", "road_play"), "m", 4e-4, 1.0e-3,
+        ("rack_backlash", "drive_backlash", "road_play"), "m", 6e-4, 1.2e-3,
         lambda s: {"rack_backlash": {"gap": s}},
     ),
     "parasitic_force": Hidden(
@@ -45,7 +45,7 @@ MENU: dict[str, Hidden] = {
         lambda s: {"parasitic_shaft": {"fx": s, "fz": 0.8 * s}},
     ),
     "drive_brake_asymmetry": Hidden(
-        ("drive_brake_asymmetry",), "1", 0.05, 0.12,
+        ("drive_brake_asymmetry",), "1", 0.08, 0.15,
         lambda s: {"drive_brake_asymmetry": {"friction": s}},
     ),
     "mesh_ripple": Hidden(
@@ -53,17 +53,14 @@ MENU: dict[str, Hidden] = {
         lambda s: {"mesh_ripple": {"tooth": 0.0, "turn": s}},
     ),
     "speed_droop": Hidden(
-        ("speed_droop",), "1/N", 5e-7, 2e-6, lambda s: {"speed_droop": {"per_kn": 1000.0 * s}},
+        ("speed_droop",), "1/N", 2e-6, 6e-6, lambda s: {"speed_droop": {"per_kn": 1000.0 * s}},
     ),
     "worn_patch": Hidden(
-        ("worn_patch",), "1", 0.10, 0.30,
+        ("worn_patch",), "1", 0.08, 0.20,
         lambda s: {"worn_patches": {"positions": [2.35], "factor": 1.0 - s, "length": 0.12}},
     ),
     "wear": Hidden(
-        ("wear",), "1", 2e-3, 6e-3, lambda s: {"sandpaper_wear": {"per_run": s}},
-    ),
-    "hub_gain": Hidden(
-        ("hub_gain",), "1", 0.03, 0.08, lambda s: {"hub_gain": {"fx": s, "fz": 0.0}},
+        ("wear",), "1", 4e-3, 1e-2, lambda s: {"sandpaper_wear": {"per_run": s}},
     ),
     "nothing": Hidden((), "1", 1.0, 1.0, lambda _s: {}),
 }  # fmt: skip

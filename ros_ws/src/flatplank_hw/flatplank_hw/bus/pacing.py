@@ -97,3 +97,14 @@ class Pacer:
                 behind = CATCH_UP
             return max(behind, 0)
         return 0
+
+
+def percentile(histogram: list[int], share: float) -> int:
+    """Smallest value that `share` of the counts do not exceed; counts are by value."""
+    wanted = share * sum(histogram)
+    counted = 0
+    for value, count in enumerate(histogram):
+        counted += count
+        if counted >= wanted:
+            return value
+    return 0

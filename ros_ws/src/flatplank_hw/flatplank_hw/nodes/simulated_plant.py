@@ -6,11 +6,12 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
 from flatplank_hw.bus.image import AxisCommand
-from flatplank_hw.bus.pacing import PACES, Pacer
+from flatplank_hw.bus.pacing import PACES, Pacer, percentile
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.operator_services import OperatorServices
 from flatplank_hw.nodes.qos import STREAM
@@ -56,6 +57,8 @@ class SimulatedPlant(BenchNode):
         self.cycle = -1
         self.t0 = 0 if p.pace != "realtime" else time.time_ns() // self.period_ns * self.period_ns
         self.waiting: list[tuple[int, Future]] = []
+        self.ages = [0] * 64
+        """commands by the cycles that went by since their sample"""
 
     def connect(self) -> None:
         p = self.parameters
@@ -64,7 +67,9 @@ class SimulatedPlant(BenchNode):
         self.publish = self.speak(BusInputs, "/bus/inputs", STREAM, needed=True)
         self.publish_clock = self.speak(Clock, "/clock", 10)
         self.listen(BusOutputs, "/bus/outputs", self.on_command, STREAM)
+        self.publish_diagnostics = self.speak(DiagnosticArray, "/diagnostics", 10)
         self.every(p.batch / p.rate_hz, self.on_tick)
+        self.every(1.0, self.on_second)
         self.serve(Advance, "~/advance", self.on_advance)
         self.serve(SetPace, "~/set_pace", self.on_pace)
         operator = self.plant.operator
@@ -75,10 +80,31 @@ class SimulatedPlant(BenchNode):
     # time
     def on_command(self, msg: BusOutputs) -> None:
         self.commands[msg.axis] = convert.command_from_msg(msg)
+        self.ages[min(self.cycle - msg.cycle, len(self.ages) - 1)] += 1
         go_on = self.pacer.answered(msg.axis, msg.cycle)
         self.release()
         if go_on:
             self.go()
+
+    def on_second(self) -> None:
+        """How well the graph keeps up."""
+        values = {
+            "cycle": self.cycle,
+            "pace": self.pacer.pace,
+            "skipped": self.pacer.skipped,
+            "command age p99": percentile(self.ages, 0.99),
+            "command age max": max((k for k, n in enumerate(self.ages) if n), default=0),
+        }
+        late = self.pacer.skipped > 0
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
+            name="simulated_plant",
+            message="the computer is too slow for real time" if late else "",
+            values=[KeyValue(key=k, value=str(v)) for k, v in values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self.message.header.stamp
+        self.publish_diagnostics(message)
 
     def release(self) -> None:
         """Tell those who wait for a cycle that it is over."""

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Print the numbers that the bench must reach, each beside what it is measured against."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+PARTS = ("margins", "twin", "lockstep", "realtime")
+
+
+def main(argv: list[str]) -> int:
+    """Exit code 0: every part ran."""
+    p = argparse.ArgumentParser(prog="flatplank bench-speed", description=__doc__)
+    p.add_argument("parts", nargs="*", help=f"some of {', '.join(PARTS)}; default: all")
+    o = p.parse_args(argv)
+    for part in o.parts:
+        if part not in PARTS:
+            p.error(f"unknown part '{part}'; known are {', '.join(PARTS)}")
+    folder = Path(os.environ.get("FLATPLANK_ROOT", ".")) / "benchmarks"
+    failed = False
+    for part in o.parts or PARTS:
+        command = [sys.executable, str(folder / f"{part}.py")]
+        failed |= subprocess.run(command, check=False).returncode != 0
+    return int(failed)
