@@ -68,7 +68,7 @@ def resumed(folder: Path, monkeypatch, slips: list[float], kill_in: int) -> None
     assert all(load_record(data / name).status == "complete" for name in files)
 
 
-@pytest.mark.timeout(400)
+@pytest.mark.timeout(600)
 def test_two_runs_resumed_after_the_runner_was_killed(tmp_path, monkeypatch):
     resumed(tmp_path, monkeypatch, [0.05], 1)
 
