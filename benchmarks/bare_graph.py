@@ -106,7 +106,11 @@ ROLES = {
     "hub": lambda: Role(
         "hub",
         ["/bus/inputs"],
-        ["/measurement_hub/wrench_contact", "/measurement_hub/state", "/measurement_hub/wrench_wheel"],
+        [
+            "/measurement_hub/wrench_contact",
+            "/measurement_hub/state",
+            "/measurement_hub/wrench_wheel",
+        ],
     ),
     "encoders": lambda: Role(
         "encoders", ["/bus/inputs"], ["/encoders/state", "/encoders/joint_states"]

@@ -13,7 +13,14 @@ from pathlib import Path
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
-from flatplank_msgs.srv import Advance, PlankSwitch, SetOperationMode, SetPace, SetValue, SetWaveform
+from flatplank_msgs.srv import (
+    Advance,
+    PlankSwitch,
+    SetOperationMode,
+    SetPace,
+    SetValue,
+    SetWaveform,
+)
 from flatplank_msgs.srv import StartRecording
 from std_srvs.srv import SetBool
 
@@ -73,7 +80,9 @@ def _rolling(client: BenchClient, cycles: int) -> float:
     )  # fmt: skip
     client.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
     client.call(SetBool, "/wheel_drive/enable", data=True)
-    client.call(StartRecording, "/recorder/start", name="benchmark", record="tire: TOY", at_once=True)
+    client.call(
+        StartRecording, "/recorder/start", name="benchmark", record="tire: TOY", at_once=True
+    )
     client.call(PlankSwitch, f"{plant}/plank", direction=1, fast=True, stop_at=float("nan"))
     client.call(SetPace, f"{plant}/set_pace", pace="hold", batch=1)
     advance(cycles // 10)

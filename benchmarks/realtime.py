@@ -54,7 +54,9 @@ def main(seconds: float = 60.0) -> None:
     print(f"  cycles recorded {done.cycles_received}, lost {done.cycles_lost} (wanted: 0)")
     print(f"  cycles that the bus itself dropped: {seen['skipped']} (wanted: 0)")
     late = f"{seen['command age p99']} cycles"
-    print(f"  drive command after its sample: p99 {late}, max {seen['command age max']} (wanted: 2)")
+    print(
+        f"  drive command after its sample: p99 {late}, max {seen['command age max']} (wanted: 2)"
+    )
 
 
 def wait(client: BenchClient, seconds: float) -> None:

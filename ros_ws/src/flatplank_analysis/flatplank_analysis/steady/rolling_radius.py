@@ -22,6 +22,8 @@ GEAR = 30.32 * 47.0
 """i = i_RED i_SD, Table 5.1"""
 STEADY_FROM = 1.54
 """thesis 5.6: settled from here on [m]"""
+BRAKING = 0.02
+"""at the end of a run the plank brakes, and the wheel stops after it [m]"""
 SOURCES = ("controller", "slip_control", "flexplates_off")
 
 
@@ -49,7 +51,7 @@ def radius_of_run(table: MeasurementTable) -> RadiusRun:
     """r_e from the road on which a run rolls freely."""
     info, x = table.info, table["plank_position"]
     source = info.r_e_source if info.r_e_source in SOURCES else _source(table)
-    first, last = STEADY_FROM, float(x.max())
+    first, last = STEADY_FROM, float(x.max()) - BRAKING
     if info.measurement == "slip":
         step = info.step_position if math.isfinite(info.step_position) else last
         first, last = (step - 0.4, step) if info.kappa else (step, last)

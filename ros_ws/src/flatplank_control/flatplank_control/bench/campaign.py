@@ -31,7 +31,8 @@ def matrix(base: Measurement, slips: Sequence[float], starts: Sequence[int]) -> 
     """Every slip from every start, in the order in which they are made."""
     pairs = [(kappa, start) for kappa in slips for start in starts]
     return [
-        replace(base, kappa=kappa, start=start, run_index=k) for k, (kappa, start) in enumerate(pairs)
+        replace(base, kappa=kappa, start=start, run_index=k)
+        for k, (kappa, start) in enumerate(pairs)
     ]
 
 
@@ -85,7 +86,8 @@ def _run(
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=context) as pool:
         tasks = {
-            pool.submit(simulate_one, m, setup, folder, bags): k for k, m in enumerate(measurements)
+            pool.submit(simulate_one, m, setup, folder, bags): k
+            for k, m in enumerate(measurements)
         }
         for task in as_completed(tasks):
             yield tasks[task], task.result()

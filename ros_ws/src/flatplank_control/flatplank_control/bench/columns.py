@@ -31,9 +31,7 @@ def _array(samples: Sequence[Any]) -> np.ndarray:
 
 
 def _bus_fixed(n: int) -> dict[str, Any]:
-    per_cycle = (
-        "lvdt_volts plank_counts wheel_counts steer_counts camber_counts road_counts digital".split()
-    )
+    per_cycle = "lvdt_volts plank_counts wheel_counts steer_counts camber_counts road_counts digital".split()
     per_axis = "status_word mode_display position velocity torque error_code".split()
     return {
         "header.frame_id": "bus",
@@ -54,7 +52,14 @@ def _bus(batches: list[tuple]) -> dict[str, Any]:
         "bridge_volts": _array([i.bridge_volts for i in images]).reshape(rows, -1),
         "lvdt_volts": _array([i.lvdt_volts for i in images]).reshape(rows, n),
     }
-    whole = ("plank_counts", "wheel_counts", "steer_counts", "camber_counts", "road_counts", "digital")
+    whole = (
+        "plank_counts",
+        "wheel_counts",
+        "steer_counts",
+        "camber_counts",
+        "road_counts",
+        "digital",
+    )
     for name in whole:
         out[name] = np.array([getattr(i, name) for i in images]).reshape(rows, n)
     axes = np.array([axis for i in images for axis in i.axes], dtype=np.int64)
@@ -141,7 +146,9 @@ TOPICS: dict[str, TopicColumns] = {
     ),
     "/encoders/state": TopicColumns(_frame("bus"), lambda c: c.encoders, _fields(EncoderSample)),
     "/encoders/joint_states": TopicColumns(
-        _frame("", name=list(JOINTS), position=4, velocity=4), lambda c: c.encoders, _encoder_joints
+        _frame("", name=list(JOINTS), position=4, velocity=4),
+        lambda c: c.encoders,
+        _encoder_joints,
     ),
     "/wheel_drive/status": TopicColumns(_frame("wheel"), lambda c: c.drive, _fields(DriveSample)),
     "/wheel_drive/joint_states": TopicColumns(

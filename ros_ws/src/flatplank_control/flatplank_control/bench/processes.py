@@ -32,7 +32,11 @@ class BenchProcesses:
         """`log`: a file for what the nodes print; None: the terminal. `without`: names not started."""
         self.setup = setup
         self.running: dict[str, subprocess.Popen] = {}
-        self._environment = {**os.environ, END_WITH_PARENT: str(os.getpid()), **(environment or {})}
+        self._environment = {
+            **os.environ,
+            END_WITH_PARENT: str(os.getpid()),
+            **(environment or {}),
+        }
         self._log = open(log, "ab") if log else None
         self._without = without
         self._folder = tempfile.TemporaryDirectory(prefix="flatplank-")

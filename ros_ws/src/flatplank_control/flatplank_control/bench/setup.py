@@ -12,6 +12,7 @@ import yaml
 
 from flatplank_hw.share import config_file
 from flatplank_hw.params import load_parameters
+from flatplank_hw.plant import PlantConfig
 
 BUSES = {
     "sim": "simulated_plant",
@@ -100,16 +101,28 @@ class BenchSetup:
             "encoders": {"rate_hz": rate},
             "free_rolling_controller": {"rate_hz": graph_rate, "automatic": True},
             "slip_sequencer": {"rate_hz": graph_rate, "follow_until": FOLLOW_UNTIL},
+            "wheel_drive": self._free_radius(),
             "recorder": {"folder": self.data},
             "measurement_runner": {"held": self.pace == "hold"},
         }
         return shared.get(name, {})
 
+    def _free_radius(self) -> dict[str, float]:
+        """r_0 of the simulated tire, by which the drive knows an unloaded one [m]."""
+        if self.kind == "lab":
+            return {}
+        return {"free_radius": PlantConfig.load(self.tire).tire.free_radius}
+
     def plant_record(self) -> dict[str, Any] | None:
         """What the run record says of a simulated machine."""
         if self.kind != "sim":
             return None
-        return {"tire": self.tire, "preset": self.preset, "file": self.plant_file, "seed": self.seed}
+        return {
+            "tire": self.tire,
+            "preset": self.preset,
+            "file": self.plant_file,
+            "seed": self.seed,
+        }
 
     def write(self, folder: Path) -> dict[str, Path]:
         """One parameter file per node in `folder`; node name -> file."""

@@ -20,7 +20,9 @@ from flatplank_control.runner.quantities import QUANTITIES
 class TwinBench:
     """Performs plans in one process; `log` keeps what is recorded."""
 
-    def __init__(self, twin: Twin, log: RunLog, say: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(
+        self, twin: Twin, log: RunLog, say: Callable[[str], None] = lambda _: None
+    ) -> None:
         self.twin = twin
         self.kept: list[Path] = []
         self._log = log

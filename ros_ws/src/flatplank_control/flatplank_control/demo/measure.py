@@ -60,9 +60,7 @@ def _measure(client, m: Measurement, folder: Path, teller: Teller) -> Path:
     return path
 
 
-def on_the_twin(
-    folder: Path, seed: int, radius: float, jobs: int | None, teller: Teller
-) -> None:
+def on_the_twin(folder: Path, seed: int, radius: float, jobs: int | None, teller: Teller) -> None:
     """The other runs of nine slips and three starts."""
     base = Measurement(effective_rolling_radius=radius, r_e_source="controller")
     runs = [m for m in matrix(base, SLIPS, STARTS) if (m.kappa, m.start) != SLIP_ON_GRAPH]

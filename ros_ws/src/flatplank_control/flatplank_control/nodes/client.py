@@ -104,7 +104,9 @@ class BenchClient:
             goal = RunMeasurement.Goal(
                 plan=text, folder=folder, simulated=simulated, resume=resume
             )
-            sent = client.send_goal_async(goal, lambda m: say(m.feedback.prompt or m.feedback.step))
+            sent = client.send_goal_async(
+                goal, lambda m: say(m.feedback.prompt or m.feedback.step)
+            )
             self._await(sent, client, idle)
             handle = sent.result()
             if not handle.accepted:

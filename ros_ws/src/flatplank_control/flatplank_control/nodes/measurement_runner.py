@@ -25,7 +25,9 @@ from flatplank_msgs.action import RunMeasurement
 class RunnerParameters(Params):
     """How measurements are made."""
 
-    held: bool = param(False, "simulated bus in pace hold: cycles are asked for, runs repeat exactly")
+    held: bool = param(
+        False, "simulated bus in pace hold: cycles are asked for, runs repeat exactly"
+    )
 
 
 class MeasurementRunnerNode(BenchNode):

@@ -133,7 +133,10 @@ class RecorderNode(BenchNode):
             if request.name:
                 record = record.with_changes(name=request.name)
             path = self.session.start(
-                record, self.arrivals.bus_ns, folder=request.folder or None, at_once=request.at_once
+                record,
+                self.arrivals.bus_ns,
+                folder=request.folder or None,
+                at_once=request.at_once,
             )
         except RecordingError as error:
             return answer(response, False, str(error))

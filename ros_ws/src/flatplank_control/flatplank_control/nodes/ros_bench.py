@@ -162,7 +162,9 @@ class RosBench:
         else:
             await self.call(SetValue, f"{PLANT}/{BY_HAND[step.quantity]}", value=step.value)
         text = quantity.prompt.format(value=step.value)
-        await self._wait(S.Wait(f"done: {text}", quantity.verify(step.value), quantity.timeout, 0.2))
+        await self._wait(
+            S.Wait(f"done: {text}", quantity.verify(step.value), quantity.timeout, 0.2)
+        )
 
     async def _plank(self, step: S.Plank) -> None:
         if self.simulated:

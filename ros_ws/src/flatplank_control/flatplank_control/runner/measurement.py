@@ -122,9 +122,7 @@ def from_mapping(data: Mapping[str, Any], where: str) -> Measurement:
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
         if isinstance(default, (float, int, str)) and not isinstance(value, type(default)):
-            raise ValueError(
-                f"{where}: {key} is {value!r}, must be a {type(default).__name__}"
-            )
+            raise ValueError(f"{where}: {key} is {value!r}, must be a {type(default).__name__}")
         values[key] = value
     try:
         return Measurement(**values)

@@ -26,7 +26,11 @@ class Patience:
         if elapsed > step.timeout:
             raise PlanFailed(
                 f"waited {step.timeout:g} s of bench time and it is not true that {step.what}"
-                + (f" (drive: {stop_text(snapshot)})" if snapshot and snapshot.drive.stop_reason else "")
+                + (
+                    f" (drive: {stop_text(snapshot)})"
+                    if snapshot and snapshot.drive.stop_reason
+                    else ""
+                )
             )
         return False
 

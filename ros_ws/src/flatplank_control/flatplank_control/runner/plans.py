@@ -127,7 +127,5 @@ def safe_end() -> Plan:
 def plan_of(m: Measurement) -> Plan:
     """The plan of a measurement."""
     if m.measurement not in PLANS:
-        raise ValueError(
-            f"measurement is '{m.measurement}'; known are {', '.join(sorted(PLANS))}"
-        )
+        raise ValueError(f"measurement is '{m.measurement}'; known are {', '.join(sorted(PLANS))}")
     return PLANS[m.measurement](m)

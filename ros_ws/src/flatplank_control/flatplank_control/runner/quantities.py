@@ -22,7 +22,9 @@ class Quantity:
     """for a simulated operator [s of bench time]"""
 
 
-def _near(read: Callable[[Snapshot], float], tolerance: float) -> Callable[[float], when.Condition]:
+def _near(
+    read: Callable[[Snapshot], float], tolerance: float
+) -> Callable[[float], when.Condition]:
     return lambda value: lambda s: abs(read(s) - value) < tolerance
 
 

@@ -52,9 +52,6 @@ MENU: dict[str, Hidden] = {
         ("mesh_ripple",), "m", 2e-5, 8e-5,
         lambda s: {"mesh_ripple": {"tooth": 0.0, "turn": s}},
     ),
-    "speed_droop": Hidden(
-        ("speed_droop",), "1/N", 2e-6, 6e-6, lambda s: {"speed_droop": {"per_kn": 1000.0 * s}},
-    ),
     "worn_patch": Hidden(
         ("worn_patch",), "1", 0.08, 0.20,
         lambda s: {"worn_patches": {"positions": [2.35], "factor": 1.0 - s, "length": 0.12}},

@@ -132,7 +132,15 @@ def hub_from_msg(msg: HubState) -> HubSample:
 def hub_of_contact(contact: Wrench, encoders: EncoderSample) -> HubSample:
     """The contact wrench alone, for the free-rolling controller."""
     return HubSample(
-        encoders.cycle, encoders.stamp_ns, NO_WRENCH, contact, math.nan, math.nan, math.nan, False, 0
+        encoders.cycle,
+        encoders.stamp_ns,
+        NO_WRENCH,
+        contact,
+        math.nan,
+        math.nan,
+        math.nan,
+        False,
+        0,
     )
 
 

@@ -47,7 +47,8 @@ class EncodersNode(BenchNode):
         joints = self.joints
         joints.header.stamp = self.state.header.stamp
         joints.position = array(
-            "d", (sample.plank_position, sample.wheel_angle, sample.steer_angle, sample.road_camber)
+            "d",
+            (sample.plank_position, sample.wheel_angle, sample.steer_angle, sample.road_camber),
         )
         joints.velocity = array("d", (sample.plank_velocity, sample.wheel_velocity, 0.0, 0.0))
         self.publish_joints(joints)

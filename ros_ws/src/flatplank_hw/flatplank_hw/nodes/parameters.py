@@ -32,7 +32,9 @@ def declare(node: Node, cls: type) -> None:
 
 def refuse_unknown(node: Node) -> None:
     """ValueError for a key in a parameter file that the node does not know, with the nearest one."""
-    known = set(node._parameters)  # what is declared; rclpy has no public list that costs no service
+    known = set(
+        node._parameters
+    )  # what is declared; rclpy has no public list that costs no service
     for key in node._parameter_overrides:
         if key not in known and not key.startswith("qos_overrides."):
             raise ValueError(
@@ -45,5 +47,8 @@ def read(node: Node, cls: type, changes: Mapping[str, Any] | None = None) -> Any
     names = [info.name for info in params.describe(cls)]
     values = {name: node.get_parameter(name).value for name in names}
     values |= {k: v for k, v in (changes or {}).items() if k in values}
-    values = {k: tuple(v) if isinstance(v, (list,)) or hasattr(v, "typecode") else v for k, v in values.items()}
+    values = {
+        k: tuple(v) if isinstance(v, (list,)) or hasattr(v, "typecode") else v
+        for k, v in values.items()
+    }
     return params.from_mapping(cls, values, node.get_name())

@@ -141,7 +141,9 @@ class SimulatedPlant(BenchNode):
 
     def on_pace(self, request, response):
         if request.pace not in PACES:
-            return answer(response, False, f"unknown pace {request.pace!r}; one of {', '.join(PACES)}")
+            return answer(
+                response, False, f"unknown pace {request.pace!r}; one of {', '.join(PACES)}"
+            )
         if request.batch > MAX_BATCH:
             return answer(response, False, f"batch is {request.batch}, at most {MAX_BATCH}")
         self.pacer.set_pace(request.pace, time.monotonic())

@@ -179,4 +179,3 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
             finish()
         rclpy.try_shutdown()
     return 1 if failed else 0
-
