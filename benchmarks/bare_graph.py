@@ -1,22 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench's graph with nothing in it: same processes, topics, messages and fan-out, empty callbacks.
+"""The bench's graph with nothing in it: same processes, topics, messages and fan-out, empty
+callbacks.
 
 What rclpy and the middleware cost by themselves. `python bare_graph.py ROLE` is one process of it.
 """
 
+import contextlib
 import sys
 import time
 from array import array
 
 import rclpy
-from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
-from flatplank_msgs.msg import Reference, SequencerState
 from geometry_msgs.msg import WrenchStamped
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
+
+from flatplank_msgs.msg import (
+    BusInputs,
+    BusOutputs,
+    DriveStatus,
+    EncoderState,
+    HubState,
+    Reference,
+    SequencerState,
+)
 
 QOS = QoSProfile(depth=2000)
 EXECUTORS = {"default": SingleThreadedExecutor, "events": EventsExecutor}
@@ -147,10 +157,8 @@ def main(role, executor, rounds=0):
             spinner.spin_once(timeout_sec=0.05)
         time.sleep(1.0)  # the middleware matches readers a little after it knows of them
         node.out[0][0](node.out[0][1])
-    try:
+    with contextlib.suppress(ExternalShutdownException, KeyboardInterrupt):
         spinner.spin()
-    except (ExternalShutdownException, KeyboardInterrupt):
-        pass
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lock-stepped bench against the same graph with nothing in it, in one run: cycles per second and ratio."""
+"""The lock-stepped bench against the same graph with nothing in it, in one run: cycles per second
+and ratio.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +11,8 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+from std_srvs.srv import SetBool
 
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
@@ -20,9 +24,8 @@ from flatplank_msgs.srv import (
     SetPace,
     SetValue,
     SetWaveform,
+    StartRecording,
 )
-from flatplank_msgs.srv import StartRecording
-from std_srvs.srv import SetBool
 
 LOOPBACK = {
     "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The free-rolling loop: the thesis's continuous numbers, and discrete margins with the real delay."""
+"""The free-rolling loop: the thesis's continuous numbers, and discrete margins with the real
+delay.
+"""
 
 from __future__ import annotations
 

@@ -10,13 +10,20 @@ import time
 from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
+from lockstep import LOOPBACK
+from std_srvs.srv import SetBool
+
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
-from flatplank_msgs.srv import PlankSwitch, SetOperationMode, SetValue, SetWaveform
-from flatplank_msgs.srv import StartRecording, StopRecording
-from lockstep import LOOPBACK
-from std_srvs.srv import SetBool
+from flatplank_msgs.srv import (
+    PlankSwitch,
+    SetOperationMode,
+    SetValue,
+    SetWaveform,
+    StartRecording,
+    StopRecording,
+)
 
 
 def main(seconds: float = 60.0) -> None:

@@ -2,6 +2,7 @@
 """When the simulated bus makes a cycle: wall time is an argument."""
 
 import pytest
+
 from flatplank_hw.bus.pacing import CATCH_UP, IMPATIENT, Pacer, percentile
 
 RATE = 250.0

@@ -4,11 +4,11 @@
 import math
 
 import pytest
+
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import Measurement, from_mapping
 from flatplank_control.runner.plans import PLANS, plan_of
 from flatplank_control.runner.quantities import QUANTITIES
-
 
 ON_THE_ROAD = sorted(set(PLANS) - {"unloaded_turn"})
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from camp_plans import HEAD, RUNS, small
 
-from flatplank_hw.share import config_file
 from flatplank_control.cli.run import main
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.plan import condition
+from flatplank_hw.share import config_file
 
 TIRES = config_file("flatplank_control", "tires.yaml")
 SHIPPED = sorted((TIRES.parent / "plans").glob("*.yaml"))

@@ -8,6 +8,8 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+from std_srvs.srv import SetBool
+
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -23,14 +25,14 @@ from flatplank_msgs.srv import (
     StartRecording,
     StopRecording,
 )
-from std_srvs.srv import SetBool
 
 FIRST_DOMAIN = 20
 DOMAINS = 80
 """Domains up to 101 do not meet the ports of ordinary programs on Linux."""
 
 STANDING_COUNTS = 2
-"""a wheel that stands rocks within its encoder's last steps; a turning one makes 60 in 50 cycles"""
+"""a wheel that stands rocks within its encoder's last steps; a turning one makes 60 in 50 cycles
+"""
 
 _used = 0
 
@@ -43,7 +45,9 @@ def next_domain() -> int:
 
 
 def loopback(domain: int) -> dict[str, str]:
-    """Environment of a graph that nobody else hears, without shared memory that a kill leaves behind."""
+    """Environment of a graph that nobody else hears, without shared memory that a kill leaves
+    behind.
+    """
     return {
         "ROS_DOMAIN_ID": str(domain),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",

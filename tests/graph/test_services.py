@@ -7,6 +7,8 @@ import sys
 
 import pytest
 from bench_graph import graph, loopback, next_domain
+from std_srvs.srv import Trigger
+
 from flatplank_msgs.srv import (
     LoadParasiticFit,
     MoveTo,
@@ -16,7 +18,6 @@ from flatplank_msgs.srv import (
     SetWaveform,
     StartRecording,
 )
-from std_srvs.srv import Trigger
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
 

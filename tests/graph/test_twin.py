@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 from bench_graph import graph
+from rosbags.highlevel import AnyReader
+
 from flatplank_control.bench.log import BagLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
@@ -13,7 +15,6 @@ from flatplank_control.recording.typestore import typestore
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.topics import RECORDED
-from rosbags.highlevel import AnyReader
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
 SEED = 5

@@ -4,12 +4,12 @@
 import tempfile
 from pathlib import Path
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from flatplank_control.bench.setup import BenchSetup
+from launch import LaunchDescription
 
 ARGUMENTS = {
     "sim": ("false", "true: simulated plant instead of the EtherCAT bus"),

@@ -10,10 +10,12 @@ from typing import Any
 class CycleJoin:
     """Call `complete(at, samples)` once per bus cycle, in order, when every needed kind is there.
 
-    Cycles are told apart by `at`, the stamp of their inputs [ns]. A later sample of the leading kind (the
-    first of `kinds`) releases the waiting cycle with what there is: a source that died leaves its last sample
-    in force, and the rules on stale data decide. Samples of cycles that are done are kept as the latest of
-    their kind and otherwise ignored. `needed` may be changed between cycles.
+    Cycles are told apart by `at`, the stamp of their inputs [ns]. A later sample of the leading
+    kind (the first of `kinds`) releases the waiting cycle with what there is: a source that died
+    leaves its
+    last sample in force, and the rules on stale data decide. Samples of cycles that are done are
+    kept as the
+    latest of their kind and otherwise ignored. `needed` may be changed between cycles.
     """
 
     def __init__(

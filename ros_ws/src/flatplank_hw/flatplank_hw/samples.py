@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-
 SOURCES = ("slip", "free_rolling")
 """Sources of references; their place is their number in the message."""
 

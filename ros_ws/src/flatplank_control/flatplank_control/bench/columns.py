@@ -13,6 +13,15 @@ from flatplank_hw.bus.image import AXES
 from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample
 
 CHANNELS = 6
+WHOLE = (
+    "plank_counts",
+    "wheel_counts",
+    "steer_counts",
+    "camber_counts",
+    "road_counts",
+    "digital",
+)
+"""per cycle, whole numbers"""
 JOINTS = ("plank", "wheel", "steer", "road_camber")
 
 
@@ -31,8 +40,8 @@ def _array(samples: Sequence[Any]) -> np.ndarray:
 
 
 def _bus_fixed(n: int) -> dict[str, Any]:
-    per_cycle = "lvdt_volts plank_counts wheel_counts steer_counts camber_counts road_counts digital".split()
-    per_axis = "status_word mode_display position velocity torque error_code".split()
+    per_cycle = ["lvdt_volts", *WHOLE]
+    per_axis = ["status_word", "mode_display", "position", "velocity", "torque", "error_code"]
     return {
         "header.frame_id": "bus",
         "bridge_volts": CHANNELS * n,
@@ -52,15 +61,7 @@ def _bus(batches: list[tuple]) -> dict[str, Any]:
         "bridge_volts": _array([i.bridge_volts for i in images]).reshape(rows, -1),
         "lvdt_volts": _array([i.lvdt_volts for i in images]).reshape(rows, n),
     }
-    whole = (
-        "plank_counts",
-        "wheel_counts",
-        "steer_counts",
-        "camber_counts",
-        "road_counts",
-        "digital",
-    )
-    for name in whole:
+    for name in WHOLE:
         out[name] = np.array([getattr(i, name) for i in images]).reshape(rows, n)
     axes = np.array([axis for i in images for axis in i.axes], dtype=np.int64)
     names = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")

@@ -29,7 +29,9 @@ class BenchProcesses:
         log: Path | None = None,
         without: frozenset[str] = frozenset(),
     ) -> None:
-        """`log`: a file for what the nodes print; None: the terminal. `without`: names not started."""
+        """`log`: a file for what the nodes print; None: the terminal. `without`: names not
+        started.
+        """
         self.setup = setup
         self.running: dict[str, subprocess.Popen] = {}
         self._environment = {
@@ -37,7 +39,7 @@ class BenchProcesses:
             END_WITH_PARENT: str(os.getpid()),
             **(environment or {}),
         }
-        self._log = open(log, "ab") if log else None
+        self._log = open(log, "ab") if log else None  # noqa: SIM115  open as long as the nodes
         self._without = without
         self._folder = tempfile.TemporaryDirectory(prefix="flatplank-")
         self._files = setup.write(Path(self._folder.name))

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from flatplank_hw.share import config_file
 from flatplank_hw.params import load_parameters
 from flatplank_hw.plant import PlantConfig
+from flatplank_hw.share import config_file
 
 BUSES = {
     "sim": "simulated_plant",

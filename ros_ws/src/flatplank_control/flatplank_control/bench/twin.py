@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole bench in one process without ROS: the same cores in the same order, bit for bit the same."""
+"""The whole bench in one process without ROS: the same cores in the same order, bit for bit the
+same.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ class Cycle(NamedTuple):
 
 
 class Twin:
-    """Plant, hub, encoders, sources and wheel drive, stepped as the lock-stepped graph steps them."""
+    """Plant, hub, encoders, sources and wheel drive, stepped as the lock-stepped graph steps
+    them.
+    """
 
     def __init__(self, setup: BenchSetup) -> None:
         def make(cls: type, name: str) -> Any:
@@ -85,7 +89,7 @@ class Twin:
         source = self.source
         reference = inside = None
         if source is not None:
-            if source is self.controller:
+            if isinstance(source, FreeRollingController):
                 reference = source.step(hub_sample, encoder_sample)
             else:
                 reference = source.step(encoder_sample)

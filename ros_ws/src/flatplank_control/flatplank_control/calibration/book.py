@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -42,11 +42,11 @@ class Entry:
                 f"calibration: unknown instrument '{self.instrument}'"
                 f"{nearest(self.instrument, VALID_DAYS)}"
             )
-        date.fromisoformat(self.date)
+        datetime.date.fromisoformat(self.date)
 
-    def age(self, today: date) -> int:
+    def age(self, today: datetime.date) -> int:
         """[days]"""
-        return (today - date.fromisoformat(self.date)).days
+        return (today - datetime.date.fromisoformat(self.date)).days
 
 
 def book_for(folder: Path) -> Book:
@@ -80,7 +80,7 @@ class Book:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         replace_text(self.path, text)
 
-    def status(self, today: date) -> dict[str, str]:
+    def status(self, today: datetime.date) -> dict[str, str]:
         """instrument -> valid, expired or absent, with date: for every run record."""
         found = {}
         for name, days in VALID_DAYS.items():
@@ -93,7 +93,7 @@ class Book:
                 found[name] = f"valid: of {entry.date}"
         return found
 
-    def record(self, today: date) -> dict[str, Any]:
+    def record(self, today: datetime.date) -> dict[str, Any]:
         """The `calibration` of a run record."""
         status = self.status(today)
         return {

@@ -9,7 +9,6 @@ import time
 from datetime import date
 from pathlib import Path
 
-from flatplank_hw.share import config_file
 from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.keys import Keys
 from flatplank_control.runner.campaign import (
@@ -25,6 +24,7 @@ from flatplank_control.runner.campaign import (
 )
 from flatplank_control.runner.campaign.dry_run import DryRun, dry_run
 from flatplank_control.runner.steps import PlanFailed
+from flatplank_hw.share import config_file
 
 STOPPED = 130
 KEYS = {

@@ -64,7 +64,8 @@ def main(argv: list[str]) -> int:
     if o.hidden is not None:
         make_challenge(o.folder, o.hidden, show)
         print(
-            f"challenge in {o.folder}: flatplank diagnose {o.folder}, then flatplank reveal {o.folder}"
+            f"challenge in {o.folder}; then: flatplank diagnose {o.folder} --out "
+            f"{o.folder}/diagnosis.json, and flatplank reveal {o.folder}"
         )
         return 0
     base = Measurement(

@@ -94,7 +94,8 @@ class BenchClient:
     ) -> list[str]:
         """Have the runner make a measurement or a campaign (its YAML); the bags.
 
-        BenchError with the runner's reason, also when the runner goes away. `idle` is called ten times a second.
+        BenchError with the runner's reason, also when the runner goes away. `idle` is called ten
+        times a second.
         """
         client = ActionClient(self.node, RunMeasurement, "/run_measurement")
         try:

@@ -262,8 +262,12 @@ class PanelNode:
         loop = asyncio.get_running_loop()
         ours: asyncio.Future = loop.create_future()
 
+        def hand_over(theirs: Any) -> None:
+            if not ours.done():
+                ours.set_result(theirs.result())
+
         def done(theirs: Any) -> None:
-            loop.call_soon_threadsafe(lambda: ours.done() or ours.set_result(theirs.result()))
+            loop.call_soon_threadsafe(hand_over, theirs)
 
         future.add_done_callback(done)
         return await asyncio.wait_for(ours, timeout)

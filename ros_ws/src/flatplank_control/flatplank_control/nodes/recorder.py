@@ -52,7 +52,9 @@ def utc_now() -> str:
 
 
 class RecorderNode(BenchNode):
-    """All topics of the table, serialised as they come -> one MCAP bag per measurement; says /run."""
+    """All topics of the table, serialised as they come -> one MCAP bag per measurement; says
+    /run.
+    """
 
     PARAMETERS = RecorderParameters
 
@@ -97,7 +99,9 @@ class RecorderNode(BenchNode):
             self.changed_something.set_result(None)
 
     async def settle(self, stamp) -> None:
-        """Until the bus cycle of a stamp is in with all that belongs to it, or PATIENCE is over."""
+        """Until the bus cycle of a stamp is in with all that belongs to it, or PATIENCE is
+        over.
+        """
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + PATIENCE
         while wanted and not self.arrivals.complete(wanted) and time.monotonic() < end:

@@ -49,7 +49,9 @@ SOURCES = {
 
 
 class RosBench:
-    """Does the steps of a plan by service calls; `prompt` asks the operator where there is no service."""
+    """Does the steps of a plan by service calls; `prompt` asks the operator where there is no
+    service.
+    """
 
     def __init__(
         self,
@@ -61,7 +63,9 @@ class RosBench:
         prompt: Callable[[str], Awaitable[None]] | None = None,
         say: Callable[[str], None] = lambda _text: None,
     ) -> None:
-        """`held`: the simulated bus makes cycles only when asked, so that a run can be repeated exactly."""
+        """`held`: the simulated bus makes cycles only when asked, so that a run can be repeated
+        exactly.
+        """
         self.node = node
         self.held, self.simulated, self.folder = held, simulated, folder
         self.bags: list[str] = []

@@ -41,7 +41,8 @@ class SlipSequencerNode(SourceNode):
         convert.set_stamp(state.header, reference.stamp_ns)
         state.cycle = reference.cycle
         (state.active, state.reference_slip, state.actual_slip, state.reference_velocity,
-         state.distance, state.start_position, state.effective_rolling_radius) = self.core.state  # fmt: skip
+         state.distance, state.start_position,
+         state.effective_rolling_radius) = self.core.state  # fmt: skip
         self.publish_state(state)
 
     def on_step(self, request, response):

@@ -18,10 +18,11 @@ from flatplank_msgs.msg import Reference as ReferenceMsg
 
 
 class SourceNode(BenchNode):
-    """Joins the samples of a cycle, asks its core, and publishes the reference with the core's state.
+    """Joins the samples of a cycle, asks its core, and publishes the reference with the core's
+    state.
 
-    A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs beside the encoders,
-    `compute(latest)` and `show()`, which publishes the inside of the core.
+    A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs beside the
+    encoders, `compute(latest)` and `show()`, which publishes the inside of the core.
     """
 
     MODE: str

@@ -10,6 +10,7 @@ from pathlib import Path
 from nicegui import Client, app, background_tasks, ui
 
 from flatplank_control.panel.access import Guard
+from flatplank_control.panel.charge import PATIENCE
 from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.live import PUSH_HZ, Live
 from flatplank_control.panel.operator import Operator
@@ -66,5 +67,5 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
         show=False,
         show_welcome_message=False,
         favicon="⏺",
-        reconnect_timeout=3.0,
+        reconnect_timeout=PATIENCE,
     )

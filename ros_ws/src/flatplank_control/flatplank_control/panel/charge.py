@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-PATIENCE = 2.0
+PATIENCE = 10.0
 """A page that has been silent for so long is no longer in charge [s]. The drive itself stops the
 wheel earlier, after its own heartbeat timeout."""
 

@@ -7,7 +7,9 @@ from flatplank_control.recording.bus_cycles import TOPIC as BUS
 
 
 class Arrivals:
-    """Follows the stamps of the topics. A topic that spoke in the cycle before is expected in this one."""
+    """Follows the stamps of the topics. A topic that spoke in the cycle before is expected in this
+    one.
+    """
 
     def __init__(self) -> None:
         self.bus_ns = 0
@@ -18,7 +20,8 @@ class Arrivals:
     def add(self, topic: str, stamp_ns: int) -> int:
         """A message came; returns its place in bench time [ns].
 
-        Stamps that are not of the bench (diagnostics, by the wall clock) are put at the present cycle.
+        Stamps that are not of the bench (diagnostics, by the wall clock) are put at the present
+        cycle.
         """
         if topic == BUS:
             self._before_ns, self.bus_ns = self.bus_ns, stamp_ns

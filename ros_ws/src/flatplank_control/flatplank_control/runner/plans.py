@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How each kind of measurement is made: generators of steps, run dry, in the twin or on the graph."""
+"""How each kind of measurement is made: generators of steps, run dry, in the twin or on the
+graph.
+"""
 
 from __future__ import annotations
 

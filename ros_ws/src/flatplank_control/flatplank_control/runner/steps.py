@@ -34,7 +34,9 @@ class Manual:
 
 @dataclass(frozen=True)
 class Plank:
-    """The plank's switch: direction 1, 0, -1; it goes to stop by itself at `stop_at` [m of the machine]."""
+    """The plank's switch: direction 1, 0, -1; it goes to stop by itself at `stop_at` [m of the
+    machine].
+    """
 
     direction: int
     fast: bool = True
@@ -102,14 +104,18 @@ class StopRecord:
 
 @dataclass(frozen=True)
 class Quick:
-    """Let the bus send batches of so many cycles while nothing is measured (simulated bench only)."""
+    """Let the bus send batches of so many cycles while nothing is measured (simulated bench
+    only).
+    """
 
     batch: int
 
 
 @dataclass(frozen=True)
 class Wait:
-    """Until `until(snapshot)` holds; after `timeout` [s of bench time] the plan fails, saying `what`."""
+    """Until `until(snapshot)` holds; after `timeout` [s of bench time] the plan fails, saying
+    `what`.
+    """
 
     what: str
     until: Callable[[Snapshot], bool]
@@ -128,8 +134,8 @@ class Say:
 
 
 Step = (
-    Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord | Quick
-    | Wait | Say
+    Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord
+    | Quick | Wait | Say
 )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can be hidden: a defect of the simulated machine, its size, and the effect that names it.
 
-One line each. The names of effects are those that a diagnosis uses; nothing else of the analysis is known here.
+One line each. The names of effects are those that a diagnosis uses; nothing else of the analysis
+is known here.
 """
 
 from __future__ import annotations

@@ -95,4 +95,5 @@ def learn(
     p = np.linalg.lstsq(a, f, rcond=None)[0]
     slip = float(p[0]) / (stiffness * relaxation)
     left = float(np.sqrt(np.mean((f - a @ p) ** 2)))
-    return RoadMap(float(scale / (1.0 + slip)), *(float(v) for v in p[1:5]), left)
+    turn_cos, turn_sin, tooth_cos, tooth_sin = (float(v) for v in p[1:5])
+    return RoadMap(float(scale / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, left)

@@ -13,11 +13,13 @@ IMPATIENT = 0.002
 
 
 class Pacer:
-    """Counts cycles against the wall clock (realtime), against the answers (lockstep), or not at all (hold).
+    """Counts cycles against the wall clock (realtime), against the answers (lockstep), or not at
+    all (hold).
 
-    Wall times are arguments [s]. In lockstep an answer that does not come is waited for once for the whole
-    time-out; from then on cycles follow each other quickly, so that bench time, and with it the rules on stale
-    commands, goes on, until the answers are back.
+    Wall times are arguments [s]. In lockstep an answer that does not come is waited for once for
+    the whole time-out; from then on cycles follow each other quickly, so that bench time, and with
+    it the
+    rules on stale commands, goes on, until the answers are back.
     """
 
     def __init__(self, pace: str, batch: int, axes: frozenset[int], timeout: float) -> None:

@@ -7,9 +7,6 @@ import math
 from array import array
 from collections.abc import Sequence
 
-from flatplank_msgs.msg import BusInputs as BusInputsMsg
-from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState
-from flatplank_msgs.msg import Reference as ReferenceMsg
 from geometry_msgs.msg import WrenchStamped
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
@@ -21,6 +18,9 @@ from flatplank_hw.samples import (
     Reference,
     Wrench,
 )
+from flatplank_msgs.msg import BusInputs as BusInputsMsg
+from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.msg import Reference as ReferenceMsg
 
 NO_WRENCH = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 CHANNELS = 6
@@ -66,8 +66,8 @@ def inputs_from_msg(msg: BusInputsMsg) -> list[BusInputs]:
     axes = [
         AxisInputs(*row)
         for row in zip(
-            msg.status_word, msg.mode_display, msg.position, msg.velocity, msg.torque, msg.error_code,
-            strict=True,
+            msg.status_word, msg.mode_display, msg.position, msg.velocity, msg.torque,
+            msg.error_code, strict=True,
         )
     ]  # fmt: skip
     volts = msg.bridge_volts
@@ -178,7 +178,7 @@ def drive_to_msg(sample: DriveSample, msg: DriveStatus) -> None:
 
 def drive_from_msg(msg: DriveStatus) -> DriveSample:
     return DriveSample(
-        msg.cycle, stamp_ns(msg.header), msg.state, msg.mode, msg.position, msg.velocity, msg.torque,
-        msg.reference_position, msg.reference_velocity, msg.reference_torque, msg.stop_reason,
-        msg.error_code,
+        msg.cycle, stamp_ns(msg.header), msg.state, msg.mode, msg.position, msg.velocity,
+        msg.torque, msg.reference_position, msg.reference_velocity, msg.reference_torque,
+        msg.stop_reason, msg.error_code,
     )  # fmt: skip

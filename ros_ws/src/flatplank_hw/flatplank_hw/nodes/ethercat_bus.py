@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.task import Future
 
 from flatplank_hw.bus.image import BusInputs as Image
-from flatplank_hw.ethercat.emulator.control import ControlError
 from flatplank_hw.ethercat.emulated import EmulatedBus
+from flatplank_hw.ethercat.emulator.control import ControlError
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.operator_services import OperatorServices
@@ -34,10 +37,19 @@ class BusParameters(Params):
     batch: int = param(1, "cycles per message", bounds=(1, 20))
     fifo: bool = param(True, "SCHED_FIFO for the bus process where it is allowed")
     emulated: bool = param(False, "the emulated bus with the simulated plant behind it")
+    wait_for_nodes: bool = param(
+        True,
+        "emulated bus: it stalls together with the nodes; false: as a machine, which stops when "
+        "commands are older than 44 ms",
+    )
     tire: str = param("toyo", "of the simulated plant behind the emulated bus")
     preset: str = param("", "its defects")
     config: str = param("", "YAML file laid over it")
     seed: int = param(1, "its seed", bounds=(0, 2**31 - 1))
+
+
+LEVELS = {"OK": DiagnosticStatus.OK, "DEGRADED": DiagnosticStatus.WARN}
+"""health of the bus -> level; any other is an error"""
 
 
 class EthercatBus(BenchNode):
@@ -51,14 +63,22 @@ class EthercatBus(BenchNode):
         path = config_file("flatplank_hw", f"bus/{p.bus_file}.yaml") or Path(p.bus_file)
         if p.emulated:
             options = {"tire": p.tire, "preset": p.preset, "config": p.config}
-            options = {key: value for key, value in options.items() if value}
-            self.emulated = EmulatedBus(path, p.rate_hz, seed=p.seed, options=options)
-            self.client = self.emulated.client(fifo=p.fifo, on_event=self.on_event)
+            self.emulated = EmulatedBus(
+                path,
+                p.rate_hz,
+                seed=p.seed,
+                options={key: value for key, value in options.items() if value},
+                wait_for_nodes=p.wait_for_nodes,
+            )
+            self.client = self.emulated.client(fifo=p.fifo, on_event=self.on_event, batch=p.batch)
         else:
             self.client = BusClient(
                 path, p.interface, p.rate_hz, fifo=p.fifo, on_event=self.on_event
             )
         self.cycle = 0
+        self.oldest = 0
+        # one at a time, beside the executor: a command must not wait behind an SDO
+        self.errands = ThreadPoolExecutor(1, thread_name_prefix="bus errand")
         self.client.start()
 
     def connect(self) -> None:
@@ -67,7 +87,7 @@ class EthercatBus(BenchNode):
         self.publish = self.speak(BusInputs, "/bus/inputs", STREAM, needed=True)
         self.publish_diagnostics = self.speak(DiagnosticArray, "/diagnostics", 10)
         self.listen(BusOutputs, "/bus/outputs", self.on_command, STREAM)
-        self.every(1.0, self.on_second)
+        self.every(1.0, lambda: self.errands.submit(self.diagnose))
         self.serve(SdoRead, "~/sdo_read", self.on_sdo_read)
         self.serve(SdoWrite, "~/sdo_write", self.on_sdo_write)
         if self.emulated is not None:
@@ -98,54 +118,89 @@ class EthercatBus(BenchNode):
 
     def on_command(self, msg: BusOutputs) -> None:
         self.client.send(convert.command_from_msg(msg))
+        self.oldest = max(self.oldest, self.cycle - msg.cycle)
 
-    def on_event(self, *event: Any) -> None:
-        self.get_logger().warning(" ".join(str(part) for part in event))
+    def on_event(self, event: dict[str, Any]) -> None:
+        self.get_logger().warning(" ".join(f"{key} {value}" for key, value in event.items()))
 
-    def on_second(self) -> None:
-        found = self.client.diagnostics()
-        healthy = str(found.get("health")) in ("ok", "0")
-        level = DiagnosticStatus.OK if healthy else DiagnosticStatus.ERROR
-        values = [KeyValue(key=str(k), value=str(v)) for k, v in found.items()]
+    def diagnose(self) -> None:
+        """What the bus process knows of itself, and how old the nodes' answers were."""
+        try:
+            found = self.client.diagnostics()
+            level = LEVELS.get(found["health"], DiagnosticStatus.ERROR)
+        except LookupError as error:
+            found, level = {"reason": str(error)}, DiagnosticStatus.ERROR
+        found["oldest_command_cycles"], self.oldest = self.oldest, 0
         status = DiagnosticStatus(
             level=level,
             name="ethercat_bus",
-            message=str(found.get("reason", "")),
+            message=found["reason"],
             hardware_id=self.parameters.bus_file,
-            values=values,
+            values=[KeyValue(key=str(k), value=str(v)) for k, v in found.items()],
         )
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
-        self.publish_diagnostics(message)
+        if self.listening:
+            self.publish_diagnostics(message)
 
-    def on_sdo_read(self, request, response):
+    def aside(self, work: Callable[..., Any], *arguments: Any) -> Future:
+        """Work that waits for the bus process, off the executor."""
+        done = Future()
+
+        def errand() -> None:
+            try:
+                done.set_result(work(*arguments))
+            except LookupError as error:
+                done.set_exception(error)
+
+        self.errands.submit(errand)
+        return done
+
+    async def on_sdo_read(self, request, response):
         try:
-            data = self.client.sdo_read(request.slave, request.index, request.subindex)
+            data = await self.aside(
+                self.client.sdo_read, request.slave, request.index, request.subindex
+            )
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "", data=list(data))
 
-    def on_sdo_write(self, request, response):
+    async def on_sdo_write(self, request, response):
         try:
-            self.client.sdo_write(
-                request.slave, request.index, request.subindex, bytes(request.data)
+            await self.aside(
+                self.client.sdo_write,
+                request.slave,
+                request.index,
+                request.subindex,
+                bytes(request.data),
             )
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "")
 
     def on_deactivate(self, state):
-        self.listening = False
-        self.reader.join(timeout=2.0)
+        self.fall_silent()
         return super().on_deactivate(state)
+
+    def on_cleanup(self, state):
+        self.finish()
+        return super().on_cleanup(state)
+
+    def fall_silent(self) -> None:
+        """No image, no diagnostics any more."""
+        if getattr(self, "listening", False):
+            self.listening = False
+            self.reader.join()
 
     def finish(self) -> None:
         """The bus stops in order whatever ends the node."""
-        self.listening = False
-        if hasattr(self, "client"):
+        self.fall_silent()
+        if hasattr(self, "errands"):
+            self.errands.shutdown(cancel_futures=True)
             self.client.stop()
         if getattr(self, "emulated", None) is not None:
             self.emulated.close()
+            self.emulated = None
 
 
 def main(args: list[str] | None = None) -> int:

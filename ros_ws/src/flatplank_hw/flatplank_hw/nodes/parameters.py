@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameter sets of the cores as ROS parameters: declared with unit and range, checked when set."""
+"""Parameter sets of the cores as ROS parameters: declared with unit and range, checked when
+set.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +26,18 @@ def _descriptor(info: params.ParamInfo) -> ParameterDescriptor:
 
 
 def declare(node: Node, cls: type) -> None:
-    """Declare every parameter of a set; values of a file or the command line are taken as they come."""
+    """Declare every parameter of a set; values of a file or the command line are taken as they
+    come.
+    """
     for info in params.describe(cls):
         default = list(info.default) if isinstance(info.default, tuple) else info.default
         node.declare_parameter(info.name, default, _descriptor(info))
 
 
 def refuse_unknown(node: Node) -> None:
-    """ValueError for a key in a parameter file that the node does not know, with the nearest one."""
+    """ValueError for a key in a parameter file that the node does not know, with the nearest
+    one.
+    """
     known = set(
         node._parameters
     )  # what is declared; rclpy has no public list that costs no service

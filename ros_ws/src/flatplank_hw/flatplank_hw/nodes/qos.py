@@ -15,7 +15,9 @@ REFERENCE = QoSProfile(
     depth=2000,
     deadline=Duration(nanoseconds=100_000_000),
 )
-"""A set-point older than 100 ms is stale; the drive acts on it by the stamps, the deadline tells tools."""
+"""A set-point older than 100 ms is stale; the drive acts on it by the stamps, the deadline tells
+tools.
+"""
 
 LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,

@@ -44,7 +44,9 @@ class PlantParameters(Params):
 
 
 class SimulatedPlant(BenchNode):
-    """Publishes /bus/inputs, takes /bus/outputs; the operator's switches are services (operator_services.py)."""
+    """Publishes /bus/inputs, takes /bus/outputs; the operator's switches are services
+    (operator_services.py).
+    """
 
     PARAMETERS = PlantParameters
 

@@ -28,8 +28,9 @@ class BenchNode(LifecycleNode):
 
     Streams carry no QoS event handlers: each would be looked at whenever a message comes.
 
-    A subclass names its parameter class in `PARAMETERS`, makes its core in `configure(parameters)` and its
-    subscriptions and publishers in `connect()`. Subscriptions exist only while the node is active.
+    A subclass names its parameter class in `PARAMETERS`, makes its core in `configure(parameters)`
+    and its subscriptions and publishers in `connect()`. Subscriptions exist only while the node is
+    active.
     """
 
     PARAMETERS: type
@@ -61,7 +62,9 @@ class BenchNode(LifecycleNode):
         needed: bool = True,
         raw: bool = False,
     ) -> None:
-        """Subscribe; a `needed` topic must have somebody who speaks before the graph is connected."""
+        """Subscribe; a `needed` topic must have somebody who speaks before the graph is
+        connected.
+        """
         quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
         subscription = self.create_subscription(
             msg_type, topic, callback, qos, event_callbacks=quiet, raw=raw
@@ -73,7 +76,9 @@ class BenchNode(LifecycleNode):
     def speak(
         self, msg_type: type, topic: str, qos: QoSProfile | int, *, needed: bool = False
     ) -> Callable:
-        """A publish function; `needed` topics must have a listener before the graph is connected."""
+        """A publish function; `needed` topics must have a listener before the graph is
+        connected.
+        """
         quiet = PublisherEventCallbacks(use_default_callbacks=False)
         publisher = self.create_publisher(msg_type, topic, qos, event_callbacks=quiet)
         if needed:
@@ -137,7 +142,9 @@ class BenchNode(LifecycleNode):
 
 
 def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields: Any) -> Any:
-    """Fill a service response of the bench, or one of std_srvs; `cycle`: from when it is in force."""
+    """Fill a service response of the bench, or one of std_srvs; `cycle`: from when it is in
+    force.
+    """
     if hasattr(response, "success"):
         response.success, response.message = accepted, reason
         return response

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One drive: the shell of `flatplank_hw.drive`. Other axes are this node with another name and file."""
+"""One drive: the shell of `flatplank_hw.drive`. Other axes are this node with another name and
+file.
+"""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import yaml
 
-from flatplank_hw.share import config_file
 from flatplank_hw.params import nearest
+from flatplank_hw.share import config_file
 
 FILE = "tires.yaml"
 
