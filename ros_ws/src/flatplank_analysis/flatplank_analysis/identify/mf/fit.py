@@ -209,16 +209,19 @@ def _report(output: str, problem: OutputProblem, solution: Solution) -> Fit:
     jac, residual = solution.jacobian[:n], solution.residual[:n]
     weak = np.diag(1.0 / (10.0 * problem.sizes) ** 2)
     cover = _covariance(problem, jac, residual, held, weak)
-    inner = [name for name, h in zip(names, held, strict=True) if not h]
-    sizes = problem.sizes[~held]
 
     def offers() -> list:
-        return proposals(problem.points, lambda p: _rows(problem, solution.x, p)[:, ~held])
+        return proposals(problem.points, lambda p: _rows(problem, solution.x, p))
 
-    stated = np.array([name in problem.priors for name in inner])
-    told = np.vstack([jac[:, ~held], np.sqrt(problem.prior_information(held))])
-    found, open_mask = confusions(inner, told, sizes, cover.correlation, offers)
-    open_mask = open_mask & ~stated
+    # With the coefficients that rest on a bound: holding one of a group that cannot be told apart
+    # makes the others look determined.
+    known = np.sqrt(problem.prior_information(np.zeros_like(held)))
+    correlation = np.eye(len(names))
+    correlation[np.ix_(~held, ~held)] = cover.correlation
+    told = np.vstack([jac, known])
+    found, open_mask = confusions(names, told, problem.sizes, correlation, offers)
+    stated = np.array([name in problem.priors for name in names])
+    open_mask = (open_mask & ~stated)[~held]
     estimates = _estimates(problem, solution, cover, held, open_mask)
     error = residual * problem.error_scale()
     return Fit(

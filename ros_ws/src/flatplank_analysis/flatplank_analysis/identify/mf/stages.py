@@ -131,7 +131,7 @@ STAGES: dict[str, Stage] = {
             "combined",
             {
                 "fx": "RBX1 RBX2 RCX1 REX1 RHX1",
-                "fy": "RBY1 RBY2 RBY3 RCY1 REY1 RHY1",
+                "fy": "RBY1 RBY2 RBY3 RCY1 RHY1",
                 "mz": "SSZ1 SSZ2",
             },
             _combined,
