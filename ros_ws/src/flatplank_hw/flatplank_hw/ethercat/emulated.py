@@ -22,6 +22,8 @@ from flatplank_hw.ethercat.programs import environment
 
 PATIENCE_MS = 12.0
 """how late an answer may be: emulator and master share a computer that has other work"""
+WAIT_MS = 1000.0
+"""longest wait for the answer of nodes that share the computer"""
 
 
 class EmulatorProcess:
@@ -81,13 +83,17 @@ class EmulatedBus:
         seed: int = 1,
         plant: str = "simulated",
         options: Mapping[str, str] | None = None,
+        wait_for_nodes: bool = False,
     ) -> None:
         """rate_hz 0: as in the bus file; plant: 'simulated' or module:function; options: of the
-        plant, for 'simulated' tire, preset, config. NamespaceError where none can be had."""
+        plant, for 'simulated' tire, preset, config; wait_for_nodes: a cycle starts at its time,
+        but not before the last one is answered. NamespaceError where none can be had."""
         self.bus_file = bus_file
         self.rate_hz = rate_hz
+        self.patience_ms = WAIT_MS if wait_for_nodes else 0.0
         self.namespace = BenchNamespace()
         words = ["--seed", str(seed), "--plant", plant, "--max-age-ms", str(PATIENCE_MS)]
+        words += ["--patience-ms", str(2.0 * self.patience_ms)]
         words += ["--rate", str(rate_hz)] if rate_hz else []
         for key, value in (options or {}).items():
             words += ["--option", f"{key}={value}"]
@@ -98,9 +104,13 @@ class EmulatedBus:
             raise
 
     def client(
-        self, fifo: bool = True, on_event: Callable[[dict[str, Any]], None] | None = None
+        self,
+        fifo: bool = True,
+        on_event: Callable[[dict[str, Any]], None] | None = None,
+        batch: int = 1,
     ) -> BusClient:
-        """A client for the master's end of the wire; not started yet."""
+        """A client for the master's end of the wire; not started yet. batch: the last of so many
+        cycles is answered."""
         return BusClient(
             self.bus_file,
             MASTER,
@@ -108,6 +118,8 @@ class EmulatedBus:
             fifo=fifo,
             slip=True,
             reply_timeout_ms=PATIENCE_MS,
+            patience_ms=self.patience_ms,
+            batch=batch,
             launch=self.namespace.enter,
             on_event=on_event,
         )

@@ -40,6 +40,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--max-age-ms", type=float, default=5.0, help="older frames are dropped")
+    parser.add_argument(
+        "--patience-ms", type=float, default=0.0, help="a master may be silent for so long"
+    )
     parser.add_argument("--fifo", action="store_true", help="SCHED_FIFO when allowed")
     parser.add_argument(
         "--with-parent", action="store_true", help="end when the standard input is closed"
@@ -58,7 +61,7 @@ def make(options: argparse.Namespace) -> Runner:
     bench = EmulatedBench(bus, plant)
     port = Port(options.interface)
     wire = Wire(max_age_ns=round(options.max_age_ms * 1e6), seed=options.seed)
-    runner = Runner(bench, wire, port)
+    runner = Runner(bench, wire, port, patience_ns=round(options.patience_ms * 1e6))
     if options.control:
         vocabulary = Vocabulary(
             Rig(bench, wire, port.set_link),

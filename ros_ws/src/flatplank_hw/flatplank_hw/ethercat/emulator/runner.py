@@ -22,7 +22,8 @@ SILENT_CYCLES = 5
 class Runner:
     """One thread, one loop."""
 
-    def __init__(self, bench: EmulatedBench, wire: Wire, port: Port) -> None:
+    def __init__(self, bench: EmulatedBench, wire: Wire, port: Port, patience_ns: int = 0) -> None:
+        """patience_ns: a shorter silence is none, for a master that waits for its nodes."""
         self.bench = bench
         self.wire = wire
         self.port = port
@@ -34,6 +35,7 @@ class Runner:
         self._wall = 0
         """wall time up to which bench time has gone [ns]"""
         self._silent = True
+        self._silence_ns = max(SILENT_CYCLES * bench.bus.period_ns, patience_ns)
         self._parent = -1
         self.stalled_ns = 0
         """wall time for which this process was not let run [ns]"""
@@ -82,7 +84,7 @@ class Runner:
     def _deadline(self) -> int:
         """When there is something to do even if nothing comes [ns]."""
         period = self.bench.bus.period_ns
-        until = self._wall + (period if self._silent else SILENT_CYCLES * period)
+        until = self._wall + (period if self._silent else self._silence_ns)
         due = self.wire.next_due
         return until if due is None else min(until, due)
 
@@ -111,7 +113,7 @@ class Runner:
     def _silence(self, now: int) -> None:
         """Without process data bench time follows the wall, so that watchdogs act."""
         period = self.bench.bus.period_ns
-        if not self._silent and now - self._wall >= SILENT_CYCLES * period:
+        if not self._silent and now - self._wall >= self._silence_ns:
             self._silent = True
         if self._silent:
             while now - self._wall >= period:

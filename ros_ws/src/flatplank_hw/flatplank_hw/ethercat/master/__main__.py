@@ -32,6 +32,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--fifo", action="store_true")
     parser.add_argument("--slip", action="store_true")
     parser.add_argument("--reply-timeout-ms", type=float, default=0.0)
+    parser.add_argument("--patience-ms", type=float, default=0.0)
+    parser.add_argument("--batch", type=int, default=1)
     return parser.parse_args(arguments)
 
 
@@ -49,7 +51,12 @@ def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> 
         raise BusError(f"{error}; install it: pip install pysoem") from None
     soem = SoemBus(bus, options.interface)
     soem.open()
-    timing = Timing(options.slip, options.reply_timeout_ms * 1e-3)
+    timing = Timing(
+        options.slip,
+        options.reply_timeout_ms * 1e-3,
+        options.patience_ms * 1e-3,
+        options.batch,
+    )
     loop = BusLoop(bus, soem, link, prepare(options.fifo, priority=50), timing)
     try:
         loop.start()

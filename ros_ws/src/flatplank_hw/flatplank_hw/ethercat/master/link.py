@@ -4,6 +4,7 @@ blocks."""
 
 from __future__ import annotations
 
+import select
 import socket
 from typing import Any
 
@@ -26,6 +27,12 @@ class ParentLink:
     def commands(self) -> list[AxisCommand]:
         """What came since the last look, oldest first."""
         return [messages.unpack_command(data) for data in self._drain(self._data)]
+
+    def await_commands(self, seconds: float) -> list[AxisCommand]:
+        """Likewise, but waits for one, at most so long [s]."""
+        if seconds > 0.0 and not self.parent_gone:
+            select.select([self._data], [], [], seconds)
+        return self.commands()
 
     def requests(self) -> list[dict[str, Any]]:
         """Requests since the last look."""

@@ -19,6 +19,7 @@ from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.pacing import CycleClock
 from flatplank_hw.ethercat.master.sdo import SdoQueue
 from flatplank_hw.ethercat.master.soem import SoemBus
+from flatplank_hw.ethercat.master.waiting import Waiting
 
 STATE_POLL = 10
 """AL states are read every so many cycles, and at once when something looks wrong"""
@@ -39,6 +40,10 @@ class Timing(NamedTuple):
     """after a stall the cycle numbers go on without a gap"""
     reply_timeout_s: float = 0.0
     """a later answer is lost; 0: 2 ms, at most 0.6 of the period [s]"""
+    patience_s: float = 0.0
+    """a cycle waits at most so long for the nodes' answer to the last one; 0: never [s]"""
+    batch: int = 1
+    """the nodes answer the last of so many cycles"""
 
 
 class Emergency(NamedTuple):
@@ -72,6 +77,7 @@ class BusLoop:
         self.health = Health.LOST
         self.inputs: BusInputs | None = None
         self.inbox = Inbox()
+        self.waiting = Waiting(timing.patience_s, timing.batch)
         self.timing = timing
         self.clock = CycleClock(bus.period_ns, time.perf_counter_ns(), timing.slip)
         self._patience = timing.reply_timeout_s or min(bus.period_ns * 0.6e-9, 0.002)
@@ -103,12 +109,17 @@ class BusLoop:
         pause = (self.clock.due() - time.perf_counter_ns()) * 1e-9
         if pause > 0:
             time.sleep(pause)
+        commands = self.waiting.hold(
+            self.clock.cycle + 1,
+            self.link.await_commands,
+            lambda: self.running and not self.link.parent_gone,
+        )
         now = time.perf_counter_ns()
         if self._last_start:
             self.cycle_times.add(now - self._last_start)
         self._last_start = now
         cycle = self.clock.advance(now)
-        self.inbox.take(self.link.commands())
+        self.inbox.take(commands)
         self._exchange(cycle)
         self.link.publish(self.guard.overlay(self.inputs))
         self._housekeeping(cycle)
@@ -226,6 +237,8 @@ class BusLoop:
             "received": m.received,
             "lost": m.lost,
             "missed": self.clock.missed,
+            "waited_ms": round(self.waiting.waited_ns / 1e6),
+            "given_up": self.waiting.given_up,
             "wrong_counter": m.wrong_counter,
             "stale": m.stale,
             "unread": self.link.unread,
