@@ -204,9 +204,10 @@ def _measure(truth: Truth, rng, plan, out, kappa, start) -> list[MeasurementTabl
     fx += truth.parasitic * np.cos(angle - 1.1)
     fz = out["load"] + 0.8 * truth.parasitic * np.cos(angle + 0.4)
     if truth.lag:
-        keep = np.exp(-DT / truth.lag)
+        keep, raw = np.exp(-DT / truth.lag), fx.copy()
         for i in range(1, samples):
-            fx[:, i] = keep * fx[:, i - 1] + (1.0 - keep) * fx[:, i]
+            mean = 0.5 * (raw[:, i - 1] + raw[:, i])
+            fx[:, i] = keep * fx[:, i - 1] + (1.0 - keep) * mean
     fy = 40.0 * (1.0 - np.exp(-out["plank"] / 0.3))
     fx += truth.crosstalk_fy * fy + truth.drift_runs * order[:, None]
     pulled = (out["plank"] > 2.0) & (out["plank"] < 2.8) & (kappa[:, None] > 0.0)

@@ -20,6 +20,11 @@ from flatplank_analysis.discovery.state import State
 
 FAMILY = 0.05
 STRETCHES = 5
+SAME = 0.015
+"""share of the drop by which the size may differ along the run: true effects 0-0.005, false ones
+0.3 and more"""
+PRIOR = 4.0
+"""degrees of freedom that the dispersion among repeats lends to that among conditions"""
 SHARE = 0.003
 """a further effect must bring this share of the chi2 that is explained already"""
 
@@ -116,13 +121,16 @@ def decide(
     kappa, freedom = _among_repeats(state, local, info)
     kappa_c, freedom_c = _among_conditions(state, local, info)
     p_r = _p_value(drop, k, kappa, freedom)
-    p_c = _p_value(drop, k, kappa_c, freedom_c)
+    # an effect that shows in two conditions leaves one degree of freedom: too few to be judged by
+    # themselves, so the dispersion is drawn towards that among repeats
+    drawn = (freedom_c * kappa_c + PRIOR * max(kappa, 1.0)) / (freedom_c + PRIOR)
+    p_c = _p_value(drop, k, drawn, freedom_c + PRIOR)
     level = FAMILY / max(looked_at, 1)
     stretch_q, stretch_n = _stretch_test(gram, base)
     condition_q, condition_n = _condition_test(state, local, info)
     worth = 12.0 if term.effect.kind == "tire" else 6.0
-    stretch_limit = worth * stretch_n + 0.005 * drop
-    condition_limit = worth * condition_n + 0.005 * drop
+    stretch_limit = worth * stretch_n + (5.0 if term.effect.local else 1.0) * SAME * drop
+    condition_limit = worth * condition_n + SAME * drop
     size, spread = term.size, _spread(state, fit, own, direction)
     matters = term.effect.main_parameter().matters
     decision = Decision(

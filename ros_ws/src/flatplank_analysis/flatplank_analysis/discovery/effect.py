@@ -41,6 +41,8 @@ class Effect:
     """a free form that explains nothing: only the law of the model is incomplete"""
     instances: ClassVar[int] = 1
     """how often it may be present at different places"""
+    local: ClassVar[bool] = False
+    """present at one place only: its size cannot be compared along the run"""
     order: ClassVar[int] = 0
     """hooks of a lower order act first"""
 

@@ -102,7 +102,7 @@ class Fitter:
         """Fit from the given start; every iteration lowers the sum of squares or ends.
 
         Rows of the Jacobian of `known`, a fit nearby, serve until they fail; between fresh
-        Jacobians Broyden's update is used. A quick fit ends at a gain below 0.2 % and carries the
+        Jacobians Broyden's update is used. A quick fit ends at a gain below 0.05 % and carries the
         rows of `known`, those of its new terms made afresh.
         """
         task = _Task(self, base, terms)
@@ -110,7 +110,7 @@ class Fitter:
         predicted = self.model.predict([task.lane(z)])[0]
         chi2 = self._chi2(predicted, z, task.entries)
         columns, fresh = self._first(task, z, predicted, known)
-        least = 2e-3 if quick else tolerance
+        least = 5e-4 if quick else tolerance
         count, was_fresh = 0, fresh
         while count < iterations:
             count += 1
@@ -123,7 +123,7 @@ class Fitter:
                 columns = _broyden(columns, moves[best] - z, tried[best] - predicted)
                 z, predicted, chi2 = moves[best], tried[best], values[best]
                 was_fresh, fresh = fresh, False
-            if gain > (0.01 if quick else 0.003) * chi2:
+            if gain > (5e-4 if quick else 3e-3) * chi2:
                 continue
             if gain > least * chi2 or (not quick and not (gain > 0.0 and was_fresh)):
                 if fresh:

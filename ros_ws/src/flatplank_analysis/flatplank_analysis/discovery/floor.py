@@ -27,7 +27,9 @@ class Floor:
     rmse_condition: np.ndarray
     """(conditions,) root mean square of the residual"""
     freedom: float
-    """number of repeat contrasts behind the floor (runs, not samples)"""
+    """independent numbers in the contrasts behind the floor"""
+    p_value: float
+    """of the hypothesis that the mean residual is no more than the floor allows"""
 
     @property
     def varying(self) -> float:
@@ -106,21 +108,24 @@ def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
     return contrast - (fit @ flat).reshape(contrast.shape)
 
 
-def floor_of(runs: RunSet, residual: np.ndarray, cleaned: np.ndarray) -> Floor:
+def floor_of(runs: RunSet, residual: np.ndarray, cleaned: np.ndarray, channel: int = 0) -> Floor:
     """Floor and unexplained part of one channel; residual and cleaned (runs, samples)."""
     counts = np.array([len(g) for g in runs.groups])
-    spare = sum((k - 1) for k in counts) * runs.samples
-    pure = float(np.sum(cleaned**2) / max(spare, 1))
-    raw = float(np.sum(runs.contrast(residual) ** 2) / max(spare, 1))
-    mean = runs.mean(residual)
-    beyond = np.mean(mean**2, axis=1) - pure / counts
+    spare = max(float(np.sum(counts - 1)), 1.0)
+    pure = float(np.sum(cleaned**2) / (spare * runs.samples))
+    raw = float(np.sum(runs.contrast(residual) ** 2) / (spare * runs.samples))
+    steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
+    square = np.mean(runs.mean(residual) ** 2, axis=1)
+    beyond = square - pure / counts - steps
     rms = np.sqrt([np.mean(residual[g] ** 2) for g in runs.groups])
-    total = float(np.average(beyond, weights=counts))
+    freedom = effective_freedom(runs, cleaned)
+    ratio = float(np.mean(np.maximum(square - steps, 0.0) * counts)) / max(pure, 1e-30)
     return Floor(
         floor=float(np.sqrt(pure)),
         raw=float(np.sqrt(raw)),
-        unexplained=float(np.sqrt(max(total, 0.0))),
+        unexplained=float(np.sqrt(max(float(np.average(beyond, weights=counts)), 0.0))),
         per_condition=np.sqrt(np.maximum(beyond, 0.0)),
         rmse_condition=rms,
-        freedom=float(np.sum(counts - 1)),
+        freedom=freedom,
+        p_value=float(f_distribution.sf(ratio, freedom * len(counts) / spare, freedom)),
     )

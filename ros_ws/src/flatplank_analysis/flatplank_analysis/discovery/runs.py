@@ -50,6 +50,9 @@ class RunSet:
     roughness: np.ndarray | None = None
     """(runs, samples) factor >= 1 on the noise where the model is known to be rough; for
     decisions only"""
+    input_noise: tuple[float, ...] = ()
+    """per channel: error of the prediction that the resolution of the inputs makes; it repeats
+    itself from run to run, so the repeats do not show it"""
     facts: Mapping[str, np.ndarray] = field(default_factory=dict)
     """numbers per run that effects may want (start angle, nominal load ...), shape (runs,)"""
 

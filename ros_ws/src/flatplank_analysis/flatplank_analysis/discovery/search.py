@@ -26,6 +26,7 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.errors import FlatplankError
 
 NEARLY_ALIKE = 0.8
+TWINS = 0.9995
 Progress = Callable[[str, float], None]
 
 
@@ -171,6 +172,11 @@ class _Searcher:
                 continue
             if len(effect.starts()) == 1 and _negligible(item):
                 continue
+            twin = next((i for i, o in enumerate(out) if _twins(step.screen, item, o)), None)
+            if twin is not None:
+                # the same in these data: the order of the alphabet, not that of the noise
+                out[twin] = min(out[twin], item, key=lambda s: s.identifier)
+                continue
             out.append(item)
             if len(out) == self.options.refits:
                 break
@@ -182,7 +188,9 @@ class _Searcher:
         starts = [term_of(item.candidate, item.sizes * s) for s in item.candidate.effect.starts()]
         if len(starts) > 1:
             starts = [line_search(self.model, state, item)]
-        return self.fitter.fit(own.base, [*own.terms, starts[0]], known=own, quick=True)
+        # a law moves the whole base along: the old derivatives serve for the machine only
+        quick = item.candidate.effect.kind != "tire" or item.candidate.effect.generic
+        return self.fitter.fit(own.base, [*own.terms, starts[0]], known=own, quick=quick)
 
     def preferred(
         self, tried: list[tuple[Decision, Fit]], step: Step
@@ -190,9 +198,6 @@ class _Searcher:
         """Acceptable refits by gain; a free law only when no named effect is acceptable."""
         good = [pair for pair in tried if _nearly(pair[0])]
         named = [p for p in good if not p[0].term.effect.generic]
-        if len(named) > 1 and named[1][0].drop > 0.99 * named[0][0].drop:
-            # equal in these data: the order of the alphabet, not that of the noise
-            named[:2] = sorted(named[:2], key=lambda p: p[0].term.effect.identifier)
         free = [p for p in good if p[0].term.effect.generic]
         return (named + free)[:3]
 
@@ -272,7 +277,15 @@ def line_search(model: Model, state: State, item: Screened) -> Term:
 def _nearly(decision: Decision) -> bool:
     """Good enough after the quick refit to deserve the full one."""
     hard = {"present, negligible", "at the end of its physical range"}
-    return not hard & set(decision.reasons) and decision.p_repeats < 1e-3
+    return not hard & set(decision.reasons) and decision.p_repeats < 0.02
+
+
+def _twins(ranking: Screen, one: Screened, other: Screened) -> bool:
+    """True when the model cannot but take one for the other."""
+    return (
+        screens.likeness(ranking, one, other) > TWINS
+        and screens.likeness(ranking, other, one) > TWINS
+    )
 
 
 def _negligible(item: Screened) -> bool:

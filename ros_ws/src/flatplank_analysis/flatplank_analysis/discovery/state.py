@@ -123,7 +123,7 @@ def make_state(model: Model, fitter: Fitter, fit: Fit, effects: Sequence[type[Ef
     for c in range(len(runs.channels)):
         alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
         cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
-        levels.append(floors.floor_of(runs, residual[c], cleaned[-1]))
+        levels.append(floors.floor_of(runs, residual[c], cleaned[-1], c))
     contrasts = np.stack(cleaned)
     whitener = noises.make_whitener(runs, noises.fit_noise(runs, contrasts, residual))
     stiff = stiff_columns(model, fit)

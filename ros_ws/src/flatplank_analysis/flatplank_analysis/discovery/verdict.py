@@ -188,7 +188,7 @@ def _open(last: Step, worst: float) -> str:
     """What is beyond the floor, in words; empty at the floor."""
     names = last.state.runs.channels
     for name, level in zip(names, last.state.floors, strict=True):
-        if level.unexplained > 0.3 * level.floor:
+        if level.unexplained > 0.3 * level.floor and level.p_value < 0.01:
             return f"{level.unexplained:.1f} is left in {name} (floor {level.floor:.1f})"
     main = last.state.floors[0]
     if worst > 2.0:

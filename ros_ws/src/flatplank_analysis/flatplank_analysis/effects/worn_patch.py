@@ -29,6 +29,7 @@ class WornPatch(TireEffect):
     removes = "New sandpaper."
     main = "depth"
     instances = 3
+    local = True
 
     depth: float = param(
         0.0,

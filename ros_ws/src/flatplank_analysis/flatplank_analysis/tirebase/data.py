@@ -21,6 +21,8 @@ from flatplank_analysis.tirebase.grid import (
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 START = 0.0005
 """[m] plank travel that counts as started"""
+STIFFNESS = 1.9e5
+"""[N/m] of a car tire in x for short waves: what a step of an encoder is worth"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5
 """[m], 1: over the first travel the locked tire is only roughly modelled, the same in all runs, so
 that no scatter would warn"""
@@ -98,7 +100,7 @@ def from_tables(tables: list[MeasurementTable]) -> TireRuns:
     count = min(len(n) for n in nodes)
     picked = [_pick(s, n[:count]) for s, n in zip(smooth, nodes, strict=True)]
     stack = {name: np.stack([p[name] for p in picked]) for name in picked[0]}
-    return _assemble(tables, stack)
+    return _assemble(tables, stack, np.array([float(s["step"]) for s in smooth]))
 
 
 def _smooth(table: MeasurementTable) -> dict[str, np.ndarray]:
@@ -115,8 +117,10 @@ def _smooth(table: MeasurementTable) -> dict[str, np.ndarray]:
     angle = columns[:, 1] - columns[0, 1]
     columns[:, 1] = angle * (1.0 if angle[-1] >= 0.0 else -1.0)
     speed = info.speed if np.isfinite(info.speed) else _speed(time, columns[:, 0])
-    time, columns = smooth_columns(time, columns, abs(speed), counted=(0, 1))
-    return {"time": time, "speed": np.array(abs(speed))} | {
+    time, columns, counted = smooth_columns(time, columns, abs(speed), counted=(0, 1))
+    radius = info.effective_rolling_radius if info.effective_rolling_radius > 0.0 else 0.3
+    step = float(np.hypot(counted[0], counted[1] * radius))
+    return {"time": time, "speed": np.array(abs(speed)), "step": np.array(step)} | {
         n: columns[:, i] for i, n in enumerate(names)
     }
 
@@ -160,7 +164,7 @@ def _nodes(smooth: dict, table: MeasurementTable, end: float) -> np.ndarray:
 
 
 def _pick(smooth: dict, nodes: np.ndarray) -> dict[str, np.ndarray]:
-    skip = ("time", "speed")
+    skip = ("time", "speed", "step")
     return {"time": nodes} | {
         k: np.interp(nodes, smooth["time"], v) for k, v in smooth.items() if k not in skip
     }
@@ -184,7 +188,9 @@ def _facts(tables: list[MeasurementTable]) -> dict[str, np.ndarray]:
     }
 
 
-def _assemble(tables: list[MeasurementTable], stack: dict[str, np.ndarray]) -> TireRuns:
+def _assemble(
+    tables: list[MeasurementTable], stack: dict[str, np.ndarray], steps: np.ndarray
+) -> TireRuns:
     facts = _facts(tables)
     position, angle = stack["plank_position"], stack["wheel_angle"]
     radius = facts["radius"]
@@ -212,6 +218,9 @@ def _assemble(tables: list[MeasurementTable], stack: dict[str, np.ndarray]) -> T
         used=np.ones(position.shape, dtype=bool),
         coordinates=_coordinates(stack, position, since, turn, slip, load, facts),
         units=("N",) * len(channels),
+        input_noise=tuple(
+            STIFFNESS * float(np.median(steps)) if n == "fx" else 0.0 for n in channels
+        ),
         roughness=1.0 + (START_ROUGH - 1.0) * (position < START_TRAVEL),
         facts=facts,
     )

@@ -93,10 +93,11 @@ def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
 
 def smooth_columns(
     time: np.ndarray, columns: np.ndarray, speed: float, counted: tuple[int, ...] = ()
-) -> tuple[np.ndarray, np.ndarray]:
-    """Filter and thin out one run: (time, columns) with columns of shape (samples, channels).
+) -> tuple[np.ndarray, np.ndarray, dict[int, float]]:
+    """Filter and thin out one run: (time, columns, noise), columns of shape (samples, channels).
 
-    counted: columns that come from counting encoders.
+    counted: columns that come from counting encoders; noise is what their steps leave of error
+    after the filter, by column.
     """
     dt = float(np.median(np.diff(time)))
     steps = {c: quantum(columns[:, c]) for c in counted}
@@ -105,7 +106,11 @@ def smooth_columns(
     time, columns = blocks(time, count), blocks(columns, count)
     for c, step in steps.items():
         columns[:, c] = unquantise(columns[:, c], step, stretch / (dt * count))
-    return time, gaussian(columns, FILTER * stretch / (dt * count))
+    width = FILTER * stretch / (dt * count)
+    # white error of step / sqrt(12) through block mean and Gaussian
+    share = np.sqrt(1.0 / (12.0 * count * max(2.0 * np.sqrt(np.pi) * width, 1.0)))
+    noise = {c: float(share * step) for c, step in steps.items()}
+    return time, gaussian(columns, width), noise
 
 
 def node_positions(step: float, end: float) -> np.ndarray:

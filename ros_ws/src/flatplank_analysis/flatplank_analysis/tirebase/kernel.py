@@ -149,14 +149,12 @@ def start_deflection(p):
 
 
 @njit(cache=True, nogil=True)
-def patch_length(k, load, friction, p, nominal):
-    """Relaxation length of the patch (7.17)-(7.19) [m]."""
-    theta = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * friction * nominal)
+def patch_length(k, theta, half):
+    """Relaxation length of the patch (7.17), (7.18) [m]."""
     near = abs(k) / (1.0 + k) if k > -0.5 else 2.0 * abs(k)
     # a smooth lower limit: with (7.18) as it is a sliding patch would vibrate from node to node
     free = 1.0 - theta * near
     m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + (free * free + 0.04) ** 0.5)
-    half = p[HALF] * (1.0 + 0.6 * (load / nominal - 1.0))
     return m * half / (1.0 + max(k, -0.5))
 
 
@@ -175,17 +173,25 @@ def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
         dw = dw - (creep - creep0)
     ds = max(ds + p[DENOM] * dw, 0.0)
     alpha, gamma = p[MEMORY] / 6.0, p[MEMORY] / 12.0
-    sigma = patch_length(k0, load, friction, p, nominal)
+    # (7.19) with the tread stiffness tied to the slip stiffness
+    theta = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * friction * nominal)
+    half = p[HALF] * (1.0 + 0.6 * (load / nominal - 1.0))
+    sigma = patch_length(k0, theta, half)
     late = 0.5
     if ds > 0.0:
         late = max(0.5, 1.0 - (sigma + max(slope0, 0.0) / p[CARCASS]) / ds)
-    k1, fk, xk, slope = k0, f0, x0, slope0
+    fk, xk, slope = f0, x0, slope0
     low, high = -1.0e3, 1.0e3
     t = 2.0 * sigma
-    patch = 0.0
+    # first guess: the law and the patch go on as they went
+    under = alpha * t + late * ds
+    rise = gamma * t * t + 0.5 * late * ds * t
+    patch = (late * ds * ds * k0 - ds * t * r0) / under
+    stiff = (rise + late * late * ds * ds) / under
+    k1 = k0 + (dw - patch) / (stiff + max(slope0, 0.0) / p[CARCASS])
     # safeguarded Newton: the left side grows with k1 as long as the law does not fall steeply
     for _ in range(60):
-        t = sigma + patch_length(k1, load, friction, p, nominal)
+        t = sigma + patch_length(k1, theta, half)
         under = alpha * t + late * ds
         rise = gamma * t * t + 0.5 * late * ds * t
         patch = (

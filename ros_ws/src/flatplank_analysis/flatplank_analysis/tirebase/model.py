@@ -186,7 +186,8 @@ class TireModel:
             force[:, :, n] = state[1]
 
     def _signal(self, base: dict, force: np.ndarray, deep: list) -> np.ndarray:
-        fx = force[0] + base["fx_offset"][:, None, None] * self._moving
+        rolling = base["fx_offset"][:, None, None] * self._moving
+        fx = force[0] + rolling + base["fx_zero"][:, None, None]
         signal = Signal(self.data, fx, force[1].copy(), np.zeros_like(fx), force[0], force[1])
         for effect, instance in deep:
             if effect.overrides("signal"):

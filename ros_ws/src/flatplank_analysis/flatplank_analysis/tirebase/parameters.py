@@ -27,6 +27,7 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         Parameter("memory", "1", 0.5, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
         Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
+        Parameter("fx_zero", "N", 0.0, -300.0, 300.0, 10.0),
     ]
     if "fy" in data.runs.channels:
         prior = np.inf if varied_alpha else 6.0 * load
