@@ -213,6 +213,7 @@ def test_full_disk_stops_with_an_error_and_keeps_what_is_written(tmp_path):
     assert [stamp for _, stamp, _ in messages] == list(range(len(messages)))
 
 
+@pytest.mark.long
 def test_writes_at_least_100_000_messages_a_second(tmp_path):
     """Ten times less than measured, so that a busy machine does not fail it."""
     bag = BagWriter(tmp_path, NAME, samples.TOPICS)

@@ -101,6 +101,7 @@ def test_unknown_topic_and_column_are_refused(tmp_path):
     assert samples.read(bag.path) == []
 
 
+@pytest.mark.long
 def test_twenty_times_real_time_with_bags(tmp_path):
     """11 topics at 250 Hz make 55,000 messages/s at 20 times; measured is ten times this bound."""
     topics = {f"/t{number}": samples.wrench_layout() for number in range(11)}

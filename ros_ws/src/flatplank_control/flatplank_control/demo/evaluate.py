@@ -8,6 +8,7 @@ from pathlib import Path
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.build import write
+from flatplank_analysis.report.results import CampaignResult
 from flatplank_control.demo.steps import Teller
 
 
@@ -19,4 +20,26 @@ def fit_and_report(
     campaign = Campaign.load(folder)
     result = analyse(campaign, jobs=jobs)
     page = write(result, out)
-    return page, [str(problem) for problem in campaign.problems]
+    return page, [*_found(result), *(str(problem) for problem in campaign.problems)]
+
+
+def _found(result: CampaignResult) -> list[str]:
+    """Slip stiffness, relaxation length and errors of the models, in words."""
+    point = result.nominal()
+    if point is None:
+        return []
+    lines = []
+    small = min(
+        (c for c in point.conditions if c.condition.kappa > 0), key=lambda c: c.condition.kappa
+    )
+    fit = small.linear.to_json()
+    lines.append(
+        f"linear model at {100 * small.condition.kappa:+g} %: "
+        + ", ".join(f"{k} {fit[k]:.4g}" for k in ("sigma", "slip_stiffness") if k in fit)
+    )
+    for model in point.models.values():
+        mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
+        lines.append(
+            f"{model.title}: RMSE in the transient part {mean:.0f} N (mean over the slips)"
+        )
+    return lines

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from inspect import iscoroutinefunction
 from typing import Any
@@ -14,13 +15,17 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException, ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.parent import end_with_parent
+
+LOOK_AT_SIGNALS = 0.1
+"""a node that hears nothing looks so often whether it shall end [s]"""
 
 
 class BenchNode(LifecycleNode):
@@ -159,12 +164,14 @@ def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields:
 def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     """Start a node, spin it until it is told to end, and let it finish its work.
 
-    Under `ros2 launch` Ctrl-C arrives twice in a row: only the first one counts.
+    Under `ros2 launch` Ctrl-C arrives twice in a row, and ROS must still be there when a node
+    closes its bag or its bus: so the signals only raise a flag.
     """
+    told_to_end = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: None)  # rclpy's own handler still ends the spin
+        signal.signal(number, lambda *_: told_to_end.set())
     end_with_parent()
-    rclpy.init(args=args)
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = make()
     except (ParameterException, InvalidParameterTypeException) as error:
@@ -175,11 +182,11 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     if isinstance(node, LifecycleNode) and node.get_parameter("autostart").value:
         ok = TransitionCallbackReturn.SUCCESS
         failed = node.trigger_configure() != ok or node.trigger_activate() != ok
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
     try:
-        if not failed:
-            rclpy.spin(node)
-    except ExternalShutdownException:
-        pass
+        while not failed and rclpy.ok() and not told_to_end.is_set():
+            executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)
     finally:
         finish = getattr(node, "finish", None)
         if finish is not None:

@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole graph on real EtherCAT frames: the same measurement as on the simulated plant."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from bench_graph import loopback, next_domain
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from std_srvs.srv import SetBool, Trigger
+
+from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.start_bench import StartBench
+from flatplank_control.nodes.client import BenchClient
+from flatplank_hw.ethercat.namespace import BenchNamespace, NamespaceError
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
+from flatplank_msgs.srv import (
+    PlankSwitch,
+    SdoRead,
+    SdoWrite,
+    SetOperationMode,
+    SetSlipStep,
+    SetValue,
+    StartRecording,
+    StopRecording,
+)
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+
+FZ = 1000.0
+KAPPA, RADIUS = 0.05, 0.3108
+ROLL_TO, STEP_AHEAD, STEP_TO = 0.04, 0.01, 0.05
+"""plank positions [m]: end of free rolling, step after the second start, end of the slip run"""
+ENABLED, FAULT = 4, 7
+RECORDS = {
+    "rolled": {"measurement": "free_rolling"},
+    "slipped": {"measurement": "slip", "kappa": KAPPA, "effective_rolling_radius": RADIUS},
+}
+NOISE_N = 12.0
+"""mean force over 10 mm of two runs with different noise [N]; a slip of 5 % makes hundreds"""
+SPEED_SHARE = 0.02
+"""the encoder gives the wheel's turn over the same 10 mm to 2 %"""
+
+
+class EmulatedGraph:
+    """The nodes, a client, and the latest samples."""
+
+    def __init__(self, client: BenchClient) -> None:
+        self.client = client
+        self.latest: dict[type, object] = {}
+        for kind, topic in {
+            EncoderState: "/encoders/state",
+            HubState: "/measurement_hub/state",
+            DriveStatus: "/wheel_drive/status",
+            DiagnosticArray: "/diagnostics",
+        }.items():
+            client.node.create_subscription(
+                kind, topic, lambda message, kind=kind: self.latest.update({kind: message}), STREAM
+            )
+
+    def until(self, kind: type, condition: Callable[[object], bool], seconds: float) -> object:
+        """The first sample that fulfils a condition; bench time, which the emulated bus keeps."""
+        self.latest.pop(kind, None)
+        start = None
+        while True:
+            self.client.spin(1.0)
+            message = self.latest.pop(kind, None)
+            if message is None:
+                continue
+            if condition(message):
+                return message
+            now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+            start = now if start is None else start
+            assert now - start < seconds, message
+
+    def ask(self, kind: type, name: str, /, **fields) -> object:
+        """A service that must say yes."""
+        answer = self.client.call(kind, name, timeout=20.0, **fields)
+        assert getattr(answer, "accepted", getattr(answer, "success", True)), (name, answer)
+        return answer
+
+    def record(self, name: str, drive_to: float, prepare: Callable[[], None]) -> str:
+        """One run: drive on, recorder on, plank to a position and at rest again; its bag."""
+        prepare()
+        self.ask(SetBool, "/wheel_drive/enable", data=True)
+        self.until(DriveStatus, lambda s: s.state == ENABLED, 2.0)
+        self.ask(
+            StartRecording,
+            "/recorder/start",
+            name=name,
+            record=yaml.safe_dump({"tire": "TOY", "fz": FZ, **RECORDS[name]}),
+            at_once=True,
+        )
+        self.plank(1)
+        self.until(EncoderState, lambda s: s.plank_position > drive_to, 10.0)
+        self.plank(0)
+        self.until(EncoderState, lambda s: not s.plank_moving, 5.0)
+        bag = self.ask(StopRecording, "/recorder/stop", status="complete").path
+        self.ask(SetBool, "/wheel_drive/enable", data=False)
+        self.until(DriveStatus, lambda s: s.state != ENABLED, 2.0)
+        return bag
+
+    def plank(self, direction: int) -> None:
+        self.ask(
+            PlankSwitch,
+            "/simulated_plant/plank",
+            direction=direction,
+            fast=True,
+            stop_at=math.nan,
+        )
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedGraph]:
+    """A running emulated bench in a domain of its own."""
+    try:
+        BenchNamespace().close()
+    except NamespaceError as error:
+        pytest.skip(str(error))
+    environment = loopback(next_domain())
+    for key, value in environment.items():
+        monkeypatch.setenv(key, value)
+    setup = BenchSetup(kind="emulated", data=str(tmp_path / "data"))
+    nodes = BenchProcesses(setup, environment=environment, log=tmp_path / "nodes.log")
+    with nodes, BenchClient() as client:
+        client.wait_connected(nodes.running, timeout=90.0)
+        yield EmulatedGraph(client)
+    assert not nodes.running
+
+
+def free_rolling(graph: EmulatedGraph) -> None:
+    graph.ask(SetOperationMode, "/wheel_drive/set_operation_mode", mode="free_rolling", value=0.0)
+
+
+def slip_step(graph: EmulatedGraph) -> None:
+    at = graph.until(EncoderState, lambda _: True, 1.0).plank_position + STEP_AHEAD
+    graph.ask(
+        SetSlipStep,
+        "/slip_sequencer/set_slip_step",
+        kappa=KAPPA,
+        start_position=at,
+        effective_rolling_radius=RADIUS,
+    )
+    graph.ask(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip", value=0.0)
+
+
+def on_the_plant() -> list[np.ndarray]:
+    """The same two runs on the simulated plant alone: plank, wheel angle, Fx."""
+    twin = StartBench(controller={"automatic": True}, sequencer={"follow_until": 0.25}, seed=2)
+    operator = twin.plant.operator
+    operator.load_to(FZ)
+    twin.until(lambda: operator.view.load_reached)
+
+    def run(mode: str, until: float) -> np.ndarray:
+        twin.drive.set_operation_mode(mode)
+        twin.drive.enable()
+        twin.until(lambda: twin.sample.state == ENABLED, 2.0)
+        operator.plank(1, fast=True)
+        rows = []
+        while twin.encoder_sample.plank_position <= until or not rows:
+            twin.cycle()
+            e = twin.encoder_sample
+            rows.append((e.plank_position, e.wheel_angle, twin.hub_sample.contact.fx))
+        operator.plank(0, fast=True)
+        twin.until(lambda: not twin.encoder_sample.plank_moving, 5.0)
+        twin.drive.disable()
+        twin.until(lambda: twin.sample.state != ENABLED, 2.0)
+        return np.array(rows)
+
+    first = run("free_rolling", ROLL_TO)
+    start = twin.encoder_sample.plank_position
+    twin.sequencer.set_slip_step(KAPPA, start + STEP_AHEAD, RADIUS)
+    return [first, run("slip", start + STEP_TO)]
+
+
+def rows_of(bag: str) -> np.ndarray:
+    """What the analysis reads from the bag: plank, wheel angle, Fx."""
+    campaign = Campaign.load(bag)
+    assert not campaign.problems, campaign.problems
+    table: MeasurementTable = campaign.runs[0].table()
+    record = yaml.safe_load((Path(bag) / "run.yaml").read_text(encoding="utf-8"))
+    assert (record["status"], record["cycles_lost"]) == ("complete", 0), record
+    return np.column_stack([table[k] for k in ("plank_position", "wheel_angle", "fx")])
+
+
+def assert_same(bus: np.ndarray, plant: np.ndarray, what: str) -> None:
+    """Over pieces of 10 mm of plank travel: mean force, and turn of the wheel."""
+    low = max(bus[0, 0], plant[0, 0])
+    high = min(bus[:, 0].max(), plant[:, 0].max())
+    edges = np.arange(low, high, 0.01)
+    assert edges.size >= 3, (what, low, high)
+
+    def pieces(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        inside = [(rows[:, 0] >= a) & (rows[:, 0] < b) for a, b in pairwise(edges)]
+        turns = [np.ptp(rows[i, 1]) / np.ptp(rows[i, 0]) for i in inside]
+        return np.array([rows[i, 2].mean() for i in inside]), np.array(turns)
+
+    (force, turn), (force_plant, turn_plant) = pieces(bus), pieces(plant)
+    print(what, force, force_plant, turn, turn_plant)
+    np.testing.assert_allclose(force, force_plant, atol=NOISE_N, err_msg=what)
+    np.testing.assert_allclose(turn, turn_plant, rtol=SPEED_SHARE, err_msg=what)
+
+
+def sdo(graph: EmulatedGraph) -> None:
+    """Objects of the drive, read and written while the bus runs."""
+    drive = {"slave": "wheel_drive", "index": 0x6085, "subindex": 0}
+    name = "/ethercat_bus/sdo_read"
+    data = bytes(graph.ask(SdoRead, name, **drive).data)
+    other = bytes([data[0] ^ 1]) + data[1:]
+    graph.ask(SdoWrite, "/ethercat_bus/sdo_write", **drive, data=other)
+    assert bytes(graph.ask(SdoRead, name, **drive).data) == other
+    for bad, word in (({"slave": "wheel_driv"}, "wheel_drive"), ({"index": 0x5FFF}, "exist")):
+        refused = graph.client.call(SdoRead, name, **{**drive, **bad})
+        assert not refused.accepted and word in refused.reason, refused
+
+
+def emergency_stop(graph: EmulatedGraph) -> None:
+    """A real stop stays until an explicit reset, also when its cause is gone."""
+
+    def reached(state: int) -> None:
+        graph.until(DriveStatus, lambda s: s.state == state, 2.0)
+
+    enable, stop = "/wheel_drive/enable", "/simulated_plant/emergency_stop"
+    graph.ask(SetBool, enable, data=True)
+    reached(ENABLED)
+    graph.ask(SetBool, stop, data=True)
+    reached(FAULT)
+    graph.ask(SetBool, stop, data=False)
+    refused = graph.client.call(SetBool, enable, data=True)
+    assert not refused.success and "reset" in refused.message, refused
+    graph.ask(Trigger, "/wheel_drive/reset_fault")
+    graph.until(DriveStatus, lambda s: s.state < ENABLED, 2.0)
+    graph.ask(SetBool, enable, data=True)
+    reached(ENABLED)
+
+
+def test_the_bench_measures_on_ethercat_as_on_the_simulated_plant(
+    bench: EmulatedGraph, tmp_path: Path
+) -> None:
+    bench.ask(SetValue, "/simulated_plant/load_to", value=FZ)
+    bench.until(HubState, lambda s: abs(s.fz_filtered - FZ) < 0.02 * FZ, 30.0)
+    rolled = bench.record("rolled", ROLL_TO, lambda: free_rolling(bench))
+    slipped = bench.record("slipped", ROLL_TO + STEP_TO, lambda: slip_step(bench))
+    sdo(bench)
+    emergency_stop(bench)
+    diagnostics = bench.until(DiagnosticArray, lambda _: True, 5.0)
+    (status,) = diagnostics.status
+    values = {pair.key: pair.value for pair in status.values}
+    assert status.level == DiagnosticStatus.OK and values["health"] == "OK", status
+    assert int(values["sent"]) == int(values["received"]) + int(values["lost"])
+    for bag, rows in zip((rolled, slipped), on_the_plant(), strict=True):
+        assert_same(rows_of(bag), rows, Path(bag).name)
+
+
+REFUSED = {
+    "no interface given": ({"interface": ""}, "ip link"),
+    "no such interface": ({"interface": "fpnone0"}, "is not there; found"),
+    "name over 15 characters": ({"interface": "enp0s31f6-bench-1"}, "at most 15 characters"),
+    "no slaves": ({"interface": "lo"}, "slave"),
+    "no such bus file": ({"interface": "lo", "bus_file": "benhc"}, "benhc"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_bus_that_cannot_be_ends_the_node_with_one_line(case: str, tmp_path: Path) -> None:
+    parameters, reason = REFUSED[case]
+    file = tmp_path / "bus.yaml"
+    file.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}), encoding="utf-8")
+    words = [sys.executable, "-m", "flatplank_hw.nodes.ethercat_bus", "--ros-args"]
+    done = subprocess.run(
+        [*words, "--params-file", str(file)],
+        env={**os.environ, **loopback(next_domain())},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    lines = [line for line in done.stderr.splitlines() if "not configured" in line]
+    assert (done.returncode, len(lines)) == (1, 1), done.stderr
+    assert reason in lines[0]
+    assert "Traceback" not in done.stderr
