@@ -32,10 +32,10 @@ def _found(result: CampaignResult) -> list[str]:
     small = min(
         (c for c in point.conditions if c.condition.kappa > 0), key=lambda c: c.condition.kappa
     )
-    fit = small.linear.to_json()
+    fit = small.linear
     lines.append(
-        f"linear model at {100 * small.condition.kappa:+g} %: "
-        + ", ".join(f"{k} {fit[k]:.4g}" for k in ("sigma", "slip_stiffness") if k in fit)
+        f"linear model at {100 * small.condition.kappa:+g} %: relaxation length "
+        f"{fit.sigma.value:.3f} m, slip stiffness {fit.slip_stiffness.value / 1000:.1f} kN"
     )
     for model in point.models.values():
         mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
