@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `flatplank VERB ...`: finds the verb among the installed packages and runs it.
 
-A verb is an entry point of the group `flatplank.verbs`: a module with `main(argv) -> exit code`. With this package
-alone there are the verbs of the analysis; the bench's packages add theirs.
-Exit codes: 0 done, 1 the input or the bench is at fault (one line on stderr says how), 2 nothing could be used or
-the command line is wrong, 130 stopped by Ctrl-C. A verb may give others their own meaning.
+A verb is an entry point of the group `flatplank.verbs`: a module with `main(argv) -> exit code`.
+With this package alone there are the verbs of the analysis; the bench's packages add theirs.
+Exit codes: 0 done, 1 the input or the bench is at fault (one line on stderr says how), 2 nothing
+could be used or the command line is wrong, 130 stopped by Ctrl-C. A verb may give others their own
+meaning.
 """
 
 from __future__ import annotations
@@ -28,7 +29,9 @@ def verbs() -> dict[str, EntryPoint]:
 
 
 def summary(entry: EntryPoint) -> str:
-    """First line of the verb's docstring, read without importing it: listing must not load the world."""
+    """First line of the verb's docstring, read without importing it: listing must not load the
+    world.
+    """
     spec = find_spec(entry.module)
     if spec is None or spec.origin is None:
         return "(not installed)"
