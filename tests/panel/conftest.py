@@ -133,7 +133,7 @@ def visitor(chromium, address):
 def operator(visitor, observer):
     """In charge of a running bench, wheel lifted, drive disabled, plank at rest."""
     who = visitor()
-    wait_for(lambda: "nobody" in who.page.locator("header").text_content(), 10.0, "charge is free")
+    wait_for(lambda: "nobody" in who.page.locator("header").text_content(), 20.0, "charge is free")
     who.take()
     if not observer.running:
         # a slower bus leaves the machine of a test some room; nothing here depends on the rate
@@ -149,12 +149,33 @@ def operator(visitor, observer):
 
 
 def enable(who: Clicker, observer) -> None:
+    """Enabled and at rest: a drive goes on with the set-point of its mode when it is enabled."""
+
     def click() -> None:
         who.tab("Drive")
+        who.click("Reset fault")
         who.click("Enable")
 
-    click()
+    who.tab("Drive")
+    who.fill("Velocity [rad/s]", 0)
+    who.click("Set velocity")
+    who.click("Enable")
     observer.wait(observer.enabled, 60.0, "operation enabled at the drive", again=click)
+    observer.wait(lambda: abs(observer.speed()) < 1e-3, 20.0, "the shaft rests")
+
+
+def rest(who: Clicker, observer) -> None:
+    """Disabled, and nothing is asked for that would begin with the next enable."""
+
+    def click() -> None:
+        who.tab("Drive")
+        who.click("Disable")
+
+    click()
+    observer.wait(lambda: not observer.enabled(), 30.0, "drive disabled", again=click)
+    observer.wait(lambda: abs(observer.speed()) < 1e-3, 20.0, "the shaft rests")
+    who.fill("Velocity [rad/s]", 0)
+    who.click("Set velocity")
 
 
 @pytest.fixture
@@ -163,6 +184,4 @@ def enabled(operator, observer):
     operator.tab("Drive")
     enable(operator, observer)
     yield operator
-    operator.tab("Drive")
-    operator.click("Disable")
-    observer.wait(lambda: not observer.enabled(), what="drive disabled")
+    rest(operator, observer)

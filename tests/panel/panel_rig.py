@@ -175,9 +175,10 @@ class Observer:
         self.look(0.3)
         return "inputs" in self.latest
 
-    def turns(self) -> float:
-        """Angle of the motor shaft on the wheel's side [rad], from the raw counts."""
-        return math.tau * self.inputs.axes[0].position / MOTOR_TURN
+    def turned(self, since: int) -> float:
+        """Of the shaft since the motor's raw counts were `since` [deg]; right up to 60 deg."""
+        moved = (self.inputs.axes[0].position - since + 2**31) % 2**32 - 2**31
+        return 360.0 * moved / MOTOR_TURN
 
     def speed(self) -> float:
         """Of the wheel by the raw counts of the motor, over some 0.3 s [rad/s]."""

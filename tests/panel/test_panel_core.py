@@ -129,10 +129,10 @@ def test_one_in_charge_until_it_is_silent():
     charge.take("a", "first", 0.0)
     with pytest.raises(NotInCharge, match="first is in charge"):
         charge.take("b", "second", PATIENCE - 0.1)
-    assert charge.beat("a", 1.9) and not charge.beat("b", 1.9)
-    assert not charge.expire(3.8)
-    assert charge.expire(4.0)
-    charge.take("b", "second", 4.1)
+    assert charge.beat("a", 1.0) and not charge.beat("b", 1.0)
+    assert not charge.expire(0.9 + PATIENCE)
+    assert charge.expire(1.1 + PATIENCE)
+    charge.take("b", "second", 1.2 + PATIENCE)
     with pytest.raises(NotInCharge):
         charge.check("a")
     charge.check("b")

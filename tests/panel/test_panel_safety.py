@@ -16,6 +16,7 @@ def turn(who, observer) -> None:
     who.fill("Velocity [rad/s]", 0.08)
 
     def click() -> None:
+        who.click("Reset fault")
         who.click("Enable")
         who.page.wait_for_timeout(500)
         who.click("Set velocity")
@@ -40,7 +41,7 @@ def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
     assert time.monotonic() - gone < 2.5
     assert not observer.enabled()
     wait_for(
-        lambda: "nobody" in operator.page.locator("header").text_content(), 10.0, "charge is free"
+        lambda: "nobody" in operator.page.locator("header").text_content(), 20.0, "charge is free"
     )
     operator.take()
 

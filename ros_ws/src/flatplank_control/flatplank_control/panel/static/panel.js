@@ -34,6 +34,8 @@
     } else {
       fp.signals.forEach((s) => setText("key", s.key, "–"));
     }
+    for (const e of document.querySelectorAll("[data-word]"))
+      if (!(e.dataset.word in message.words)) setText("word", e.dataset.word, "–");
     for (const [word, text] of Object.entries(message.words)) setText("word", word, text || "–");
     document.body.dataset.live = message.live ? "yes" : "no";
     if (fresh.length || message.redraw) fp.draw();
