@@ -48,6 +48,8 @@ class SourceNode(BenchNode):
             self.join.put("encoders", sample.stamp_ns, sample)
 
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
+        if any(sample is None for sample in latest.values()):
+            return  # the first cycle came with less than all: nothing to say of it yet
         reference: Reference = self.compute(latest)
         convert.reference_to_msg(reference, self.message)
         self.publish(self.message)

@@ -15,6 +15,8 @@ from flatplank_hw.bus.image import AxisCommand
 
 LOOK_S = 0.05
 """so often a wait looks whether the bus shall end [s]"""
+SHORTEST_NS = 10_000_000
+"""the wait for somebody who is silent cycle after cycle [ns]"""
 
 
 class Waiting:
@@ -22,7 +24,7 @@ class Waiting:
     speaks."""
 
     def __init__(self, patience_s: float, batch: int = 1) -> None:
-        """patience_s: longest wait for one answer, 0: none; batch: only the last of so many cycles
+        """patience_s: longest wait for another answer, 0: none; batch: the last of so many cycles
         is answered."""
         self.patience_s = patience_s
         self.batch = batch
@@ -30,6 +32,7 @@ class Waiting:
         """wall time beyond the period that answers took [ns]"""
         self.given_up = 0
         """waits that ended without an answer"""
+        self._limit_ns = self._longest_ns = round(patience_s * 1e9)
         self._answered: dict[int, int] = {}
 
     def note(self, commands: Iterable[AxisCommand]) -> None:
@@ -51,16 +54,30 @@ class Waiting:
         that time."""
         found = take(0.0)
         self.note(found)
-        if not self.patience_s or not self.lacking(cycle):
+        if not self.patience_s or not self._answered:
             return found
-        start = time.perf_counter_ns()
-        end = start + round(self.patience_s * 1e9)
-        while go_on() and self.lacking(cycle) and time.perf_counter_ns() < end:
-            more = take(LOOK_S)
+        if not self.lacking(cycle):
+            self._limit_ns = self._longest_ns
+            return found
+        start = now = time.perf_counter_ns()
+        end = start + self._limit_ns
+        while go_on() and self.lacking(cycle) and now < end:
+            more = take(min(LOOK_S, (end - now) * 1e-9))
             self.note(more)
             found += more
+            now = time.perf_counter_ns()
+            if more:
+                # somebody catches up, and shall
+                end = now + self._limit_ns
         self.waited_ns += time.perf_counter_ns() - start
-        for axis in self.lacking(cycle) if go_on() else ():
-            del self._answered[axis]
-            self.given_up += 1
+        self._conclude(self.lacking(cycle) if go_on() else [])
         return found
+
+    def _conclude(self, silent: list[int]) -> None:
+        """Who is silent cycle after cycle is waited for ever shorter, so that bench time goes on
+        and the rules on old commands act."""
+        self.given_up += len(silent)
+        for axis in silent:
+            del self._answered[axis]
+        shorter = max(self._limit_ns // 2, SHORTEST_NS)
+        self._limit_ns = shorter if silent else self._longest_ns
