@@ -39,6 +39,8 @@ class Effect:
     """parameter that is the size; empty: the first one"""
     generic: ClassVar[bool] = False
     """a free form that explains nothing: only the law of the model is incomplete"""
+    law: ClassVar[bool] = False
+    """a piece of the model's own law: what it alone explains is no fault of the machine"""
     instances: ClassVar[int] = 1
     """how often it may be present at different places"""
     local: ClassVar[bool] = False

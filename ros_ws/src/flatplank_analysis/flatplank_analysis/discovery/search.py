@@ -26,7 +26,7 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.errors import FlatplankError
 
 NEARLY_ALIKE = 0.8
-TWINS = 0.9995
+TWINS = 0.995
 Progress = Callable[[str, float], None]
 
 
@@ -63,6 +63,8 @@ class Search:
     looked_at: int
     first_ranking: float
     """seconds until the first ranking was there"""
+    polished: State | None = None
+    """the end of the search with all pieces of the law set free: what they take is no fault"""
 
     @property
     def last(self) -> Step:
@@ -93,6 +95,23 @@ def run_search(
     if not model.runs.repeated:
         raise FlatplankError("no repeats", "campaign", "repeat at least one condition")
     return _Searcher(model, list(effects), options).run()
+
+
+def polish(search: Search) -> State | None:
+    """Set free every piece of the law; None when there is none."""
+    last = search.last.state
+    present = {t.effect for t in last.fit.terms}
+    pieces = [e for e in search.effects if e.law and e not in present]
+    if not pieces:
+        return None
+    terms = [
+        Term(e, e.vector(e.variants(search.model.runs, last.residual)[0]), e.held())
+        for e in pieces
+    ]
+    weight = channel_weights(search.model.runs, [f.floor for f in last.floors])
+    fitter = Fitter(search.model, weight)
+    fit = fitter.fit(last.fit.base, [*last.fit.terms, *terms], iterations=10)
+    return make_state(search.model, fitter, fit, [])
 
 
 class _Searcher:
@@ -170,7 +189,7 @@ class _Searcher:
             effect = item.candidate.effect
             if item.gain < 15.0 or item.visible < screens.VISIBLE:
                 continue
-            if len(effect.starts()) == 1 and _negligible(item):
+            if len(effect.starts()) == 1 and negligible(item):
                 continue
             twin = next((i for i, o in enumerate(out) if _twins(step.screen, item, o)), None)
             if twin is not None:
@@ -288,7 +307,8 @@ def _twins(ranking: Screen, one: Screened, other: Screened) -> bool:
     )
 
 
-def _negligible(item: Screened) -> bool:
+def negligible(item: Screened) -> bool:
+    """True when the screened size is far below the one that matters."""
     effect = item.candidate.effect
     matters = effect.main_parameter().matters
     named = {

@@ -13,7 +13,8 @@ from flatplank_analysis.discovery import decide, where
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.search import Found, Search, Step
+from flatplank_analysis.discovery.search import Found, Search, Step, polish
+from flatplank_analysis.discovery.state import State
 
 AT_FLOOR = "at floor"
 FOUND = "found"
@@ -128,8 +129,9 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     runs = search.model.runs
     levels = last.state.floors[0]
     residual = last.state.residual[0]
-    worst = where.worst_bin(runs, residual, levels.floor)
-    verdict, reason = _verdict(search, last, worst)
+    if not undecidable(runs) and _open(last.state, bool(last.found)):
+        search.polished = polish(search)
+    verdict, reason = _verdict(search, last)
     maps = where.make_maps(runs, residual, levels.floor)
     found_events = where.events(runs, residual, levels.floor)
     period, share = _period(runs, residual, verdict)
@@ -158,44 +160,54 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     )
 
 
-def _verdict(search: Search, last: Step, worst: float) -> tuple[str, str]:
+def _verdict(search: Search, last: Step) -> tuple[str, str]:
     why = undecidable(search.model.runs)
     if why:
         return UNDECIDED, why
     level = last.state.floors[0]
-    open_ = _open(last, worst)
+    left = _open(last.state, bool(last.found))
+    lawful = bool(left) and search.polished is not None and not _open(search.polished, True)
+    slight = lawful and _slight(last.state)
     named = [f for f in last.found if not f.decision.term.effect.generic]
-    free = [f for f in last.found if f.decision.term.effect.generic]
     if not last.found:
-        if not open_:
+        if not left:
             return AT_FLOOR, f"nothing is left beyond the floor of {level.floor:.1f}"
-        return NONE, f"{open_}; no effect of the library explains it"
-    if not named and free:
-        if open_:
-            return PARTLY, f"the force law is incomplete, and {open_}"
+        if slight:
+            return AT_FLOOR, f"{left}; a slightly other force law takes it"
+        if lawful:
+            return LAW, f"{left}; a force law of another form takes it, the machine is fine"
+        return NONE, f"{left}; no effect of the library explains it"
+    if left and not lawful:
+        return PARTLY, left
+    if not named:
         return LAW, "the machine is fine; the force law is of another form"
     crowd = max(len(f.alike) for f in named)
-    if open_:
-        return PARTLY, open_
+    rest = "; the rest is the form of the force law" if left else ""
     if crowd + 1 > LARGEST_CLASS:
         return GROUP, "more than four effects look alike in these runs: no answer, see next run"
     if crowd:
-        return GROUP, "some effects cannot be told apart with these runs"
-    return FOUND, "down to the floor"
+        return GROUP, "some effects cannot be told apart with these runs" + rest
+    return FOUND, "down to the floor" + rest
 
 
-def _open(last: Step, worst: float) -> str:
+def _slight(state: State) -> bool:
+    """True when what is left would pass as the form of the law without further talk."""
+    main = state.floors[0]
+    worst = where.worst_bin(state.runs, state.residual[0], main.floor)
+    return main.unexplained < 0.5 * main.floor and worst < 4.0
+
+
+def _open(state: State, found: bool) -> str:
     """What is beyond the floor, in words; empty at the floor."""
-    names = last.state.runs.channels
-    for name, level in zip(names, last.state.floors, strict=True):
+    names = state.runs.channels
+    for name, level in zip(names, state.floors, strict=True):
         if level.unexplained > 0.3 * level.floor and level.p_value < 0.01:
             return f"{level.unexplained:.1f} is left in {name} (floor {level.floor:.1f})"
-    main = last.state.floors[0]
+    main = state.floors[0]
+    worst = where.worst_bin(state.runs, state.residual[0], main.floor)
     if worst > 2.0:
         return f"a stretch of 5 cm in {names[0]} is {worst:.1f} floors off"
-    if last.found or main.varying < 0.25 * main.floor:
-        return ""
-    if main.varying >= 0.6 * main.floor:
+    if not found and main.varying >= 0.6 * main.floor:
         return f"{main.varying:.1f} in {names[0]} differs between repeats in an ordered way"
     return ""
 

@@ -23,6 +23,7 @@ class CarcassCreep(TireEffect):
     title = "Creep of the carcass"
     kind = "tire"
     coordinate = "time"
+    law = True
     source = "REFERENCE 6, the tire itself"
     what = "Rubber creeps: the deflection goes on under a constant force."
     check = "The same run at 0.0015 m/s; hold the standing tire under a force."

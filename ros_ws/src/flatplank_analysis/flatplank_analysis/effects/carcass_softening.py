@@ -20,6 +20,7 @@ class CarcassSoftening(TireEffect):
     title = "The carcass softens with the force"
     kind = "tire"
     coordinate = "distance since the step"
+    law = True
     source = "REFERENCE 6, the tire itself"
     what = "A carcass is not a straight spring: large forces deflect it more."
     check = "Stiffness test of the standing tire to large forces."

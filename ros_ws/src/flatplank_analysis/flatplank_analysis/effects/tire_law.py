@@ -24,6 +24,7 @@ class FreeLaw(TireEffect):
     title = "The force law is of another form"
     kind = "tire"
     coordinate = "slip level"
+    law = True
     source = "thesis 7.2: look-up table of the steady force; DISCOVERY 1"
     what = (
         "The machine is fine; the symmetric force law of the base is not the law of this "

@@ -151,11 +151,13 @@ class TireModel:
             todo = _todo(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
             order = np.repeat(todo, runs, axis=1)
             cuts = np.linspace(0, count, 1 + 4 * THREADS).astype(int)
-            args = (ds, dw, dt, load, friction, block, nominal, SPEED, order, force)
-            jobs = [
-                _POOL.submit(kernel.sweep, *args, a, b)
-                for a, b in zip(cuts[:-1], cuts[1:], strict=True)
-            ]
+
+            def part(first: int, last: int) -> None:
+                kernel.sweep(
+                    ds, dw, dt, load, friction, block, nominal, SPEED, order, force, first, last
+                )
+
+            jobs = [_POOL.submit(part, a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
             for job in jobs:
                 job.result()
             shaped = force.reshape(2, lanes, runs, samples)

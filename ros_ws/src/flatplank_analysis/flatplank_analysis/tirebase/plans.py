@@ -36,7 +36,8 @@ def plans_for(model: TireModel) -> list[Plan]:
     common["step_position"] = usual
     levels = sorted({float(k) for k in np.round(data.kappa, 4)}, key=abs)
     out: list[Plan] = []
-    for kappa in levels[: 1 + 2 * 4]:
+    # the smallest slips show play best, the largest ones friction
+    for kappa in dict.fromkeys([*levels[:3], *levels[-2:]]):
         base = common | {"kappa": kappa}
         out.append(_plan(model, f"slip {100 * kappa:+g} % once more", base))
         for step in (usual - 0.6, usual + 0.7):

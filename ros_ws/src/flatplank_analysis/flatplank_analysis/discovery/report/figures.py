@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.decide import amplitude
-from flatplank_analysis.discovery.search import Search
+from flatplank_analysis.discovery.search import Search, negligible
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
 
@@ -85,13 +85,12 @@ def ranking(search: Search, count: int = 12) -> Figure:
         color = COLORS[item.candidate.effect.kind]
         gain = refits[name].drop if name in refits else item.gain
         axes.barh(i, max(gain, 1.0), color=color, alpha=1.0 if name in found else 0.35)
-        text = (
-            "accepted"
-            if name in found
-            else "; ".join(refits[name].reasons[:1])
-            if (name in refits)
-            else ""
-        )
+        if name in found:
+            text = "accepted"
+        elif name in refits:
+            text = "; ".join(refits[name].reasons[:1])
+        else:
+            text = "of no consequence" if negligible(item) else ""
         axes.text(max(gain, 1.0) * 1.1, i, text, va="center", fontsize=7, color=GREY)
     axes.set_xscale("log")
     axes.set_yticks(range(len(items)), [i.identifier for i in items], fontsize=8)
@@ -125,9 +124,12 @@ def collapse(search: Search, number: int) -> Figure:
             label = short(runs.condition_names[i]) if k == 0 else None
             axes.plot(x[order], y[order], ".", ms=1.5, color=color, alpha=0.5)
             axes.plot(x[order], p[order], "-", lw=0.9, color=color, label=label)
+    shown = coordinate.values[np.abs(part) > 0.03 * np.abs(part).max()]
+    low, high = np.quantile(shown, (0.002, 0.998)) if len(shown) else axes.get_xlim()
+    axes.set_xlim(low - 0.3 * (high - low), high + 0.3 * (high - low))
     axes.set_xlabel(f"{name} [{coordinate.unit}]", fontsize=9)
     axes.set_ylabel("Fx: left without it (dots), effect (line) [N]", fontsize=8)
-    axes.legend(fontsize=7, frameon=False, ncols=5)
+    figure.legend(fontsize=7, frameon=False, ncols=9, loc="outside upper center")
     _clean(axes)
     return figure
 
