@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from flatplank_control.panel.access import is_loopback
+from flatplank_hw.parent import end_with_parent
 
 
 def parser() -> argparse.ArgumentParser:
@@ -29,6 +30,7 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     """Serve until Ctrl-C."""
     o = parser().parse_args(argv)
+    end_with_parent()
     token = o.token or ("" if is_loopback(o.host) else secrets.token_urlsafe(24))
     try:
         o.data.mkdir(parents=True, exist_ok=True)
