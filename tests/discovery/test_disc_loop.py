@@ -40,7 +40,8 @@ def test_loop(folder, tmp_path, capsys):
     model = tmp_path / "model.yaml"
     assert compare.main([str(folder), "--json"]) == 0
     before = _json(capsys)
-    assert before["unexplained"] > before["floor"]
+    # the limit of the verdict "at floor"
+    assert before["unexplained"] > 0.3 * before["floor"]
     assert len(before["conditions"]) == len(SMALL)
 
     assert add.main(["drive_backlash", str(folder), "--model", str(model), "--json"]) == 0

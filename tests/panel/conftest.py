@@ -58,7 +58,9 @@ def chromium():
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        # the libraries of the ROS wheels are not for the browser
+        env = {k: v for k, v in os.environ.items() if k != "LD_LIBRARY_PATH"}
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS, env=env)
         yield browser
         browser.close()
 

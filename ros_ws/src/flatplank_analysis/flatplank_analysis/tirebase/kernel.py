@@ -206,7 +206,8 @@ def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
             low = k1
         stiff = (rise + late * late * ds * ds) / under
         trial = k1 - miss / (stiff + max(slope, 0.0) * flex)
-        if (trial <= low or trial >= high) and high - low < 1.0e3:
+        # halve only between two known ends; a miss of exactly zero is no reason to leave
+        if (trial < low or trial > high) and low > -1.0e3 and high < 1.0e3:
             trial = 0.5 * (low + high)
         move = trial - k1
         k1 = trial
