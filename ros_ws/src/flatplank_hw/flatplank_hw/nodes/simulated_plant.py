@@ -53,6 +53,7 @@ class SimulatedPlant(BenchNode):
     def configure(self, p: PlantParameters) -> None:
         config = PlantConfig.load(p.tire, preset=p.preset or None, file=p.config or None)
         self.plant = Plant(config, p.seed, p.rate_hz)
+        Plant(config, p.seed, p.rate_hz).step()  # loads the kernels before the clock runs
         self.period_ns = 1_000_000_000 // p.rate_hz
         self.pacer = Pacer(p.pace, p.batch, frozenset(p.command_axes), p.wall_timeout)
         self.commands: dict[int, AxisCommand] = {}

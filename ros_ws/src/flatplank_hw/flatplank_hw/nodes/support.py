@@ -15,12 +15,12 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException, ParameterException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.parent import end_with_parent
 
@@ -182,12 +182,13 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     if isinstance(node, LifecycleNode) and node.get_parameter("autostart").value:
         ok = TransitionCallbackReturn.SUCCESS
         failed = node.trigger_configure() != ok or node.trigger_activate() != ok
-    executor = SingleThreadedExecutor()
+    executor = StreamExecutor()
     executor.add_node(node)
     try:
         while not failed and rclpy.ok() and not told_to_end.is_set():
             executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)
     finally:
+        executor.forget()
         finish = getattr(node, "finish", None)
         if finish is not None:
             finish()

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An executor for nodes that hear hundreds of small messages a second.
+
+rclpy gathers all entities of a node, makes a wait set and a task anew for every message, and that
+costs more than the work of a bench node. Here the wait set stays as long as the node does, and
+messages and timers go straight to their callbacks; services, actions and whatever else is rare
+take rclpy's own way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from itertools import chain
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+
+MOST_AT_ONCE = 50
+"""messages of one subscription that are taken before the others have their turn"""
+
+
+def _never() -> bool:
+    return False
+
+
+class _Watch:
+    """A wait set over everything that nodes and their executor can be woken by."""
+
+    def __init__(self, nodes, guards, context) -> None:
+        self.keep = ExitStack()
+        self.subscriptions = self._hold(chain.from_iterable(n.subscriptions for n in nodes))
+        self.timers = self._hold(chain.from_iterable(n.timers for n in nodes))
+        self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
+        self.services = self._hold(chain.from_iterable(n.services for n in nodes))
+        self.guards = self._hold([*chain.from_iterable(n.guards for n in nodes), *guards])
+        self.waitables = list(chain.from_iterable(n.waitables for n in nodes))
+        for waitable in self.waitables:
+            self.keep.enter_context(waitable)
+        extra = [w.get_num_entities() for w in self.waitables]
+        self.keep.enter_context(context.handle)
+        self.set = _rclpy.WaitSet(
+            len(self.subscriptions) + sum(n.num_subscriptions for n in extra),
+            len(self.guards) + sum(n.num_guard_conditions for n in extra),
+            len(self.timers) + sum(n.num_timers for n in extra),
+            len(self.clients) + sum(n.num_clients for n in extra),
+            len(self.services) + sum(n.num_services for n in extra),
+            sum(n.num_events for n in extra),
+            context.handle,
+        )
+        self.rare = (
+            ("guard_condition", {g.handle.pointer for g in self.guards}),
+            ("service", {s.handle.pointer for s in self.services}),
+            ("client", {c.handle.pointer for c in self.clients}),
+        )
+
+    def _hold(self, entities) -> list:
+        """Those that still exist; none is destroyed while it is waited for."""
+        held = []
+        for entity in entities:
+            try:
+                self.keep.enter_context(entity.handle)
+            except InvalidHandle:
+                continue
+            held.append(entity)
+        return held
+
+    def wait(self, nanoseconds: int) -> None:
+        add = self.set
+        add.clear_entities()
+        for entity in self.subscriptions:
+            add.add_subscription(entity.handle)
+        for entity in self.services:
+            add.add_service(entity.handle)
+        for entity in self.timers:
+            add.add_timer(entity.handle)
+        for entity in self.guards:
+            add.add_guard_condition(entity.handle)
+        for entity in self.clients:
+            add.add_client(entity.handle)
+        for waitable in self.waitables:
+            waitable.add_to_wait_set(add)
+        add.wait(nanoseconds)
+
+    def something_rare(self) -> bool:
+        ready = self.set.get_ready_entities
+        if any(not known.isdisjoint(ready(kind)) for kind, known in self.rare):
+            return True
+        return any(waitable.is_ready(self.set) for waitable in self.waitables)
+
+
+class StreamExecutor(SingleThreadedExecutor):
+    """One thread; streams and timers first, callback groups only for what is rare."""
+
+    _watch: _Watch | None = None
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait, and call back for everything that is ready.
+
+        Args:
+            timeout_sec: longest wait [s]; None waits for ever.
+        """
+        if self._watch is None:
+            self._watch = _Watch(
+                self.get_nodes(), (self._guard, self._sigint_gc), self.context
+            )
+        watch = self._watch
+        watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
+        if watch.something_rare():
+            self.forget()
+            self._spin_everything()
+            return
+        timers, messages = (
+            watch.set.get_ready_entities("timer"),
+            watch.set.get_ready_entities("subscription"),
+        )
+        if timers:
+            for timer in watch.timers:
+                if timer.handle.pointer in timers and timer.handle.is_timer_ready():
+                    timer.handle.call_timer()
+                    timer.callback()
+        if messages:
+            for subscription in watch.subscriptions:
+                if subscription.handle.pointer in messages:
+                    self._take_all(subscription)
+        self._resume()
+
+    def forget(self) -> None:
+        """Let the entities go; the next wait looks which there are."""
+        if self._watch is not None:
+            self._watch.keep.close()
+            self._watch = None
+
+    @staticmethod
+    def _take_all(subscription) -> None:
+        take: Callable = subscription.handle.take_message
+        for _ in range(MOST_AT_ONCE):
+            taken = take(subscription.msg_type, subscription.raw)
+            if taken is None:
+                return
+            subscription.callback(taken[0])
+
+    def _resume(self) -> None:
+        """Go on with services that wait for something which may have come."""
+        for task, _entity, _node in tuple(self._tasks):
+            task()
+            if task.done():
+                task.result()
+
+    def _spin_everything(self) -> None:
+        """One round of rclpy's own, without waiting."""
+        try:
+            while True:
+                handler, _entity, _node = self.wait_for_ready_callbacks(0.0, None, _never)
+                handler()
+                if handler.done():
+                    handler.result()
+        except (TimeoutException, ShutdownException):
+            return
