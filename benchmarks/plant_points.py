@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One operating point of the fast plant, analysed: what the benchmarks of plant and fits share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from flatplank_analysis.data.info import RunInfo
+from flatplank_analysis.data.problem import Problem
+from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.report.analysis import PointJob, analyse_point
+from flatplank_analysis.report.results import PointResult
+from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
+from flatplank_hw.plant.config import PlantConfig
+
+SLIPS = (-0.10, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.10)
+STEP = 1.5
+
+
+@dataclass(frozen=True)
+class MadeRun:
+    """A simulated run that reads like one of a campaign folder."""
+
+    table: MeasurementTable
+
+    @property
+    def info(self) -> RunInfo:
+        """The run record."""
+        return self.table.info
+
+    def read(self, columns: Sequence[str]) -> tuple[MeasurementTable, list[Problem]]:
+        """The wanted columns, without remarks."""
+        return self.table.select([c for c in columns if c in self.table]), []
+
+
+def simulate_point(
+    preset: str | None = None,
+    defects: Mapping[str, Any] | None = None,
+    *,
+    slips: Sequence[float] = SLIPS,
+    starts: Sequence[int] = (1, 2, 3),
+    fz: float = 3700.0,
+    radius_scale: float = 1.0,
+    seed: int = 0,
+    overrides: Mapping[str, Any] | None = None,
+) -> list[MadeRun]:
+    """Slip steps of one operating point; `radius_scale` on the slip control's rolling radius."""
+    config = PlantConfig.load(
+        preset=preset, overrides={**(overrides or {}), "defects": dict(defects or {})}
+    )
+    plant = Campaign(config)
+    radius = radius_scale * plant.true_radius(fz, config.tire.vertical_stiffness)
+    facts = [
+        RunInfo(
+            file=f"run_{number:02d}",
+            tire="TOY",
+            kappa=kappa,
+            fz=fz,
+            pressure=config.tire.nominal_pressure_bar,
+            start=start,
+            run_index=number,
+            effective_rolling_radius=radius,
+            step_position=STEP,
+        )
+        for number, (kappa, start) in enumerate((k, s) for k in slips for s in starts)
+    ]
+    runs = [
+        CampaignRun(
+            kappa=info.kappa,
+            fz=fz,
+            start_angle=math.radians(120.0 * (info.start - 1)),
+            run_index=info.run_index,
+            effective_rolling_radius=radius,
+            step_position=STEP,
+        )
+        for info in facts
+    ]
+    return [
+        MadeRun(MeasurementTable({name: made[name] for name in COLUMNS}, info))
+        for made, info in zip(plant.simulate(runs, seed), facts, strict=True)
+    ]
+
+
+def analyse_runs(runs: Sequence[MadeRun]) -> PointResult:
+    """All models of one operating point, as in a report."""
+    return analyse_point(PointJob(runs[0].info.condition.operating_point, runs))
