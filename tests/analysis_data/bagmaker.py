@@ -70,10 +70,13 @@ def write_run(
     """A bench bag with the topics that the analysis reads; time in s."""
     bag = Bag(folder, **options)
     types = bag.types.types
-    run = types["flatplank_msgs/msg/Run"](
-        bag.header(0), "u-" + folder.name, name, "complete", record
-    )
-    bag.write("/run", "flatplank_msgs/msg/Run", 0, run)
+
+    def tell(status: str, stamp: int) -> None:
+        kind = "flatplank_msgs/msg/Run"
+        run = types[kind](bag.header(stamp), "u-" + folder.name, name, status, record)
+        bag.write("/run", kind, stamp, run)
+
+    tell("armed", 0)
     encoder = types["flatplank_msgs/msg/EncoderState"]
     hub = types["flatplank_msgs/msg/HubState"]
     drive = types["flatplank_msgs/msg/DriveStatus"]
@@ -107,4 +110,5 @@ def write_run(
             bag.header(stamp, "wheel"), i, 4, 0, 0.0, 0.0, c["motor_torque"], 0.0, 0.0, 0.0, 0, 0
         )
         bag.write("/wheel_drive/status", "flatplank_msgs/msg/DriveStatus", stamp, message)
+    tell("complete", round(float(columns["time"][-1]) * 1e9) + 5 * 10**9)
     bag.close()

@@ -204,3 +204,14 @@ def _numpy(base):
 
 def _number(base, number):
     return bool(number % 2) if base == "bool" else number * (0.5 if "float" in base else 1)
+
+
+def test_a_single_bag_knows_how_its_run_ended(tmp_path, source):
+    """Opened by its own folder too, and without the record beside it."""
+    record = RECORD + "status: armed\nuuid: u1\n"
+    folder = tmp_path / NAME
+    write_run(folder, dict(source.columns), record, NAME)
+    assert Campaign.load(folder).infos[0].status == "complete"
+    (folder / "run.yaml").write_text(RECORD + "status: interrupted\nuuid: u1\n")
+    assert Campaign.load(folder).infos[0].status == "interrupted"
+    assert Campaign.load(tmp_path).infos[0].status == "interrupted"

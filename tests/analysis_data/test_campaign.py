@@ -93,6 +93,14 @@ def test_one_bad_run_is_told_and_the_others_go_on(case, write_campaign, make_ste
     assert "5perc" in problem.file
 
 
+def test_a_nominal_load_of_zero_is_a_remark(write_campaign, make_step, edit_campaign):
+    folder = write_campaign([make_step(0.02, 1), make_step(0.02, 2)])
+    edit_campaign(folder, 1, fz=0.0)
+    good, problems = _problems(folder)
+    assert len(good) == 2
+    assert "nominal 0 N" in str(problems[0]) and not problems[0].fatal
+
+
 def test_two_runs_with_one_uuid(write_campaign, make_step, edit_campaign):
     folder = write_campaign([make_step(0.02, 1), make_step(0.02, 2)])
     for index in (0, 1):

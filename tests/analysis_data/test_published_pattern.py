@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated machine of the thesis shows what the thesis published; the plant and the fits share
+"""The simulated machine of the thesis shows what the thesis published; plant and fits share
 no code.
 """
 

@@ -171,7 +171,7 @@ def load_positive(table: MeasurementTable) -> Iterator[Problem]:
             "column 'fz'",
             "ISO W has fz > 0 on a loaded tire: turn the sign, or the tire was not loaded",
         )
-    elif np.isfinite(table.info.fz) and abs(mean / table.info.fz - 1.0) > 0.25:
+    elif np.isfinite(table.info.fz) and abs(mean - table.info.fz) > 0.25 * table.info.fz:
         yield Problem(
             table.info.file,
             f"mean vertical force {mean:.0f} N, nominal {table.info.fz:.0f} N",

@@ -43,15 +43,23 @@ def read_bag(request: Request) -> Loaded:
 
 @describer(".mcap")
 def describe_bag(store: Store, name: str) -> dict[str, Any]:
-    """The run record beside the bag, else the first message on `/run`."""
-    if store.is_dir(name) and store.exists(f"{name}/{RECORD_FILE}"):
-        with store.open(f"{name}/{RECORD_FILE}") as stream:
+    """The run record beside the bag, else the last message on `/run`, which has the end."""
+    record = f"{name}/{RECORD_FILE}" if store.is_dir(name) else _beside(name)
+    if store.exists(record):
+        with store.open(record) as stream:
             return _record({"record": stream.read().decode("utf-8")})
+    facts: dict[str, Any] = {}
     for file in _files(store.local(name)):
         for block in file.blocks({RUN_TOPIC}):
             kind = parse_definition(block.channel.type, block.channel.definition)
-            return _record(decode_one(kind, block.payloads[-1].tobytes()))
-    return {}
+            facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
+    return facts
+
+
+def _beside(name: str) -> str:
+    """The run record of a bag whose own folder was opened."""
+    folder, _, _ = name.rpartition("/")
+    return f"{folder}/{RECORD_FILE}" if folder else RECORD_FILE
 
 
 def import_bag(path: Path, topics: TopicMap) -> Loaded:
