@@ -23,6 +23,10 @@ class Covariance:
     matrix: np.ndarray
     dof: np.ndarray
     information: np.ndarray
+    runs: np.ndarray
+    """Names of the runs (runs,)."""
+    brought: np.ndarray
+    """What every run brings to the error of the parameters (runs, p)."""
 
     @property
     def std_error(self) -> np.ndarray:
@@ -37,18 +41,31 @@ class Covariance:
         return self.matrix / np.outer(scale, scale)
 
 
+@dataclass(frozen=True)
+class Carried:
+    """Errors that an earlier fit carries into this one (two-step estimation, Murphy and Topel)."""
+
+    runs: np.ndarray
+    """Runs of the earlier fit (m,)."""
+    response: np.ndarray
+    """Change of this fit's rows by what each of them brought to the earlier one (m, n)."""
+
+
 def run_covariance(
     jacobian: np.ndarray,
     residual: np.ndarray,
     run: np.ndarray,
     prior: np.ndarray | None = None,
+    carried: Carried | None = None,
 ) -> Covariance:
     """Covariance from weighted Jacobian (n, p), residual (n,), and the run of each row (n,).
 
-    `prior` (p, p): information that is not from runs (priors), added to J'J.
+    `prior` (p, p): information that is not from runs (priors), added to J'J. `carried`: errors of
+    what was fitted before and is held here, run by run, for the same run may have made both.
     """
-    names, index = np.unique(run, return_inverse=True)
-    p = jacobian.shape[1]
+    known = run if carried is None else np.concatenate([run, carried.runs])
+    names, place = np.unique(known, return_inverse=True)
+    index, p = place[: len(run)], jacobian.shape[1]
     scores, informations = np.zeros((len(names), p)), np.zeros((len(names), p, p))
     np.add.at(scores, index, jacobian * residual[:, None])
     np.add.at(informations, index, jacobian[:, :, None] * jacobian[:, None, :])
@@ -60,11 +77,14 @@ def run_covariance(
     back = vectors[:, kept] / np.sqrt(values[kept])
     whole = back.T @ informations @ back
     freed = np.array([_freed(k, back.T @ s) for k, s in zip(whole, scores, strict=True)])
+    if carried is not None:
+        pull = carried.response @ jacobian @ back
+        np.add.at(freed, place[len(run) :], -pull)
     matrix = freed.T @ freed
     if prior is not None:
         matrix = matrix + back.T @ prior @ back
     dof = _degrees_of_freedom(back, whole, len(names))
-    return Covariance(back @ matrix @ back.T, dof, total)
+    return Covariance(back @ matrix @ back.T, dof, total, names, freed @ back.T)
 
 
 def _freed(share: np.ndarray, score: np.ndarray) -> np.ndarray:

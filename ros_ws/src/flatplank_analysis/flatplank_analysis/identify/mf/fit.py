@@ -16,12 +16,13 @@ from ..information import confusions
 from ..least_squares import Solution, linearise
 from ..quality import relative_error
 from ..results import Confusion, Estimate, Fit
-from ..uncertainty import Covariance, run_covariance
+from ..uncertainty import Carried, Covariance, run_covariance
 from .candidates import describe_levels, levels_of, proposals
 from .parameters import COEFFICIENTS, Coefficient
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
 from .stages import STAGES, Stage
+from .twins import better_twin, twin_of
 
 JOINT_ORDER = ("rho", "a", "b", "cx", "cy", "re", "fx", "fy", "mz")
 
@@ -103,7 +104,11 @@ def fit_magic_formula(
             solved[output] = (problem, solution)
     if settings.joint:
         base, solved = _jointly(points, touched, base, settings)
-    fits = {k: _report(k, *solved[k]) for k in JOINT_ORDER if k in solved}
+    fits: dict[str, Fit] = {}
+    earlier: list[Held] = []
+    for output in (k for k in JOINT_ORDER if k in solved):
+        fits[output], own = _report(output, *solved[output], earlier)
+        earlier.append(own)
     names = [n for v in touched.values() for n in v]
     changed = {n: float(getattr(base, n)) for n in names} | dict(settings.fixed)
     errors = {
@@ -165,7 +170,7 @@ def _solve(
     scatter = _scatter(problem, solution)
     start = base.replaced(dict(zip(free, solution.x, strict=True)))
     again = replace(problem, base=start, scatter=scatter)
-    return again, again.solve()
+    return again, better_twin(again, again.solve())
 
 
 def _scatter(problem: OutputProblem, solution: Solution) -> float:
@@ -202,13 +207,42 @@ def _jointly(
     return base, solved
 
 
-def _report(output: str, problem: OutputProblem, solution: Solution) -> Fit:
+@dataclass(frozen=True)
+class Held:
+    """An output that was fitted before: its coefficients are held in the later ones."""
+
+    problem: OutputProblem
+    x: np.ndarray
+    runs: np.ndarray
+    brought: np.ndarray
+    """Error of the coefficients by run (runs, p); 0 for those on a bound."""
+
+
+def _carried(problem: OutputProblem, x: np.ndarray, earlier: Sequence[Held]) -> Carried | None:
+    """What the errors of earlier outputs do to the rows of this one."""
+    base = problem.base.replaced(dict(zip(problem.free, x, strict=True)))
+    runs, parts = [], []
+    for held in earlier:
+        limits, free = held.problem.limits, held.problem.free
+        moved = replace(problem, base=base, free=free, limits=limits, priors={})
+        rows = _rows(moved, held.x, problem.points)
+        if np.any(rows):
+            runs.append(held.runs)
+            parts.append(held.brought @ rows.T)
+    return Carried(np.concatenate(runs), np.vstack(parts)) if parts else None
+
+
+def _report(
+    output: str, problem: OutputProblem, solution: Solution, earlier: Sequence[Held]
+) -> tuple[Fit, Held]:
     """Standard errors, bounds, and what the points leave open."""
     n, names = len(problem.points), problem.free
     held = solution.at_bound
     jac, residual = solution.jacobian[:n], solution.residual[:n]
     weak = np.diag(1.0 / (10.0 * problem.sizes) ** 2)
-    cover = _covariance(problem, jac, residual, held, weak)
+    carried = _carried(problem, solution.x, earlier)
+    prior = problem.prior_information(held) + weak[np.ix_(~held, ~held)]
+    cover = run_covariance(jac[:, ~held], residual, problem.points.run, prior, carried)
 
     def offers() -> list:
         return proposals(problem.points, lambda p: _rows(problem, solution.x, p))
@@ -220,11 +254,16 @@ def _report(output: str, problem: OutputProblem, solution: Solution) -> Fit:
     correlation[np.ix_(~held, ~held)] = cover.correlation
     told = np.vstack([jac, known])
     found, open_mask = confusions(names, told, problem.sizes, correlation, offers)
+    twin = twin_of(problem, solution)
+    if twin is not None:
+        found = [c for c in found if set(c.names) != set(twin.statement.names)]
+        found.append(twin.statement)
+        open_mask |= np.isin(names, twin.statement.names)
     stated = np.array([name in problem.priors for name in names])
     open_mask = (open_mask & ~stated)[~held]
     estimates = _estimates(problem, solution, cover, held, open_mask)
     error = residual * problem.error_scale()
-    return Fit(
+    fit = Fit(
         model=f"mf:{output}",
         estimates=estimates,
         correlation=cover.correlation,
@@ -233,17 +272,9 @@ def _report(output: str, problem: OutputProblem, solution: Solution) -> Fit:
         runs=len(np.unique(problem.points.run)),
         converged=solution.converged,
     )
-
-
-def _covariance(
-    problem: OutputProblem,
-    jac: np.ndarray,
-    residual: np.ndarray,
-    held: np.ndarray,
-    weak: np.ndarray,
-) -> Covariance:
-    prior = problem.prior_information(held) + weak[np.ix_(~held, ~held)]
-    return run_covariance(jac[:, ~held], residual, problem.points.run, prior)
+    brought = np.zeros((len(cover.runs), len(names)))
+    brought[:, ~held] = cover.brought
+    return fit, Held(problem, solution.x, cover.runs, brought)
 
 
 def _estimates(
