@@ -57,7 +57,7 @@ class CarcassFit:
             "rmse": {f"{k:g}": to_plain(v) for k, v in self.rmse.items()},
             "runs": self.runs,
             "confusions": [c.to_json() for c in self.confusions],
-            "converged": self.converged,
+            "converged": bool(self.converged),
         }
 
 

@@ -82,7 +82,7 @@ def solve(
         small = small + 1 if gain <= tolerance * cost or moved <= 1e-7 else 0
         converged = bool(small) and (damping < 1e-2 or small > 3)
     edge = 1e-9 * np.maximum(scale, 1e-12)
-    return Solution(x, r, jac, x <= lower + edge, x >= upper - edge, converged, count)
+    return Solution(x, r, jac, x <= lower + edge, x >= upper - edge, bool(converged), count)
 
 
 def linearise(
