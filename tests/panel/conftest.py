@@ -145,9 +145,10 @@ def operator(visitor, observer):
     observer.fresh()
     who.word_is("bench", "running", 60.0)
     yield who
-    assert not who.errors
-    who.click("Hand back")
+    if who.button("Hand back").is_visible():
+        who.click("Hand back")
     who.button("Take charge").wait_for()
+    assert not who.errors
 
 
 def enable(who: Clicker, observer) -> None:

@@ -39,6 +39,7 @@ def test_r1_ii_iii_logs_and_saves_under_name_and_folder(operator, observer, data
     operator.page.get_by_text("at once, not from").click()
     operator.click("Start logging")
     operator.word_is("run", "recording")
+    observer.fresh()
     start = observer.inputs.cycle
     observer.wait(lambda: observer.inputs.cycle > start + 100, what="a second of cycles")
     operator.click("Stop and save")

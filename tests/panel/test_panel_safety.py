@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
-from panel_rig import wait_for
+from panel_rig import PATIENT, wait_for
 
 pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
 
@@ -32,13 +30,15 @@ def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
     other.take()
     turn(other, observer)
     other.page.close()
-    gone = time.monotonic()
+    observer.fresh()
+    gone = observer.inputs.stamp_ns
     observer.wait(
         lambda: abs(observer.inputs.axes[0].velocity) < 2**23 * 1425.04 * 1e-4,
-        8.0,
+        30.0,
         "the shaft rests",
     )
-    assert time.monotonic() - gone < 2.5
+    stopping = 0.5  # the ramp of a quick stop, and what a look at the latest image misses
+    assert (observer.inputs.stamp_ns - gone) * 1e-9 < PATIENT["heartbeat_timeout"] + stopping
     assert not observer.enabled()
     wait_for(
         lambda: "nobody" in operator.page.locator("header").text_content(), 20.0, "charge is free"

@@ -69,7 +69,7 @@ def inside(root: Path, value: Any, what: str = "folder") -> Path:
 
 def folder_below(root: Path, value: Any) -> Path:
     """A data folder below `root`; made when it is not there. Every part must be a plain name."""
-    text = str(value or "").strip().strip("/")
+    text = str(value or "").strip()
     target = inside(root, text)
     for part in Path(text).parts:
         name(part)
