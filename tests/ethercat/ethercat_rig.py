@@ -86,6 +86,13 @@ class InsistentNode:
         self, until: Callable[[BusInputs], bool], seconds: float = 5.0, what: str = ""
     ) -> BusInputs:
         """Answer images until a condition holds; the limit is only for a test that fails."""
+        if not self.reaches(until, seconds):
+            report = self.client.diagnostics() if self.client.alive else {}
+            pytest.fail(f"not reached: {what or until}; last {self.last}, {report}")
+        return self.last
+
+    def reaches(self, until: Callable[[BusInputs], bool], seconds: float) -> bool:
+        """The same, and says whether the condition came to hold."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self._pending.extend(self.client.poll() if not self._pending else ())
@@ -93,9 +100,8 @@ class InsistentNode:
                 inputs = self._pending.popleft()
                 self._answer(inputs)
                 if until(inputs):
-                    return inputs
-        report = self.client.diagnostics() if self.client.alive else {}
-        pytest.fail(f"not reached: {what or until}; last {self.last}, {report}")
+                    return True
+        return False
 
     def cycles(self, count: int) -> None:
         """Go on for so many cycles."""
@@ -124,11 +130,21 @@ class InsistentNode:
         self.resets = 3
 
     def spin_up(self) -> None:
-        """Enable and turn."""
+        """Enable and turn; an operator resets again when the machine of a test has stalled and
+        stopped the wheel anew."""
+
+        def turns(inputs: BusInputs) -> bool:
+            return inputs.health == 0 and inputs.axes[0].velocity > TURNING * 0.9
+
+        for _ in range(ATTEMPTS):
+            self.insists = True
+            if self.reaches(turns, 2.0):
+                return
+            self.insists = False
+            self.reset()
+            self.cycles(10)
         self.insists = True
-        self.run(
-            lambda i: i.health == 0 and i.axes[0].velocity > TURNING * 0.9, what="wheel turns"
-        )
+        self.run(turns, what="wheel turns")
 
     def rest(self) -> None:
         """Disable and wait for standstill."""
