@@ -26,6 +26,7 @@ from flatplank_analysis.identify import (
     step_run,
 )
 from flatplank_analysis.identify.carcass_report import brush_bias
+from flatplank_analysis.identify.mean_response import asymptotes
 from flatplank_analysis.identify.steady_curve import curve_law, slope_weights
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.contact import TOYO
@@ -270,3 +271,21 @@ def test_model_bias_on_bristles_is_stated() -> None:
     bias = brush_bias(2.56e5, 9.5e4, 0.0708)
     assert bias["c_cx"] == pytest.approx(0.0636, abs=1e-3)
     assert bias["sigma_x"] == pytest.approx(-0.0511, abs=1e-3)
+
+
+def test_what_turns_with_the_wheel_cancels_in_the_mean_of_three_starts() -> None:
+    """At small slip a single run follows the wave to an absurd relaxation length."""
+    truth = {-0.01: (0.5, 9e4), 0.01: (0.5, 9e4)}
+    quiet = simulate_linear(truth, np.random.default_rng(8), noise=2.0, scatter=0.0)
+    runs = []
+    for run in quiet:
+        turn = run.distance / 0.311 + 2.0 * math.pi * (run.start - 1) / 3.0
+        runs.append(replace(run, fx=run.fx + 250.0 * np.sin(turn)))
+    alone = [run.linear().steady_force.value for run in runs if run.level > 0.0]
+    assert max(alone) - min(alone) > 300.0
+    level = {lv.level: lv for lv in fit_linear(runs).levels}[0.01]
+    assert level.sigma.value == pytest.approx(0.5, rel=0.1)
+    assert level.sigma.interval()[1] > level.sigma.value + 0.1  # the runs disagree
+    assert np.mean(asymptotes([r for r in runs if r.level > 0.0])) == pytest.approx(
+        900.0, rel=0.05
+    )

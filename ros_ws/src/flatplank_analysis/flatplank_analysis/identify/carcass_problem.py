@@ -14,6 +14,7 @@ from ..models.nonlinear import NonlinearX
 from ..models.steady_law import TableLaw
 from .least_squares import Solution, solve
 from .linear import LinearFit
+from .mean_response import shared_fits
 from .quality import transient_weights
 from .runs import StepRun, by_level
 from .steady_curve import SteadyCurve, curve_law, steady_curve
@@ -86,7 +87,7 @@ def carcass_problem(
     longitudinal: bool = True,
 ) -> CarcassProblem:
     """Data, weights (7.25) and steady curve of one condition, ready for the search."""
-    fits = [run.linear() for run in runs] if fits is None else fits
+    fits = shared_fits(runs) if fits is None else fits
     curve = steady_curve(runs, fits)
     if friction is None:
         load = np.mean([run.mean_load for run in runs])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .linear import LinearFit, linear_run
+from .mean_response import has_mean, mean_response
 from .noise import ARNoise, fit_noise, repeat_differences
 from .results import Confusion, Estimate, to_plain
 from .runs import StepRun, by_level
@@ -73,7 +74,7 @@ def fit_linear(runs: Sequence[StepRun], output: str = "fx") -> LinearCondition:
     scatter = {q: _scatter(fits, groups, q) for q in QUANTITIES}
     fits = [_widened(fit, scatter) for fit in fits]
     dof = float(sum(len(g) - 1 for g in groups))
-    levels = tuple(_level(runs, fits, g, dof, scatter) for g in groups)
+    levels = tuple(_level(runs, fits, g, dof, scatter, output) for g in groups)
     return LinearCondition(
         condition=runs[0].condition,
         levels=levels,
@@ -129,8 +130,9 @@ def _level(
     group: Sequence[int],
     dof: float,
     scatter: dict[str, float],
+    output: str = "fx",
 ) -> LinearLevel:
-    means = {}
+    means: dict[str, Estimate] = {}
     for name in QUANTITIES:
         estimates = [getattr(fits[i], name) for i in group]
         values = np.array([e.value for e in estimates])
@@ -143,6 +145,9 @@ def _level(
             dof=max(freedom, 1.0),
             at_bound=next((e.at_bound for e in estimates if e.at_bound), ""),
         )
+    members = [runs[i] for i in group]
+    if has_mean(members, output):
+        means |= _of_mean(members, output)
     errors = [fits[i].rmse_transient ** 2 for i in group]
     return LinearLevel(
         level=runs[group[0]].level,
@@ -151,6 +156,18 @@ def _level(
         repeats=len(group),
         **means,
     )
+
+
+def _of_mean(runs: Sequence[StepRun], output: str) -> dict[str, Estimate]:
+    """Estimates from the mean response; the error from the scatter of these runs alone."""
+    found = mean_response(runs, output)
+    fit, (sigma, steady, _) = found.fit, found.std_error
+    errors = {"sigma": sigma, "slip_stiffness": steady / abs(fit.kappa), "steady_force": steady}
+    dof = float(len(runs) - 1)
+    return {
+        name: replace(getattr(fit, name), std_error=float(error), dof=dof)
+        for name, error in errors.items()
+    }
 
 
 def _confusions(runs: Sequence[StepRun], groups: Sequence[Sequence[int]]) -> tuple[Confusion, ...]:

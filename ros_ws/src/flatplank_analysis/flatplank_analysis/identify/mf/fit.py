@@ -124,7 +124,7 @@ def _obstacle(stage: Stage, output: str, free: Sequence[str], data: SteadyPoints
         return f"all coefficients of {output} are fixed"
     if len(data) < 2:
         return f"no measurement of {output}"
-    for axis in stage.needs:
+    for axis in (*stage.needs, *stage.each.get(output, ())):
         if len(levels_of(data, axis)) < 2:
             told = describe_levels(data, axis)
             return f"{', '.join(free)} not determined by {told}; measure a second one"

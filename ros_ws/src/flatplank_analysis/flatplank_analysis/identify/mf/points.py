@@ -10,7 +10,8 @@ import numpy as np
 
 from ...errors import FlatplankError
 from ...models.magic_formula import Coefficients, OperatingPoint, operating_point
-from ..runs import StepRun
+from ..mean_response import asymptotes
+from ..runs import StepRun, by_condition
 
 AXES = ("fz", "kappa", "alpha", "gamma", "pressure")
 
@@ -72,10 +73,14 @@ def steady_points(
 
 
 def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
-    """Steady Fx (asymptote fitted with sigma), Fy and Mz of slip-step runs."""
+    """Steady Fx (asymptote fitted with the sigma of its repeats), Fy and Mz of slip-step runs."""
     if not runs:
         raise FlatplankError("no run to take steady forces from", "", "give slip-step runs")
-    fx, fy, mz = (np.array([_asymptote(run, name) for run in runs]) for name in ("fx", "fy", "mz"))
+    fx = np.empty(len(runs))
+    place = {id(run): i for i, run in enumerate(runs)}
+    for members in by_condition(runs).values():
+        fx[[place[id(run)] for run in members]] = asymptotes(members)
+    fy, mz = (np.array([_tail(run, name) for run in runs]) for name in ("fy", "mz"))
     return steady_points(
         {"fx": fx, "fy": fy, "mz": mz},
         fz=np.array([r.mean_load for r in runs]),
@@ -103,10 +108,8 @@ def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
     return SteadyPoints(**axes, run=np.concatenate(numbers), measured=measured)
 
 
-def _asymptote(run: StepRun, output: str) -> float:
-    """Fx: asymptote of the step. Fy, Mz (no step in alpha): mean of the last half metre."""
+def _tail(run: StepRun, output: str) -> float:
+    """Fy, Mz (no step in alpha): mean of the last half metre."""
     values = getattr(run, output)
-    if output == "fx":
-        return run.linear().steady_force.value
     tail = run.distance > run.distance[-1] - 0.5
     return float(np.mean(values[tail])) if np.any(values[tail] != 0.0) else float("nan")

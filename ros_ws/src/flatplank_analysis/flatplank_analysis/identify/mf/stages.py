@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -76,6 +76,8 @@ class Stage:
     select: Select
     needs: tuple[str, ...] = ()
     """Axes of which the data must hold more than one level."""
+    each: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """The same for single outputs: pressure scales a curve, which must be there."""
 
 
 def _nominal(p: SteadyPoints, c: Coefficients) -> np.ndarray:
@@ -142,6 +144,7 @@ STAGES: dict[str, Stage] = {
             {"fx": "PPX1 PPX2 PPX3 PPX4", "fy": "PPY1 PPY2 PPY3 PPY4", "mz": "PPZ1"},
             _pressure,
             ("pressure",),
+            {"fx": ("kappa",), "fy": ("alpha",), "mz": ("alpha",)},
         ),
         Stage(
             "camber",
