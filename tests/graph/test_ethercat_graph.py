@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -45,6 +46,8 @@ KAPPA, RADIUS = 0.05, 0.3108
 ROLL, STEP_AHEAD, SLIP = 0.04, 0.01, 0.05
 """plank travel [m]: free rolling; to the slip step; of the slip run"""
 ENABLED, FAULT = 4, 7
+BUS_LOST = 1
+"""stop reason"""
 RECORDS = {
     "rolled": {"measurement": "free_rolling"},
     "slipped": {"measurement": "slip", "kappa": KAPPA, "effective_rolling_radius": RADIUS},
@@ -61,8 +64,9 @@ RESOLUTION = 0.03
 class EmulatedGraph:
     """The nodes, a client, and the latest samples."""
 
-    def __init__(self, client: BenchClient) -> None:
+    def __init__(self, client: BenchClient, nodes: BenchProcesses) -> None:
         self.client = client
+        self.nodes = nodes
         self.latest: dict[type, object] = {}
         for kind, topic in {
             BusInputs: "/bus/inputs",
@@ -142,7 +146,7 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedG
     nodes = BenchProcesses(setup, environment=environment, log=tmp_path / "nodes.log")
     with nodes, BenchClient() as client:
         client.wait_connected(nodes.running, timeout=90.0)
-        yield EmulatedGraph(client)
+        yield EmulatedGraph(client, nodes)
     assert not nodes.running
 
 
@@ -274,6 +278,24 @@ def emergency_stop(graph: EmulatedGraph) -> None:
     reached(ENABLED)
 
 
+def bus_process_killed(graph: EmulatedGraph) -> None:
+    """An enabled drive is told, and the node ends, since no bus comes back by itself."""
+    node = graph.nodes.running["ethercat_bus"]
+    (master,) = (pid for pid, words in below(node.pid) if "flatplank_hw.ethercat.master" in words)
+    os.kill(master, signal.SIGKILL)
+    graph.until(DriveStatus, lambda s: s.stop_reason == BUS_LOST, 2.0)
+    assert node.wait(30.0) == 1
+    assert "the bus process has ended" in graph.nodes.log.read_text()
+
+
+def below(pid: int) -> Iterator[tuple[int, list[str]]]:
+    """Processes that a process has started, with their command lines."""
+    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+        words = Path(f"/proc/{child}/cmdline").read_text().split("\0")
+        yield int(child), words
+        yield from below(int(child))
+
+
 def test_the_bench_measures_on_ethercat_as_on_the_simulated_plant(
     bench: EmulatedGraph, tmp_path: Path
 ) -> None:
@@ -288,6 +310,7 @@ def test_the_bench_measures_on_ethercat_as_on_the_simulated_plant(
     values = {pair.key: pair.value for pair in status.values}
     assert status.level == DiagnosticStatus.OK and values["health"] == "OK", status
     assert int(values["sent"]) == int(values["received"]) + int(values["lost"])
+    bus_process_killed(bench)
     plants = np.array([in_pieces(*on_the_plant(seed)) for seed in SEEDS])
     assert_same(in_pieces(rows_of(rolled), rows_of(slipped)), plants)
 

@@ -39,6 +39,7 @@ class BenchProcesses:
             END_WITH_PARENT: str(os.getpid()),
             **(environment or {}),
         }
+        self.log = log
         self._log = open(log, "ab") if log else None  # noqa: SIM115  open as long as the nodes
         self._without = without
         self._folder = tempfile.TemporaryDirectory(prefix="flatplank-")

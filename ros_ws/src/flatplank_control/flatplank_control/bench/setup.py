@@ -115,7 +115,7 @@ class BenchSetup:
 
     def plant_record(self) -> dict[str, Any] | None:
         """What the run record says of a simulated machine."""
-        if self.kind != "sim":
+        if self.kind == "lab":
             return None
         return {
             "tire": self.tire,

@@ -142,6 +142,8 @@ class EthercatBus(BenchNode):
         message.header.stamp = self.get_clock().now().to_msg()
         if self.listening:
             self.publish_diagnostics(message)
+        if not self.client.alive and not self.ended:
+            self.give_up("the bus process has ended, all axes are stopped: start the bench again")
 
     def aside(self, work: Callable[..., Any], *arguments: Any) -> Future:
         """Work that waits for the bus process, off the executor."""

@@ -102,9 +102,7 @@ class StreamExecutor(SingleThreadedExecutor):
             timeout_sec: longest wait [s]; None waits for ever.
         """
         if self._watch is None:
-            self._watch = _Watch(
-                self.get_nodes(), (self._guard, self._sigint_gc), self.context
-            )
+            self._watch = _Watch(self.get_nodes(), (self._guard, self._sigint_gc), self.context)
         watch = self._watch
         watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
         if watch.something_rare():

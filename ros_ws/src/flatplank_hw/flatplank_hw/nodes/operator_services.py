@@ -20,6 +20,7 @@ VALUES: dict[str, tuple[str, Callable[[float], float]]] = {
     "set_axle_height": ("axle_height", float),
     "load_to": ("load_to", float),
     "set_pressure_bar": ("pressure", float),
+    "set_cleat_mm": ("cleat", lambda mm: 1e-3 * mm),
     "set_steer_deg": ("steer", math.radians),
     "set_wheel_camber_deg": ("wheel_camber", math.radians),
     "set_road_camber_deg": ("road_camber", math.radians),

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
-from flatplank_hw.bus.image import AxisCommand
+from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer, percentile
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.operator_services import OperatorServices
@@ -38,8 +38,9 @@ class PlantParameters(Params):
     wall_timeout: float = param(
         1.0, "lockstep: go on without an answer after this time", unit="s", bounds=(0.001, 60.0)
     )
-    command_axes: tuple[int, ...] = param(
-        (0,), "axes whose drive nodes are waited for in lockstep", bounds=(0, 4)
+    driven_axes: tuple[str, ...] = param(
+        ("wheel",),
+        f"axes with a drive, whose nodes are waited for in lockstep, of {', '.join(AXES)}",
     )
 
 
@@ -51,11 +52,15 @@ class SimulatedPlant(BenchNode):
     PARAMETERS = PlantParameters
 
     def configure(self, p: PlantParameters) -> None:
-        config = PlantConfig.load(p.tire, preset=p.preset or None, file=p.config or None)
+        config = PlantConfig.load(
+            p.tire, preset=p.preset or None, file=p.config or None,
+            overrides={"driven_axes": list(p.driven_axes)} if len(p.driven_axes) > 1 else None,
+        )  # fmt: skip
+        self.driven = frozenset(AXES.index(axis) for axis in config.driven_axes)
         self.plant = Plant(config, p.seed, p.rate_hz)
         Plant(config, p.seed, p.rate_hz).step()  # loads the kernels before the clock runs
         self.period_ns = 1_000_000_000 // p.rate_hz
-        self.pacer = Pacer(p.pace, p.batch, frozenset(p.command_axes), p.wall_timeout)
+        self.pacer = Pacer(p.pace, p.batch, self.driven, p.wall_timeout)
         self.commands: dict[int, AxisCommand] = {}
         self.cycle = -1
         self.t0 = 0 if p.pace != "realtime" else time.time_ns() // self.period_ns * self.period_ns

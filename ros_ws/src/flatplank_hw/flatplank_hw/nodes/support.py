@@ -40,6 +40,9 @@ class BenchNode(LifecycleNode):
 
     PARAMETERS: type
 
+    ended = False
+    """the node cannot go on and ends with exit code 1"""
+
     def __init__(self, name: str, **kwargs: Any) -> None:
         super().__init__(name, **kwargs)
         declare(self, self.PARAMETERS)
@@ -101,6 +104,11 @@ class BenchNode(LifecycleNode):
         timer = self.create_timer(period, callback)
         self._teardown.append(lambda: self.destroy_timer(timer))
         return timer
+
+    def give_up(self, reason: str) -> None:
+        """End: what the node stands for is gone and does not come back by itself."""
+        self.get_logger().error(reason)
+        self.ended = True
 
     # life cycle
     def on_configure(self, state) -> TransitionCallbackReturn:
@@ -187,6 +195,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     try:
         while not failed and rclpy.ok() and not told_to_end.is_set():
             executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)
+            failed = getattr(node, "ended", False)
     finally:
         executor.forget()
         finish = getattr(node, "finish", None)

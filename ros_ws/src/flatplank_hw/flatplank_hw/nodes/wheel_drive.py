@@ -20,7 +20,7 @@ from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
-from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode
+from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue
 
 
 class DriveNode(BenchNode):
@@ -51,6 +51,7 @@ class DriveNode(BenchNode):
         self.serve(SetOperationMode, "~/set_operation_mode", self.on_mode)
         self.serve(SetBool, "~/enable", self.on_enable)
         self.serve(MoveTo, "~/move_to", self.on_move)
+        self.serve(SetValue, "~/set_trigger", self.on_trigger)
         for name, ask in {
             "reset_fault": self.drive.reset_fault,
             "home": self.drive.home,
@@ -116,6 +117,9 @@ class DriveNode(BenchNode):
         if done.accepted:
             self.say_mode("position")
         return answer(response, *done)
+
+    def on_trigger(self, request, response):
+        return answer(response, *self.drive.set_trigger(request.value))
 
     def on_claim(self, request, response):
         client = request.client
