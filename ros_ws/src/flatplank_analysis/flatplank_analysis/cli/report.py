@@ -4,24 +4,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from pathlib import Path
 
 from flatplank_analysis.cli import common
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.report.build import build
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank report DIR [--out DIR]`; prints the page's path."""
-    parser = common.campaign_parser("report", __doc__)
-    parser.add_argument("--out", metavar="DIR", help="where to write (default: DIR/report)")
+    """`flatplank report DIR... [--out DIR]`; prints the path. Several are merged."""
+    parser = common.campaign_parser("report", __doc__, several=True)
+    parser.add_argument(
+        "--out", metavar="DIR", help="where to write (default: report in the first DIR)"
+    )
     common.parallel_arguments(parser)
     arguments = parser.parse_args(argv)
     return common.guarded("report", lambda: _run(arguments))
 
 
 def _run(arguments) -> int:
-    campaign = common.load_campaign(arguments)
-    local = "report" if "://" in arguments.folder else Path(arguments.folder) / "report"
+    if not arguments.folder:
+        raise FlatplankError("no campaign", "command line", "name a folder")
+    first = arguments.folder[0]
+    loaded = [common.load_folder(folder, arguments.mapping) for folder in arguments.folder]
+    campaign = reduce(lambda one, other: one.merged(other), loaded)
+    local = "report" if "://" in first else Path(first) / "report"
     out = Path(arguments.out or local)
     page = build(
         campaign,

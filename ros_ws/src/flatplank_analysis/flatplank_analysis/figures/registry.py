@@ -26,6 +26,7 @@ def maker(section: str) -> Callable[[Maker], Maker]:
 def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
     """All figures that the results allow, by section."""
     from flatplank_analysis.figures import (  # noqa: F401  (they register)
+        beside,
         chapter6,
         chapter7,
         machine,

@@ -24,6 +24,7 @@ from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of, on_grid, repeat_std
 from flatplank_analysis.post.slip import StepFacts, step_facts
+from flatplank_analysis.report.beside import Beside, beside, lateral_result
 from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.magic import fit_points, mf_curves
@@ -139,10 +140,13 @@ def analyse_point(job: PointJob) -> PointResult:
     groups: dict[Condition, list[Run]] = {}
     for run in job.runs:
         groups.setdefault(run.info.condition, []).append(run)
+    more: tuple[list, list, list] = ([], [], [])
     for condition, runs in groups.items():
         tables = _tables(runs, problems)
         radii += _radii(tables, problems)
         if condition.measurement == "slip" and tables:
+            for kept, found_here in zip(more, beside(tables), strict=True):
+                kept += found_here
             found = _guarded(problems, condition_result, condition, tables)
             if found is not None:
                 conditions.append(found)
@@ -157,7 +161,10 @@ def analyse_point(job: PointJob) -> PointResult:
         except FlatplankError as error:
             why = str(error)
     steady = points_from_runs(steps) if steps else None
-    return PointResult(job.point, conditions, radii, carcass, why, models, tuple(problems), steady)
+    side = Beside(more[0], more[1], lateral_result(more[2]))
+    return PointResult(
+        job.point, conditions, radii, carcass, why, models, tuple(problems), steady, side
+    )
 
 
 def _tables(runs: Sequence[Run], problems: list[Problem]) -> list[MeasurementTable]:

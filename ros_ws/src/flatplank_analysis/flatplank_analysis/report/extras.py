@@ -113,9 +113,19 @@ def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mappin
 
 
 @extra("unloaded_turn")
-def _unloaded(_: Campaign, tables: list[MeasurementTable], __: Mapping) -> Found:
-    curve = friction_torque(tables)
-    return {"friction_torque": {"speed": curve.speed, "torque": curve.torque}}
+def _unloaded(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+    try:
+        curve = friction_torque(tables)
+    except FlatplankError as error:
+        campaign.note(problem_of(error, tables[0].info.file))
+        return {}
+    return {
+        "friction_torque": {
+            "speed": curve.speed,
+            "torque": curve.torque,
+            "scatter": curve.scatter,
+        }
+    }
 
 
 @extra("free_rolling")

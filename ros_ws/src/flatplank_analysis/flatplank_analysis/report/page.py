@@ -42,8 +42,9 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
 TABLES_OF = {
     "measurements": ("steps",),
     "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf"),
-    "parameters": ("linear", "carcass", "magic_formula", "relative_error"),
-    "radius": ("rolling_radius", "settling"),
+    "parameters": ("linear", "carcass", "lateral", "magic_formula", "relative_error"),
+    "radius": ("rolling_radius", "radius_sources", "settling"),
+    "machine": ("longitudinal_stiffness", "transmission", "friction_torque"),
 }
 
 

@@ -18,6 +18,7 @@ from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.points import SteadyPoints
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.post.slip import StepFacts
+from flatplank_analysis.report.beside import Beside
 from flatplank_analysis.steady.rolling_radius import RadiusRun
 
 
@@ -96,6 +97,8 @@ class PointResult:
     problems: Sequence[Problem] = ()
     steady: SteadyPoints | None = None
     """steady forces of its runs"""
+    beside: Beside = field(default_factory=Beside)
+    """stiffness at rest, drive torque, side force"""
 
 
 @dataclass(frozen=True)
@@ -151,6 +154,7 @@ class CampaignResult:
                     "conditions": [c.to_json() for c in p.conditions],
                     "carcass": p.carcass.to_json() if p.carcass else None,
                     "why_no_carcass": p.why_no_carcass,
+                    "beside": to_plain(p.beside),
                     "rmse": {
                         name: {f"{c.kappa:g}": to_plain(v) for c, v in m.rmse.items()}
                         for name, m in p.models.items()

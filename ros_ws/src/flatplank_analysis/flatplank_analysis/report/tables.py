@@ -47,6 +47,10 @@ class RadiusValue:
     """at Fx = 0 [m]"""
     force: float
     """mean Fx during it [N]"""
+    slip_stiffness: float = math.nan
+    """with which it was corrected [N]"""
+    starts: int = 1
+    """different start angles"""
 
 
 def radius_values(result: CampaignResult) -> list[RadiusValue]:
@@ -67,7 +71,8 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
         note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
         measured = mean_value([r.radius for r in runs])
         known_c = mean_value(corrected, note)
-        out.append(RadiusValue(point, source, measured, known_c, force))
+        starts = len({r.start for r in runs})
+        out.append(RadiusValue(point, source, measured, known_c, force, c, starts))
     return out
 
 
@@ -76,22 +81,27 @@ def all_tables(result: CampaignResult) -> list[Table]:
     tables = [step_table(result), linear_table(result), *rmse_tables(result)]
     tables += [carcass_table(result), magic_table(result), relative_error_table(result)]
     tables += [radius_table(result), settling_table(result)]
-    return [t for t in tables if t.rows]
+    # they use what stands here
+    from flatplank_analysis.report.more_tables import MORE
+
+    tables += [make(result) for make in MORE]
+    return [t for t in tables if len(t.rows)]
 
 
-def _point(point: Condition) -> list[str | float]:
+def point_cells(point: Condition) -> list[str | float]:
+    """The operating point as the first cells of a row."""
     values = (point.fz, point.pressure, point.alpha_deg, point.gamma_deg)
     return [f"{v:.10g}" for v in values]
 
 
-_POINT = ("Fz [N]", "p [bar]", "α [°]", "γ [°]")
+POINT_COLUMNS = ("Fz [N]", "p [bar]", "α [°]", "γ [°]")
 
 
 def step_table(result: CampaignResult) -> Table:
     """Table 6.3."""
     rows = [
         [
-            *_point(c.condition),
+            *point_cells(c.condition),
             f"{100.0 * c.condition.kappa:.10g}",
             100.0 * c.facts.kappa_before,
             100.0 * c.facts.kappa_actual,
@@ -105,7 +115,7 @@ def step_table(result: CampaignResult) -> Table:
         for c in result.conditions
     ]
     header = (
-        *_POINT,
+        *POINT_COLUMNS,
         "κ desired [%]",
         "κ before [%]",
         "κ actual [%]",
@@ -127,7 +137,7 @@ def linear_table(result: CampaignResult) -> Table:
         fit = c.linear
         rows.append(
             [
-                *_point(c.condition),
+                *point_cells(c.condition),
                 f"{100.0 * c.condition.kappa:.10g}",
                 fit.sigma.value,
                 fit.sigma.std_error,
@@ -140,7 +150,7 @@ def linear_table(result: CampaignResult) -> Table:
             ]
         )
     header = (
-        *_POINT,
+        *POINT_COLUMNS,
         "κ [%]",
         "σx [m]",
         "± [m]",
@@ -170,8 +180,8 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
             if model is None:
                 continue
             errors = {c.kappa: value for c, value in model.rmse.items()}
-            rows.append([*_point(point.point), *(errors.get(k, math.nan) for k in levels)])
-        header = (*_POINT, *(f"{100 * k:+g} %" if k else "0 %" for k in levels))
+            rows.append([*point_cells(point.point), *(errors.get(k, math.nan) for k in levels)])
+        header = (*POINT_COLUMNS, *(f"{100 * k:+g} %" if k else "0 %" for k in levels))
         title = f"RMSE of the {name} model [N]"
         note = "Over the transient part of the mean response; at κ = 0 all that follows the step."
         out.append(Table(f"rmse_{name}", title, header, rows, note))
@@ -187,27 +197,34 @@ def carcass_table(result: CampaignResult) -> Table:
             continue
         rows.append(
             [
-                *_point(point.point),
+                *point_cells(point.point),
                 1e-3 * fit.c_cx.value,
                 1e-3 * fit.c_cx.std_error,
                 1e-3 * fit.slip_stiffness.value,
                 fit.sigma_x.value,
                 fit.sigma_x.std_error,
                 1e3 * fit.half_length,
+                100.0 * fit.model_bias["c_cx"],
+                100.0 * fit.model_bias["sigma_x"],
                 fit.c_cx.at_bound or "no",
             ]
         )
     header = (
-        *_POINT,
+        *POINT_COLUMNS,
         "c_cx [kN/m]",
         "± [kN/m]",
         "CFκ [kN]",
         "σx (7.27) [m]",
         "± [m]",
         "a [mm]",
+        "model's bias of c_cx [%]",
+        "of σx [%]",
         "at bound",
     )
-    note = "Nonlinear contact patch model, one carcass stiffness per operating point (7.25, 7.26)."
+    note = (
+        "Nonlinear contact patch model, one carcass stiffness per operating point (7.25, 7.26). "
+        "The model's own bias is what it finds too much on a tread of bristles at small slip."
+    )
     return Table("carcass", "Carcass stiffness", header, rows, note)
 
 
@@ -237,7 +254,7 @@ def radius_table(result: CampaignResult) -> Table:
     """Figures 6.1, 6.2 as numbers, sources side by side."""
     rows = [
         [
-            *_point(v.point),
+            *point_cells(v.point),
             v.source.replace("_", " "),
             1e3 * v.measured.value,
             1e3 * v.measured.std_error,
@@ -247,7 +264,15 @@ def radius_table(result: CampaignResult) -> Table:
         ]
         for v in radius_values(result)
     ]
-    header = (*_POINT, "source", "r_e [mm]", "± [mm]", "Fx [N]", "r_e at Fx = 0 [mm]", "runs")
+    header = (
+        *POINT_COLUMNS,
+        "source",
+        "r_e [mm]",
+        "± [mm]",
+        "Fx [N]",
+        "r_e at Fx = 0 [mm]",
+        "runs",
+    )
     note = "By (5.22). A force F makes a slip F/C_Fκ: r_e at Fx = 0 is r_e (1 + F/C_Fκ)."
     return Table("rolling_radius", "Effective rolling radius", header, rows, note)
 

@@ -41,6 +41,8 @@ class RadiusRun:
     """the same from the wheel encoder [m]"""
     load: float
     """mean Fz over the same road [N]; nominal where it was not measured"""
+    start: int = 1
+    """1, 2, 3: wheel started at 0, 120, 240 deg"""
 
     def corrected(self, slip_stiffness: float) -> float:
         """r_e at Fx = 0: r_e (1 + F / C_Fk), with C_Fk [N]."""
@@ -66,7 +68,7 @@ def radius_of_run(table: MeasurementTable) -> RadiusRun:
     radius = encoder if source == "flexplates_off" or math.isnan(motor) else motor
     load = float(np.mean(table["fz"][keep])) if table.has("fz") else info.fz
     force = float(np.mean(table["fx"][keep]))
-    return RadiusRun(info.condition, source, radius, force, encoder, load)
+    return RadiusRun(info.condition, source, radius, force, encoder, load, info.start)
 
 
 def _source(table: MeasurementTable) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.steady.rolling_radius import GEAR
 
 
@@ -37,24 +38,47 @@ def friction_torque(tables: Iterable[MeasurementTable], bins: int = 24) -> Frict
     edges = np.linspace(speed.min(), np.nextafter(speed.max(), np.inf), bins + 1)
     number = np.digitize(speed, edges) - 1
     used = [i for i in range(bins) if (number == i).sum() >= 5]
+    if not used:
+        what = "fewer than five samples at any motor speed"
+        raise FlatplankError(what, "unloaded turns", "record longer")
     mean = np.array([[speed[number == i].mean(), torque[number == i].mean()] for i in used])
     scatter = np.array([torque[number == i].std(ddof=1) for i in used])
-    if not used:
-        raise ValueError("unloaded turns: fewer than five samples at any speed; record longer")
     return FrictionTorque(mean[:, 0], mean[:, 1], scatter)
 
 
-def efficiency(table: MeasurementTable, friction: FrictionTorque) -> float:
-    """eta = M_T / (M_M - M_F) over the last part of a driving run (5.3); NaN when braking.
+@dataclass(frozen=True)
+class DriveState:
+    """Means over the last part of a run."""
 
-    M_T = Fx r_l is the tire's torque, reduced to the motor by the gear. The slewing drive locks
-    itself, so a braking run tells nothing.
-    """
+    motor_torque: float
+    """M_M [N m]"""
+    tire_torque: float
+    """M_T = Fx r_l, reduced to the motor by the gear [N m]"""
+    motor_velocity: float
+    """[rad/s]"""
+
+    def efficiency(self, friction: FrictionTorque) -> float:
+        """eta = M_T / (M_M - M_F) (5.3); NaN when braking.
+
+        The slewing drive locks itself, so a braking run tells nothing.
+        """
+        net = self.motor_torque - friction(self.motor_velocity)
+        return self.tire_torque / net if self.tire_torque > 0.0 and net > 0.0 else math.nan
+
+
+def drive_state(table: MeasurementTable, length: float = 0.5) -> DriveState:
+    """Torques over the last `length` [m] of a run."""
     x = table["plank_position"]
-    keep = x > x.max() - 0.5
+    keep = x > x.max() - length
     radius = table.get("loaded_radius")[keep]
     radius = np.where(np.isfinite(radius), radius, table.info.effective_rolling_radius)
-    tire = float(np.mean(table["fx"][keep] * radius)) / GEAR
-    motor = float(np.mean(table["motor_torque"][keep]))
-    net = motor - friction(float(np.mean(table["motor_velocity"][keep])))
-    return tire / net if tire > 0.0 and net > 0.0 else math.nan
+    return DriveState(
+        float(np.mean(table["motor_torque"][keep])),
+        float(np.mean(table["fx"][keep] * radius)) / GEAR,
+        float(np.mean(table["motor_velocity"][keep])),
+    )
+
+
+def efficiency(table: MeasurementTable, friction: FrictionTorque) -> float:
+    """eta of the last half metre of a driving run (5.3); NaN when braking."""
+    return drive_state(table).efficiency(friction)

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drive torque, stiffness at rest, lateral transients and sources of r_e in the report."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from steptable import step_table
+
+from flatplank_analysis.cli import report as cli_report
+from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
+from flatplank_analysis.data.exporters import export_campaign
+from flatplank_analysis.figures.registry import make_figures
+from flatplank_analysis.report.analysis import analyse
+from flatplank_analysis.report.more_tables import MORE
+from flatplank_analysis.report.tables import all_tables
+
+SIGMA_Y, STIFFNESS_Y = 0.35, 6.0e4
+ETA, STATIC = 0.392, 1.0e5
+ALPHA = 5.0
+HELD = 0.008
+
+
+def _run(kappa: float, start: int, alpha: float) -> MeasurementTable:
+    name = f"TOY_REL_{100 * kappa:g}perc_a{alpha:g}_{start}.parquet"
+    table = step_table(kappa, start, 3.0, alpha_deg=alpha, file=name)
+    x = table["plank_position"]
+    tangent = math.tan(math.radians(alpha))
+    travel = x * math.cos(math.radians(alpha))
+    side = -STIFFNESS_Y * tangent * -np.expm1(-travel / SIGMA_Y)
+    tire = np.maximum(table["fx"], 0.0) * 0.3 / 1425.04
+    motor = 1.5 + 0.002 * table["motor_velocity"] + tire / ETA
+    # the wheel is held for 8 mm, and the standing tire is wound up
+    held = x < HELD
+    angle = table["wheel_angle"] - np.interp(HELD, x, table["wheel_angle"])
+    fx = np.where(held, -STATIC * x, table["fx"])
+    return table.with_columns(
+        fy=side, motor_torque=motor, fx=fx, wheel_angle=np.where(held, 0.0, angle)
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    tables = [_run(k, s, a) for a in (0.0, ALPHA) for k in (-0.02, 0.0, 0.02) for s in (1, 2, 3)]
+    rolling = step_table(0.0, 1, measurement="free_rolling", file="TOY_ERR_1.parquet")
+    # at +50 N the tire slips by 50 N over C_Fk: the wheel turns faster
+    faster = 1.0 + 50.0 / 9e4
+    tables.append(
+        rolling.with_columns(
+            fx=np.full(len(rolling), 50.0),
+            motor_velocity=rolling["motor_velocity"] * faster,
+        )
+    )
+    speed = np.repeat(np.linspace(0.0, 200.0, 21), 20)
+    turn = {"motor_velocity": speed, "motor_torque": 1.5 + 0.002 * speed}
+    info = RunInfo(file="turn.parquet", tire="TOY", measurement="unloaded_turn")
+    tables.append(MeasurementTable(turn, info))
+    return export_campaign(tables, tmp_path_factory.mktemp("beside") / "campaign")
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return analyse(Campaign.load(folder), magic=False)
+
+
+@pytest.fixture(scope="module")
+def tables(result):
+    return {t.name: t for t in all_tables(result)}
+
+
+def column(table, name: str) -> list:
+    place = list(table.header).index(name)
+    return [row[place] for row in table.rows]
+
+
+def test_all_of_them_are_there(tables, result):
+    assert {make(result).name for make in MORE} <= set(tables)
+    names = {f.name for group in make_figures(result).values() for f in group}
+    assert {"transmission", "lateral_start", "friction_torque"} <= names
+
+
+def test_efficiency_of_driving_runs_only(tables):
+    table = tables["transmission"]
+    found = dict(zip(column(table, "κ [%]"), column(table, "η [%]"), strict=True))
+    assert found["2"] == pytest.approx(100.0 * ETA, rel=0.02)
+    assert math.isnan(found["-2"])
+
+
+def test_stiffness_at_rest(tables):
+    assert column(tables["longitudinal_stiffness"], "C_x at rest [kN/m]") == pytest.approx(
+        [1e-3 * STATIC] * 2, rel=0.02
+    )
+
+
+def test_lateral_relaxation_from_the_start_of_rolling(tables):
+    (row,) = tables["lateral"].rows
+    assert row[2] == "5"
+    assert column(tables["lateral"], "σy [m]") == pytest.approx([SIGMA_Y], rel=0.02)
+    assert column(tables["lateral"], "C′Fα [kN/rad]") == pytest.approx(
+        [1e-3 * STIFFNESS_Y], rel=0.01
+    )
+    assert column(tables["lateral"], "Fy,ss [N]")[0] < 0.0
+
+
+def test_the_force_explains_the_radius_of_the_controller(tables):
+    table = tables["radius_sources"]
+    (reading,) = column(table, "reading")
+    assert reading == "the force explains it"
+    share = column(table, "by the force [%]")[0]
+    assert share == pytest.approx(column(table, "difference [%]")[0], rel=0.1)
+    assert abs(share) == pytest.approx(100.0 * 50.0 / 9e4, rel=0.1)
+
+
+def test_one_report_of_two_folders(folder, tmp_path, capsys):
+    other = export_campaign(
+        [step_table(0.05, s, 3.0, file=f"more_{s}.parquet") for s in (1, 2, 3)], tmp_path / "more"
+    )
+    out = tmp_path / "out"
+    folders = [str(folder), str(other)]
+    assert cli_report.main([*folders, "--out", str(out), "--jobs", "1"]) == 0
+    assert "report.html" in capsys.readouterr().out
+    assert "+5 %" in (out / "tables" / "rmse_linear.csv").read_text()
