@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-SOURCES = ("slip", "free_rolling")
+SOURCES = ("slip", "free_rolling", "follow")
 """Sources of references; their place is their number in the message."""
 
 
@@ -75,9 +75,9 @@ class Reference(NamedTuple):
     cycle: int
     stamp_ns: int
     source: str
-    """slip, free_rolling"""
+    """slip, free_rolling, follow"""
     value: float
-    """[rad/s] at the wheel or [N m] at the motor, by source"""
+    """[rad/s] at the wheel, [N m] at the motor or [unit/s] of the axis, by source"""
     valid: bool
 
 

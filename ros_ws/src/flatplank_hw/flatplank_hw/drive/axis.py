@@ -59,9 +59,12 @@ class AxisDrive(DriveRequests):
         held = self._guard(now) if self._wanted else True
         word, point = self._decide(axis, now, held, dt_ns)
         mode, position, velocity, torque = point
+        outputs = 0
+        if self.road_trigger.armed and encoders is not None:
+            outputs = self.road_trigger.step(encoders.plank_position, encoders.plank_moving)
         command = AxisCommand(
             self.index, cycle, word, int(mode), shaft.raw_position(position),
-            shaft.raw_velocity(velocity), shaft.raw_torque(torque), 0,
+            shaft.raw_velocity(velocity), shaft.raw_torque(torque), outputs,
         )  # fmt: skip
         watch.situation.turning = command.target_velocity != 0 or command.target_torque != 0
         return command, DriveSample(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The six operation modes of thesis chapter 4, one small class each; a new mode is a class in
+"""The six operation modes of thesis chapter 4 and `follow`, one small class each; a new mode is a class in
 `MODES`."""
 
 from __future__ import annotations
@@ -159,6 +159,16 @@ class FreeRolling(Mode):
         return SetPoint(CiaMode.CYCLIC_TORQUE, _NAN, _NAN, torque)
 
 
+class Follow(Mode):
+    """Follow the speed of a controller of this axis: load, steering angle, road camber."""
+
+    name, code, source = "follow", 7, "follow"
+
+    def step(self, reference: float, position: float, dt: float) -> SetPoint:
+        velocity = _limited(reference, self.p.speed_limit)
+        return SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, velocity, _NAN)
+
+
 class Homing(Mode):
     """Make the present position zero; the axis goes through the drive's own homing and then to
     position."""
@@ -170,5 +180,5 @@ class Homing(Mode):
 
 
 MODES: dict[str, type[Mode]] = {
-    mode.name: mode for mode in (Slip, Position, Velocity, Torque, FreeRolling, Homing)
+    mode.name: mode for mode in (Slip, Position, Velocity, Torque, FreeRolling, Homing, Follow)
 }

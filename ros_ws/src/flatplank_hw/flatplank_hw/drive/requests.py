@@ -12,6 +12,7 @@ from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.homing import Homer
 from flatplank_hw.drive.modes import MODES, Mode, Position
 from flatplank_hw.drive.params import DriveParameters
+from flatplank_hw.drive.road_trigger import RoadTrigger
 from flatplank_hw.drive.safety import RULES
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
@@ -37,6 +38,7 @@ class DriveRequests:
         self._state, self._error = State.NOT_READY, 0
         self._wanted = False
         self._stop = 0
+        self.road_trigger = RoadTrigger()
 
     # status
     @property
@@ -142,6 +144,15 @@ class DriveRequests:
             self._change(mode)
             mode.set_value(value)
 
+        return self._agenda.accept(act, at_cycle)
+
+    def set_trigger(self, distance: float, at_cycle: int | None = None) -> Answer:
+        """Digital output for an optical system: a pulse each `distance` [m] of road, 0: a level;
+        below 0: off."""
+        if not math.isfinite(distance):
+            return refused(f"trigger distance is {distance} m: give a number")
+        trigger = self.road_trigger
+        act = trigger.disarm if distance < 0.0 else lambda: trigger.arm(distance)
         return self._agenda.accept(act, at_cycle)
 
     def claim(self, client: str, at_cycle: int | None = None) -> Answer:

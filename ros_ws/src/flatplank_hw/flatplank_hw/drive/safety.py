@@ -140,6 +140,11 @@ def reference_old(s: Situation, p: DriveParameters) -> bool:
     return s.follows_plank and s.moving and s.reference_age_ns > p.reference_timeout * NS
 
 
+def reference_gone(s: Situation, p: DriveParameters) -> bool:
+    """As `reference_old`, for an axis that moves whether the plank does or not."""
+    return s.follows_plank and s.reference_age_ns > p.reference_timeout * NS
+
+
 _RULES = (
     Rule(1, "inputs", "inputs of the bus are stale or lost", True, inputs_bad),
     Rule(2, "samples", "hub or encoders have fallen silent", True, samples_old),
@@ -155,6 +160,7 @@ _RULES = (
     Rule(12, "plank_stands", "the plank stands under the tire: waiting", False, plank_stands),
     Rule(13, "plank_reverses", "the plank moves back: waiting", False, plank_reverses),
     Rule(14, "reference", "the reference is too old or not valid", True, reference_old),
+    Rule(15, "reference_gone", "the axis's controller has fallen silent", True, reference_gone),
 )
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}

@@ -10,7 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flatplank_hw.plant import layout
 from flatplank_hw.plant.config import PlantConfig
+
+
+MAX_CLEAT = 0.03
+"""[m]"""
 
 
 class OperatorView(NamedTuple):
@@ -39,9 +44,15 @@ class Operator:
     """
 
     def __init__(
-        self, config: PlantConfig, state: np.ndarray, wishes: np.ndarray, machine: np.ndarray
+        self,
+        config: PlantConfig,
+        state: np.ndarray,
+        wishes: np.ndarray,
+        machine: np.ndarray,
+        road_map: np.ndarray,
     ) -> None:
         self._c, self._s, self._op, self._m = config, state, wishes, machine
+        self._map = road_map
 
     def plank(self, direction: int, fast: bool | None = None, stop_at: float = math.nan) -> None:
         """Switch to forward (1), stop (0) or reverse (-1); optionally the speed switch and
@@ -121,6 +132,19 @@ class Operator:
         """Tire inflation pressure [bar]."""
         _within("pressure", bar, 0.5, 6.0, "bar")
         self._op["pressure"] = bar
+
+    def cleat(self, height: float) -> None:
+        """Fasten a cleat of this height [m] on the road where the configuration has its place; 0
+        takes it off."""
+        _within("cleat", height, 0.0, MAX_CLEAT, "m")
+        if height and self._s["fz"][0] > 0.0:
+            raise ValueError("cleat: the tire stands on the road; unload it first")
+        x = np.arange(len(self._map)) * layout.MAP_STEP - layout.MAP_START
+        c = self._c.cleat
+        reach = 0.5 * c.length + self._c.tire.contact_half_length
+        u = np.clip((x - c.position) / reach, -1.0, 1.0)
+        self._map[:, 2] = 0.5 * height * (1.0 + np.cos(np.pi * u))
+        self._m["mapped"] = 1
 
     def emergency_stop(self, pressed: bool = True) -> None:
         """Mushroom button: the plank stops, driven axes other than the wheel quick-stop."""

@@ -55,7 +55,9 @@ class Plant:
         self._newest = [-1] * len(AXES)
         self._fitted = [axis in config.driven_axes for axis in AXES]
         self.cycle = -1
-        self.operator = Operator(config, self._state, state["operator"], r.machine)
+        self.digital_outputs = 0
+        """as last commanded; bit 0 is the trigger of an optical system"""
+        self.operator = Operator(config, self._state, state["operator"], r.machine, r.road_map)
         self._arguments = (
             r.machine, self._state, r.tire, self._tire_state, self._bristles, state["operator"],
             r.drives, self._drive_state, self._commands, r.curve, r.road_map, r.mix, r.drift,
@@ -78,6 +80,7 @@ class Plant:
             while waiting and waiting[0][1] <= due:
                 c = waiting.popleft()
                 row = self._commands[axis]
+                self.digital_outputs = c[7]
                 row[0], row[1], row[2], row[3], row[4], row[5] = c[2], c[3], c[4], c[5], c[6], c[1]
         if self._row >= NOISE_ROWS:
             self._row = 0
