@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The six operation modes of thesis chapter 4 and `follow`, one small class each; a new mode is a class in
-`MODES`."""
+"""The six operation modes of thesis chapter 4, and `follow`; a new mode is a class in `MODES`."""
 
 from __future__ import annotations
 

@@ -13,7 +13,6 @@ import numpy as np
 from flatplank_hw.plant import layout
 from flatplank_hw.plant.config import PlantConfig
 
-
 MAX_CLEAT = 0.03
 """[m]"""
 
