@@ -25,6 +25,7 @@ VERBS = [
     "demo = flatplank_control.cli.demo:main",
     "reveal = flatplank_control.cli.reveal:main",
     "bench-speed = flatplank_control.cli.bench_speed:main",
+    "bench-blind = flatplank_control.cli.bench_blind:main",
     "doctor = flatplank_control.cli.doctor:main",
     "test = flatplank_control.cli.test:main",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.discovery.effect import Effect
@@ -12,16 +13,23 @@ from flatplank_analysis.effects.registry import find, library, load_file
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank effects [NAME] [--effects FILE] [--json]`, `flatplank effects check FILE`."""
+    """`flatplank effects [NAME] [--effects FILE] [--write DIR] [--json]`, `... check FILE`."""
     parser = argparse.ArgumentParser(prog="flatplank effects", description=__doc__)
     parser.add_argument("what", nargs="*", help="nothing: all; NAME: one; check FILE: test a file")
     parser.add_argument("--effects", metavar="FILE", action="append", default=[])
+    parser.add_argument("--write", metavar="DIR", help="a page with a picture for every effect")
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     arguments = parser.parse_args(argv)
     if arguments.what[:1] == ["check"]:
         if len(arguments.what) != 2:
             parser.error("check FILE")
         return _check(arguments.what[1], arguments.json)
+    if arguments.write:
+        from flatplank_analysis.tirebase.pages import write
+
+        count = write(library(arguments.effects), Path(arguments.write))
+        print(f"{count} pages in {arguments.write}")
+        return 0
     if arguments.what:
         return _one(find(arguments.what[0], arguments.effects), arguments.json)
     return _all(library(arguments.effects), arguments.json)

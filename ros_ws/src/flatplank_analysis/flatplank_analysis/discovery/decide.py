@@ -91,7 +91,7 @@ def _scale(p) -> float:
 
 def best_chi2(state: State, fit: Fit) -> float:
     """Whitened chi2 after one linear step from a plain fit."""
-    gram = state.gram(fit.residual(state.runs.measured), fit.jacobian)
+    gram = state.gram(fit.residual(state.runs.measured), fit.jacobian[fit.loose()])
     products, scores, energy = gram.total()
     step, _ = solve(products, scores)
     return energy - float(step @ scores)
@@ -109,11 +109,11 @@ def decide(
     runs = state.runs
     term = fit.terms[index]
     direction = amplitude(fit, index)
-    own = [i for i, (owner, name) in enumerate(fit.free) if not _linear(fit, index, owner, name)]
+    own = [i for i in fit.loose() if not _linear(fit, index, *fit.free[i])]
     columns = np.concatenate([fit.jacobian[own], direction[None], _stretches(state, direction)])
     gram = state.gram(fit.residual(runs.measured), columns)
     base = len(own)
-    full = state.gram(fit.residual(runs.measured), fit.jacobian)
+    full = state.gram(fit.residual(runs.measured), fit.jacobian[fit.loose()])
     products, scores, energy = full.total()
     drop = without - (energy - float(solve(products, scores)[0] @ scores))
     k = len([1 for owner, _ in fit.free if owner == index])
@@ -327,7 +327,7 @@ def held_out_errors(
     """
     runs = state.runs
     weight = channel_scale(state)
-    rest = [i for i, (owner, _) in enumerate(fit.free) if owner not in indices]
+    rest = [i for i in fit.loose() if fit.free[i][0] not in indices]
     parts = np.stack([amplitude(fit, i) for i in indices])
     columns = np.concatenate([fit.jacobian[rest], parts]) * weight
     e = fit.residual(runs.measured) * weight

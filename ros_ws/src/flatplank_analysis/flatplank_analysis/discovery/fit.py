@@ -12,8 +12,11 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.parameters import Parameter
 
-TRIALS = ((1e-7, 1.0), (1e-7, 0.4), (1e-3, 1.0), (1e-2, 1.0), (1e-1, 1.0), (1.0, 0.5))
-"""damping and step length of the steps that are tried at once"""
+TRIALS = ((1e-7, 1.0), (1e-2, 1.0), (1e-7, 0.4), (1e-3, 1.0), (1e-1, 1.0), (1.0, 0.5))
+"""damping and step length of the steps that are tried"""
+FIRST = 2
+"""so many at once; the others only when none of them keeps what the quadratic form promises"""
+KEPT = 0.5
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,12 @@ class Fit:
     """what the rows of the Jacobian are: (-1, base parameter) or (term, parameter)"""
     at_bound: tuple[str, ...] = ()
     iterations: int = 0
+    known: tuple[int, ...] = ()
+    """rows of the Jacobian of parameters that are known beforehand"""
+
+    def loose(self) -> list[int]:
+        """Rows of the Jacobian that may imitate an effect."""
+        return [i for i in range(len(self.free)) if i not in self.known]
 
     def residual(self, measured: np.ndarray) -> np.ndarray:
         """Measured minus predicted."""
@@ -114,9 +123,11 @@ class Fitter:
         count, was_fresh = 0, fresh
         while count < iterations:
             count += 1
-            moves = self._moves(columns, predicted, z, task)
-            tried = self.model.predict([task.lane(zz) for zz in moves])
-            values = [self._chi2(t, zz, task.entries) for t, zz in zip(tried, moves, strict=True)]
+            moves, promised = self._moves(columns, predicted, z, task)
+            tried, values = self._try(moves[:FIRST], task)
+            if not any(chi2 - v > KEPT * promised for v in values):
+                more, further = self._try(moves[FIRST:], task)
+                tried, values = np.concatenate([tried, more]), values + further
             best = int(np.nanargmin(values)) if np.isfinite(values).any() else 0
             gain = chi2 - values[best]
             if gain > 0.0:
@@ -161,14 +172,16 @@ class Fitter:
     def _result(self, z, terms, task, predicted, chi2, columns, count) -> Fit:
         lane = task.lane(z)
         new = tuple(replace(t, values=v) for t, (_, v) in zip(terms, lane.effects, strict=True))
-        bound = tuple(
-            e.parameter.name
-            for e, v in zip(task.entries, z, strict=True)
+        stopped = [
+            i
+            for i, (e, v) in enumerate(zip(task.entries, z, strict=True))
             if min(v * e.scale - e.parameter.lower, e.parameter.upper - v * e.scale)
             < 1e-6 * e.scale
-        )
+        ]
+        bound = tuple(task.entries[i].parameter.name for i in stopped)
+        known = tuple(i for i, e in enumerate(task.entries) if e.parameter.known)
         free = tuple((e.term, e.parameter.name) for e in task.entries)
-        return Fit(lane.base, new, predicted, chi2, columns, free, bound, count)
+        return Fit(lane.base, new, predicted, chi2, columns, free, bound, count, known)
 
     def _priors(self, entries) -> tuple[np.ndarray, np.ndarray]:
         centre = np.array([e.parameter.null / e.scale for e in entries])
@@ -199,8 +212,14 @@ class Fitter:
         columns /= np.array(steps)[:, None, None, None]
         return columns
 
-    def _moves(self, columns, predicted, z, task) -> list[np.ndarray]:
-        """End points of several damped steps, the active bounds held."""
+    def _try(self, moves, task) -> tuple[np.ndarray, list[float]]:
+        """Predictions and sums of squares at several end points."""
+        tried = self.model.predict([task.lane(z) for z in moves])
+        return tried, [self._chi2(t, z, task.entries) for t, z in zip(tried, moves, strict=True)]
+
+    def _moves(self, columns, predicted, z, task) -> tuple[list[np.ndarray], float]:
+        """End points of several damped steps, the active bounds held; gain of the first one by
+        the quadratic form."""
         flat = (columns * self.weight).reshape(len(z), -1)
         e = ((self.model.runs.measured - predicted) * self.weight).reshape(-1)
         centre, strength = self._priors(task.entries)
@@ -210,7 +229,8 @@ class Fitter:
         for damping, length in TRIALS:
             step = bounded_step(hessian, slope, task.lower - z, task.upper - z, damping)
             out.append(np.clip(z + length * step, task.lower, task.upper))
-        return out
+        move = out[0] - z
+        return out, float(2.0 * move @ slope - move @ hessian @ move)
 
 
 class _Task:

@@ -108,8 +108,18 @@ def _regress(contrast: np.ndarray, blocks: Sequence[np.ndarray]) -> np.ndarray:
     return contrast - (fit @ flat).reshape(contrast.shape)
 
 
-def floor_of(runs: RunSet, residual: np.ndarray, cleaned: np.ndarray, channel: int = 0) -> Floor:
-    """Floor and unexplained part of one channel; residual and cleaned (runs, samples)."""
+def floor_of(
+    runs: RunSet,
+    residual: np.ndarray,
+    cleaned: np.ndarray,
+    channel: int = 0,
+    per_run: float = np.inf,
+) -> Floor:
+    """Floor and unexplained part of one channel; residual and cleaned (runs, samples).
+
+    per_run: independent numbers in a run by the noise model. What few contrasts say of slow noise
+    is uncertain, so the smaller of the two counts.
+    """
     counts = np.array([len(g) for g in runs.groups])
     spare = max(float(np.sum(counts - 1)), 1.0)
     pure = float(np.sum(cleaned**2) / (spare * runs.samples))
@@ -118,7 +128,7 @@ def floor_of(runs: RunSet, residual: np.ndarray, cleaned: np.ndarray, channel: i
     square = np.mean(runs.mean(residual) ** 2, axis=1)
     beyond = square - pure / counts - steps
     rms = np.sqrt([np.mean(residual[g] ** 2) for g in runs.groups])
-    freedom = effective_freedom(runs, cleaned)
+    freedom = min(effective_freedom(runs, cleaned), spare * per_run)
     ratio = float(np.mean(np.maximum(square - steps, 0.0) * counts)) / max(pure, 1e-30)
     return Floor(
         floor=float(np.sqrt(pure)),

@@ -136,6 +136,14 @@ def _channel(runs: RunSet, contrast: np.ndarray) -> ChannelNoise:
     return ChannelNoise(weights, _run_scale(runs, contrast, sizes, total_variance))
 
 
+def freedom_of(runs: RunSet, noise: ChannelNoise) -> float:
+    """Independent numbers in a run by the noise model: participation ratio of its covariance."""
+    t = runs.time.mean(axis=0)[:: max(1, runs.samples // 200)]
+    tau = np.abs(t[:, None] - t[None, :])
+    covariance = np.tensordot(noise.weights, _kernel(tau, float(t[-1] - t[0])), axes=1)
+    return float(np.trace(covariance) ** 2 / max(float(np.sum(covariance**2)), 1e-30))
+
+
 def _run_scale(runs: RunSet, contrast, sizes, variance: float) -> np.ndarray:
     """Noise of each condition relative to the mean, drawn towards one."""
     out = np.ones(runs.runs)

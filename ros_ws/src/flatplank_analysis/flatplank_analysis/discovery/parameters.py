@@ -27,6 +27,9 @@ class Parameter:
     prior: float = np.inf
     """standard deviation of what is known beforehand, around `null`"""
     note: str = ""
+    known: bool = False
+    """known beforehand within its narrow range: no effect is hidden behind it, it takes what is
+    small; what is large is left to effects"""
 
 
 def param(

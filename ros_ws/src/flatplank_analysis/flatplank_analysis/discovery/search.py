@@ -27,6 +27,9 @@ from flatplank_analysis.errors import FlatplankError
 
 NEARLY_ALIKE = 0.8
 TWINS = 0.995
+KINDS = ("machine", "sensor", "tire")
+ALIKE = 0.03
+"""share of a drop that is no evidence between two effects: the law of the model is no better"""
 Progress = Callable[[str, float], None]
 
 
@@ -60,7 +63,8 @@ class Search:
     effects: list[type[Effect]]
     steps: list[Step]
     seconds: float
-    looked_at: int
+    looked_at: dict[str, int]
+    """by effect: in how many ways it was looked for, times the number of effects"""
     first_ranking: float
     """seconds until the first ranking was there"""
     polished: State | None = None
@@ -97,6 +101,18 @@ def run_search(
     return _Searcher(model, list(effects), options).run()
 
 
+def looks(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
+    """By effect the number by which the family-wise level is divided (weighted Bonferroni).
+
+    Every effect gets the same share; one that is looked for at many places, or at many periods,
+    pays for its own looking and not the others with it.
+    """
+    return {
+        e.identifier: len(effects) * max(len(e.linear()), 1) * e.scanned(model.runs)
+        for e in effects
+    }
+
+
 def polish(search: Search) -> State | None:
     """Set free every piece of the law; None when there is none."""
     last = search.last.state
@@ -119,7 +135,7 @@ class _Searcher:
         self.model, self.effects, self.options = model, effects, options
         self.began = time.perf_counter()
         self.fitter = Fitter(model, channel_weights(model.runs, _rough_levels(model)))
-        self.looked_at = 1
+        self.looked_at = looks(effects, model)
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -154,9 +170,6 @@ class _Searcher:
             levels = [f.floor for f in state.floors]
             self.fitter = Fitter(self.model, channel_weights(self.model.runs, levels))
         ranking = screens.screen(state)
-        self.looked_at = sum(
-            max(len(e.linear()), 1) * e.scanned(self.model.runs) for e in self.effects
-        )
         return Step(state, ranking, found)
 
     def forward(self, step: Step) -> Step | None:
@@ -168,14 +181,16 @@ class _Searcher:
         for item in self.worth_a_refit(step):
             fit = self.refit(state, item)
             index = len(fit.terms) - 1
-            decision = decisions.decide(state, without, fit, index, self.looked_at, explained)
+            looked = self.looked_at[item.identifier]
+            decision = decisions.decide(state, without, fit, index, looked, explained)
             tried.append((decision, fit))
         tried.sort(key=lambda pair: -pair[0].drop)
         step.refits = [d for d, _ in tried]
         for _, rough in self.preferred(tried, step):
             fit = self.fitter.fit(rough.base, rough.terms)
             index = len(fit.terms) - 1
-            decision = decisions.decide(state, without, fit, index, self.looked_at, explained)
+            looked = self.looked_at[fit.terms[index].effect.identifier]
+            decision = decisions.decide(state, without, fit, index, looked, explained)
             if not decision.accepted:
                 continue
             found = Found(decision, *self.alike(step, decision))
@@ -193,8 +208,9 @@ class _Searcher:
                 continue
             twin = next((i for i, o in enumerate(out) if _twins(step.screen, item, o)), None)
             if twin is not None:
-                # the same in these data: the order of the alphabet, not that of the noise
-                out[twin] = min(out[twin], item, key=lambda s: s.identifier)
+                # the same in these data: what can be checked on the machine first, then the
+                # alphabet, not the order of the noise
+                out[twin] = min(out[twin], item, key=_by_kind)
                 continue
             out.append(item)
             if len(out) == self.options.refits:
@@ -224,7 +240,7 @@ class _Searcher:
         """Names that look like the effect, once the model has taken its part.
 
         Two effects are told apart when the one leaves of the other's drop more than the
-        dispersion, or a hundredth, cannot account for.
+        dispersion can account for, and more than the form of the model's law may be wrong by.
         """
         mine = screens.settings_of(step.screen, decision.term.effect.identifier)
         same: list[str] = []
@@ -243,7 +259,7 @@ class _Searcher:
                 screens.likeness(step.screen, other, mine[0]),
             )
             left = drop * (1.0 - rho**2)
-            if rho > NEARLY_ALIKE and left < max(20.0 * spread, 0.01 * drop):
+            if rho > NEARLY_ALIKE and left < max(20.0 * spread, ALIKE * drop):
                 same.append(other.identifier)
             elif rho > NEARLY_ALIKE:
                 weak.append(other.identifier)
@@ -261,7 +277,8 @@ class _Searcher:
             less = self.fitter.fit(fit.base, others, quick=True)
             less = self.fitter.derivative(less)
             without = decisions.best_chi2(state, less)
-            decision = decisions.decide(state, without, fit, index, self.looked_at)
+            looked = self.looked_at[fit.terms[index].effect.identifier]
+            decision = decisions.decide(state, without, fit, index, looked)
             if decision.drop > 0.0 and decision.p_repeats < decision.level:
                 kept.append((i, Found(decision, found.alike, found.weakly)))
         if len(kept) == len(step.found):
@@ -305,6 +322,10 @@ def _twins(ranking: Screen, one: Screened, other: Screened) -> bool:
         screens.likeness(ranking, one, other) > TWINS
         and screens.likeness(ranking, other, one) > TWINS
     )
+
+
+def _by_kind(item: Screened) -> tuple[int, str]:
+    return KINDS.index(item.candidate.effect.kind), item.identifier
 
 
 def negligible(item: Screened) -> bool:

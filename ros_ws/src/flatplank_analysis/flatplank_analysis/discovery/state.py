@@ -58,9 +58,9 @@ class State:
 
     @property
     def jacobian(self) -> np.ndarray:
-        """Columns of everything that is fitted now."""
+        """Columns of everything that is fitted now and may imitate an effect."""
         assert self.fit.jacobian is not None
-        return self.fit.jacobian
+        return self.fit.jacobian[self.fit.loose()]
 
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
         """Whitened sums of products of any columns and residual."""
@@ -123,9 +123,12 @@ def make_state(model: Model, fitter: Fitter, fit: Fit, effects: Sequence[type[Ef
     for c in range(len(runs.channels)):
         alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
         cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
-        levels.append(floors.floor_of(runs, residual[c], cleaned[-1], c))
     contrasts = np.stack(cleaned)
-    whitener = noises.make_whitener(runs, noises.fit_noise(runs, contrasts, residual))
+    model_noise = noises.fit_noise(runs, contrasts, residual)
+    for c, noise in enumerate(model_noise):
+        per_run = noises.freedom_of(runs, noise)
+        levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run))
+    whitener = noises.make_whitener(runs, model_noise)
     stiff = stiff_columns(model, fit)
     scatter = grams.scatter_of(runs, whitener, contrasts, stiff)
     return State(model, fit, residual, candidates, levels, whitener, stiff, scatter, contrasts)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,6 +26,8 @@ UNDECIDED = "not decidable"
 VERDICTS = (AT_FLOOR, FOUND, GROUP, LAW, PARTLY, NONE, UNDECIDED)
 LEAST_RUNS = 6
 LARGEST_CLASS = 4
+LEFT = 1e-3
+"""p-value below which a mean residual is said to be left: every channel is asked at every step"""
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,8 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
         return UNDECIDED, why
     level = last.state.floors[0]
     left = _open(last.state, bool(last.found))
-    lawful = bool(left) and search.polished is not None and not _open(search.polished, True)
+    polished = search.polished
+    lawful = bool(left) and polished is not None and not _open(polished, bool(last.found))
     slight = lawful and _slight(last.state)
     named = [f for f in last.found if not f.decision.term.effect.generic]
     if not last.found:
@@ -201,7 +204,7 @@ def _open(state: State, found: bool) -> str:
     """What is beyond the floor, in words; empty at the floor."""
     names = state.runs.channels
     for name, level in zip(names, state.floors, strict=True):
-        if level.unexplained > 0.3 * level.floor and level.p_value < 0.01:
+        if level.unexplained > 0.3 * level.floor and level.p_value < LEFT:
             return f"{level.unexplained:.1f} is left in {name} (floor {level.floor:.1f})"
     main = state.floors[0]
     worst = where.worst_bin(state.runs, state.residual[0], main.floor)
@@ -245,13 +248,12 @@ def _notes(runs: RunSet, search: Search) -> Sequence[str]:
     return out
 
 
-def smallest(step: Step, looked_at: int) -> dict[str, tuple[float, str]]:
+def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float, str]]:
     """Smallest size found with 80 % power at the family-wise level, by effect."""
     from scipy.stats import norm
 
     from flatplank_analysis.discovery.screen import best_per_effect
 
-    need = (norm.isf(decide.FAMILY / max(looked_at, 1) / 2.0) + norm.isf(0.2)) ** 2
     out: dict[str, tuple[float, str]] = {}
     for item in best_per_effect(step.screen):
         effect: type[Effect] = item.candidate.effect
@@ -260,6 +262,8 @@ def smallest(step: Step, looked_at: int) -> dict[str, tuple[float, str]]:
         if item.visible < 1e-3 or main.name not in names or effect.generic:
             continue
         i = names.index(main.name)
+        level = decide.FAMILY / max(looked_at.get(effect.identifier, 1), 1)
+        need = (norm.isf(level / 2.0) + norm.isf(0.2)) ** 2
         variance = solve(item.information, np.zeros(len(names)))[1][i, i]
         if variance > 0.0:
             out[effect.identifier] = (

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from flatplank_analysis.effects.base import Motion
 
@@ -22,10 +23,18 @@ def lost_motion(motion: Motion, gap: np.ndarray) -> np.ndarray:
     rate = np.where(before, slip, 0.0).sum(axis=-1) / np.maximum(way, 1e-6)
     extra = np.where(data.since_step > 0.0, slip - rate[..., None] * motion.travel, 0.0)
     ahead = np.cumsum(extra, axis=-1)
-    gap = np.broadcast_to(gap, (*slip.shape[:-1], 1))[..., 0]
-    lost = np.zeros_like(slip)
-    output = np.zeros(slip.shape[:-1])
-    for n in range(slip.shape[-1]):
-        output = np.clip(output, ahead[..., n] - gap, ahead[..., n] + gap)
-        lost[..., n] = ahead[..., n] - output
+    gap = np.ascontiguousarray(np.broadcast_to(gap, (*slip.shape[:-1], 1))[..., 0], dtype=float)
+    lost = np.empty_like(slip)
+    _distance(ahead, gap, lost)
     return np.diff(lost, axis=-1, prepend=0.0)
+
+
+@njit(cache=True)
+def _distance(ahead, gap, lost):
+    """Distance of a follower that is dragged through a gap; (lanes, runs, samples)."""
+    for i in range(ahead.shape[0]):
+        for r in range(ahead.shape[1]):
+            output = 0.0
+            for n in range(ahead.shape[2]):
+                output = min(max(output, ahead[i, r, n] - gap[i, r]), ahead[i, r, n] + gap[i, r])
+                lost[i, r, n] = ahead[i, r, n] - output

@@ -13,6 +13,9 @@ from flatplank_analysis.effects.base import Motion, TireEffect
 from flatplank_analysis.effects.waves import periods
 from flatplank_analysis.tirebase.grid import FILTER, SPEED
 
+SHORTEST = 80.0
+"""[1/m] waves per travel: a tooth of the bench has 64, the nodes of a run resolve 83"""
+
 
 @dataclass(frozen=True)
 class MeshRipple(TireEffect):
@@ -39,15 +42,15 @@ class MeshRipple(TireEffect):
 
     cos: float = param(0.0, unit="m", bounds=(-2e-3, 2e-3), screen=5e-5, matters=2e-5)
     sin: float = param(0.0, unit="m", bounds=(-2e-3, 2e-3), screen=5e-5, matters=2e-5)
-    period: float = param(0.1, unit="m", bounds=(1.0 / 60.0, 1.2), note="in plank travel")
+    period: float = param(0.1, unit="m", bounds=(1.0 / SHORTEST, 1.2), note="in plank travel")
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        return [{"period": p} for p in periods(runs, residual, 1.0 / 60.0, 1.2)]
+        return [{"period": p} for p in periods(runs, residual, 1.0 / SHORTEST, 1.2)]
 
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
-        return 400
+        return 530
 
     @classmethod
     def size(cls, values: dict[str, float]) -> float:

@@ -5,7 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Tire, TireEffect
 
 
@@ -48,6 +51,21 @@ class RoadPlay(TireEffect):
         note="where in the gap a run starts: -1 braking side, +1 driving side",
     )
 
+    at: float = param(
+        0.0,
+        unit="N",
+        bounds=(-150.0, 150.0),
+        note="force at which it moves: dry friction of the plate",
+    )
+
+    @classmethod
+    def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        return [{"at": 0.0}, {"at": 50.0}]
+
+    @classmethod
+    def scanned(cls, runs: RunSet) -> int:
+        return 2
+
     @classmethod
     def starts(cls) -> tuple[float, ...]:
         return (1.0, 2.5)
@@ -55,3 +73,4 @@ class RoadPlay(TireEffect):
     def tire(self, tire: Tire) -> None:
         tire.x.play += self.per_run.gap
         tire.x.play_rest += self.per_run.rest
+        tire.x.play_at = self.per_run.at

@@ -42,7 +42,10 @@ class RunOut1(TireEffect):
     )
     sin: float = param(0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5)
     radial: float = param(
-        0.0, unit="N/m", bounds=(-4e5, 4e5), note="load per change of rolling radius"
+        0.0,
+        unit="N/m",
+        bounds=(-2e6, 2e6),
+        note="load per change of rolling radius; that changes by a third of the run-out or less",
     )
 
     @classmethod
@@ -89,7 +92,10 @@ class RunOut2(TireEffect):
     )
     sin: float = param(0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5)
     radial: float = param(
-        0.0, unit="N/m", bounds=(-4e5, 4e5), note="load per change of rolling radius"
+        0.0,
+        unit="N/m",
+        bounds=(-2e6, 2e6),
+        note="load per change of rolling radius; that changes by a third of the run-out or less",
     )
 
     @classmethod
@@ -138,7 +144,10 @@ class RunOut3(TireEffect):
     )
     sin: float = param(0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5)
     radial: float = param(
-        0.0, unit="N/m", bounds=(-4e5, 4e5), note="load per change of rolling radius"
+        0.0,
+        unit="N/m",
+        bounds=(-2e6, 2e6),
+        note="load per change of rolling radius; that changes by a third of the run-out or less",
     )
 
     @classmethod

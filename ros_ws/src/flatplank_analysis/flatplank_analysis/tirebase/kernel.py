@@ -25,23 +25,27 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "memory", "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
+    "play_rest", "memory", "turn",
+    "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, MEMORY, LAW,
-) = range(26)  # fmt: skip
+    PLAY_REST, MEMORY, TURN, LAW,
+) = range(27)  # fmt: skip
 WIDTH = len(NAMES)
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
 """contact slips of the free law; negative first, falling, then positive, rising"""
+
+FAST = dict(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
+"""no checks for division by zero; what is not finite is found by the engine"""
 
 SLIDING = 0.08
 """adhesion share that is left to a sliding patch"""
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def steady(k, stiff, peak, shape, fall, rounding):
     """Steady force [N] at contact slip k and its slope dF/dk.
 
@@ -72,7 +76,7 @@ def steady(k, stiff, peak, shape, fall, rounding):
     return force, dforce
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def free_law(k, p):
     """Factor on the force at a contact slip and its slope: straight pieces over |k|."""
     first = LAW if k < 0.0 else LAW + 4
@@ -103,7 +107,7 @@ def free_law(k, p):
     return 1.0 + ha + slope * (size - a), slope * sign
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
     """Force and slope with load, friction, asymmetry, sliding speed and cross slip taken in."""
     peak = p[PEAK] * friction * load
@@ -126,7 +130,7 @@ def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
     return force * share, slope * share * share + force / total * (1.0 - share * share)
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def deflection(force, p):
     """Deflection of carcass and play at a force [m], and its slope."""
     c = p[CARCASS]
@@ -141,14 +145,14 @@ def deflection(force, p):
     return value, slope
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def start_deflection(p):
     """Deflection at standstill: the plank rests somewhere in its play."""
     value, _ = deflection(0.0, p)
     return value + 0.5 * p[PLAY] * p[PLAY_REST]
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def patch_length(k, theta, half):
     """Relaxation length of the patch (7.17), (7.18) [m]."""
     near = abs(k) / (1.0 + k) if k > -0.5 else 2.0 * abs(k)
@@ -158,7 +162,7 @@ def patch_length(k, theta, half):
     return m * half / (1.0 + max(k, -0.5))
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
     """State (slip, force, deflection, creep, slope of the law, patch rate) after one node."""
     k0, f0, x0, creep0, slope0, r0 = old
@@ -221,7 +225,7 @@ def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
     return k1, fk, xk, creep, slope, r1
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
     """One node of all elements in x (axis 0 index 0) and y (1).
 
@@ -230,6 +234,7 @@ def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
     for e in range(ds.shape[0]):
         rate = abs(ds[e]) / dt[e] / speed if dt[e] > 0.0 else 0.0
         ky = state[0, 1, e]
+        slip = dw[0, e] - params[0, e][GIVE] * state[1, 0, e] * ds[e]
         for axis in range(2):
             p = params[axis, e]
             kc = ky if axis == 0 else state[0, 0, e]
@@ -238,14 +243,15 @@ def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
                 state[0, axis, e], state[1, axis, e], state[2, axis, e],
                 state[3, axis, e], state[4, axis, e], state[5, axis, e],
             )  # fmt: skip
+            way = ds[e] + p[TURN] * slip if axis == 1 else ds[e]
             new = advance(
-                old, ds[e], dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross
+                old, way, dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross
             )
             for i in range(6):
                 state[i, axis, e] = new[i]
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def rest(params):
     """State at standstill without force, shape (6, 2, elements)."""
     state = np.zeros((6, 2, params.shape[1]))
@@ -255,7 +261,7 @@ def rest(params):
     return state
 
 
-@njit(cache=True, nogil=True)
+@njit(**FAST)
 def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first, last):
     """All nodes of elements first..last; inputs (elements, samples), dw and force (2, e, s).
 
@@ -266,7 +272,7 @@ def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first
         px, py = params[0, e], params[1, e]
         cross_x = px[COMBINE] * py[STIFF] / px[STIFF]
         cross_y = py[COMBINE] * px[STIFF] / py[STIFF]
-        both = cross_x != 0.0 or cross_y != 0.0
+        both = cross_x != 0.0 or cross_y != 0.0 or py[TURN] * px[GIVE] != 0.0
         do_x = todo[0, e] or both
         do_y = todo[1, e] or both
         x = (0.0, 0.0, start_deflection(px), 0.0, 0.0, 0.0)
@@ -274,9 +280,11 @@ def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first
         for n in range(ds.shape[1]):
             step, s, w, mu = dt[e, n], ds[e, n], load[e, n], friction[e, n]
             rate = abs(s) / step / speed if step > 0.0 else 0.0
+            # the rubber goes through the contact with the wheel, in both directions
+            way = s + py[TURN] * (dw[0, e, n] - px[GIVE] * x[1] * s)
             if do_x:
                 x = advance(x, s, dw[0, e, n], step, w, mu, px, nominal[e], rate, cross_x * y[0])
                 force[0, e, n] = x[1]
             if do_y:
-                y = advance(y, s, dw[1, e, n], step, w, mu, py, nominal[e], rate, cross_y * x[0])
+                y = advance(y, way, dw[1, e, n], step, w, mu, py, nominal[e], rate, cross_y * x[0])
                 force[1, e, n] = y[1]

@@ -130,6 +130,7 @@ class TireModel:
             p[..., kernel.PLAY_SOFT] = 10.0
             p[..., kernel.CREEP_TIME] = 10.0
         params[0, ..., kernel.DENOM] = get("denom")
+        params[1, ..., kernel.TURN] = get("turn_y") * get("denom")
 
     def _force(self, own: list, motion: Motion, tire: Tire, params: np.ndarray) -> np.ndarray:
         d = self.data
@@ -226,9 +227,13 @@ def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
             continue
         if not all(np.array_equal(a[lane], a[0]) for a in common):
             continue
+        moved = [not np.array_equal(dw[axis, lane], dw[axis, 0]) for axis in range(2)]
+        give = params[0, :, :, kernel.GIVE]
+        own = moved[0] or not np.array_equal(give[lane], give[0])
+        moved[1] |= own and bool(params[1, lane, :, kernel.TURN].any())
         for axis in range(2):
             same = np.array_equal(params[axis, lane], params[axis, 0])
-            out[axis, lane] = not (same and np.array_equal(dw[axis, lane], dw[axis, 0]))
+            out[axis, lane] = moved[axis] or not same
     return out
 
 

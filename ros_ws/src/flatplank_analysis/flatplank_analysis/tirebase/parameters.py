@@ -36,7 +36,12 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
                 "stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior
             ),
             Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
-            Parameter("angle_offset", "rad", 0.0, -0.06, 0.06, 1e-3),
+            # 1: the rubber of the side force goes through the contact with the wheel, as with
+            # bristles; 0: side force and slip know nothing of each other
+            Parameter("turn_y", "1", 0.5, 0.0, 1.0, 0.3, prior=0.5),
+            # the protractor can be read to a tenth of a degree: more is an effect (steering
+            # zero, ply steer), which then takes the whole of it
+            Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
         ]
     if np.ptp(data.nominal) > 0.02 * load:
         out += [

@@ -109,13 +109,12 @@ def sizes_of(case: Case) -> dict[str, float]:
     """Sizes of what is hidden; infinite when these runs cannot show an effect."""
     if case.group in ("none", "outside"):
         return {}
-    return {
-        name: min(
-            case.factor * detectable(case.world, name, case.noise, case.scatter, case.design),
-            MENU[name].most if case.factor > 1.0 else math.inf,
-        )
-        for name in case.hidden
-    }
+    out = {}
+    for name in case.hidden:
+        least = detectable(case.world, name, case.noise, case.scatter, case.design)
+        fits = math.isfinite(least) and least <= MENU[name].most
+        out[name] = min(case.factor * least, MENU[name].most) if fits else math.inf
+    return out
 
 
 def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]] | None:

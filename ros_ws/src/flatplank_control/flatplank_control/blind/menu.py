@@ -96,7 +96,7 @@ MENU: dict[str, Item] = {
         GAPS, "m", 5e-4, 1e-4, 2.5e-3, _defect("rack_backlash", "gap"), _kernel("rack_gap"),
     ),
     "mesh_ripple": Item(
-        ("mesh_ripple",), "m", 4e-5, 5e-6, 1e-3,
+        ("mesh_ripple",), "m", 4e-5, 2e-5, 1e-3,
         lambda s, r: {"mesh_ripple": {"tooth": 0.0, "turn": s, "phase": r.uniform(0.0, 6.28)}},
         _ripple,
     ),
@@ -124,7 +124,8 @@ MENU: dict[str, Item] = {
     ),
     "runout_1": Item(
         ("runout_1", "nonuniformity_1"), "m", 2e-4, 5e-5, 3e-3,
-        lambda s, r: {"run_out": {"amplitude": s / 0.3, "rolling_share": 0.3}},
+        # a tenth of the deflection comes off the rolling radius again
+        lambda s, r: {"run_out": {"amplitude": s / 0.2, "rolling_share": 0.3}},
         _kernel("out_1", out_load=1.2e5),
     ),
     "runout_2": Item(

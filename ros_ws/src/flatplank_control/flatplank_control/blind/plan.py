@@ -30,7 +30,9 @@ DESIGNS: dict[str, tuple[Setting, ...]] = {
     "loads": tuple(Setting(k, fz) for fz in (2400.0, 3700.0, 5000.0) for k in FEW),
     "pressures": tuple(Setting(k, LOAD, p) for p in (2.0, 2.5) for k in FEW),
     "angles": tuple(Setting(k, alpha_deg=a) for a in (-2.0, 2.0) for k in FEW),
-    "cambers": tuple(Setting(k, gamma_deg=g) for g in (-3.0, 0.0, 3.0) for k in (-0.02, 0.0, 0.02)),
+    "cambers": tuple(
+        Setting(k, gamma_deg=g) for g in (-3.0, 0.0, 3.0) for k in (-0.02, 0.0, 0.02)
+    ),
 }  # fmt: skip
 """conditions of a campaign; every one is measured from three wheel angles"""
 STARTS = (1, 2, 3)

@@ -95,7 +95,8 @@ def _numbers(tire: SecondTire, machine: SecondMachine, run: Run, gain: float, de
 
     soft = (1.0 + machine.load_stiff * (load - 1.0)) * (1.0 + machine.pressure_stiff * over)
     put(
-        tread_x=tire.tread_x * gain * math.sqrt(load), tread_y=tire.tread_y * gain * math.sqrt(load),
+        tread_x=tire.tread_x * gain * math.sqrt(load),
+        tread_y=tire.tread_y * gain * math.sqrt(load),
         half=tire.half * math.sqrt(load), grip=tire.grip * gain, grip_lost=tire.grip_lost,
         grip_speed=tire.grip_speed, carcass_x=tire.carcass_x * soft,
         carcass_y=tire.carcass_y * soft, nominal=s.fz, speed=0.03092,
@@ -110,7 +111,12 @@ def _numbers(tire: SecondTire, machine: SecondMachine, run: Run, gain: float, de
 
 
 def measure(
-    tire: SecondTire, machine: SecondMachine, run: Run, count: int, gain: float, delay: float,
+    tire: SecondTire,
+    machine: SecondMachine,
+    run: Run,
+    count: int,
+    gain: float,
+    delay: float,
     bumps: np.ndarray,
 ) -> Columns:
     """One run without noise; `count` runs make the campaign."""  # fmt: skip

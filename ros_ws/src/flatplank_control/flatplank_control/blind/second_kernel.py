@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A second tire and a second machine, compiled: cells of rubber that are carried through the patch.
+"""A second tire and machine, compiled: cells of rubber that are carried through the patch.
 
 Shares no formula with the models of the analysis and none with the simulated plant: the pressure
 is flat with steep ends (1 - x^4), the grip falls with the sliding speed, both directions share one

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +23,7 @@ from flatplank_hw.plant.campaign import Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
 
 Sizes = Mapping[str, float]
+KEPT = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class World(Protocol):
 class SecondWorld:
     """Cells of rubber; see second_kernel.py."""
 
-    tire: SecondTire = SecondTire()
+    tire: SecondTire = field(default_factory=SecondTire)
     radius: float = 0.3108
 
     @classmethod
@@ -109,12 +110,10 @@ class SecondWorld:
         t = self.tire
         part = {n: 0.01 * getattr(t, n) for n in ("tread_x", "tread_y", "half", "grip")}
         part |= {n: 0.03 * getattr(t, n) for n in ("carcass_x", "carcass_y")}
-        part |= {"grip_lost": 0.02, "rolling": 5.0, "offset": 2e-4, "lean": 5e-4}
+        part |= {"grip_lost": 0.02, "rolling": 5.0, "offset": 2e-4}
         return tuple({name: step} for name, step in part.items())
 
     def changed(self, change) -> SecondWorld:
-        from dataclasses import replace
-
         new = {name: getattr(self.tire, name) + step for name, step in change.items()}
         return SecondWorld(replace(self.tire, **new), self.radius)
 
@@ -162,8 +161,7 @@ class PlantWorld:
         )  # fmt: skip
         bench = Campaign(config, rate_hz=self.rate, tire_step=0.0125)
         columns = bench.run(wanted, np.random.default_rng(run.index))
-        return {n: columns[n] for n in
-                ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")}  # fmt: skip
+        return {name: columns[name] for name in KEPT}
 
     def nuisances(self) -> tuple[Mapping[str, float], ...]:
         own = tuple({name: 0.02 * value} for name, value in self.tire.items())

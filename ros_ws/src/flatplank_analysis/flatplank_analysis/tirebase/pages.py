@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A page for every effect, from the registry: what it is, a picture of what it leaves, how to
+check it, what removes it. `flatplank effects --write docs/effects` makes them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+
+SLIPS = (-0.10, -0.02, 0.0, 0.02, 0.10)
+STARTS = (1, 2)
+COLOURS = ("#b2182b", "#ef8a62", "#777777", "#67a9cf", "#2166ac")
+WIDTH, HEIGHT, LEFT, BOTTOM = 560, 220, 56, 34
+OVER = {"wheel angle": ("wheel angle", "wheel angle [rad]"),
+        "time": ("time", "time [s]")}  # fmt: skip
+"""coordinates that are drawn as they are; the others over the plank"""
+KINDS = {
+    "machine": "a fault of the machine",
+    "sensor": "a fault of a sensor",
+    "tire": "the tire itself",
+}
+
+
+@lru_cache(maxsize=1)
+def stage() -> TireModel:
+    """A made-up campaign that differs in everything that an effect may look at."""
+    tables = []
+    for start in STARTS:
+        for kappa in SLIPS:
+            tables.append(_table(len(tables), kappa, start))
+    return TireModel(from_tables(tables))
+
+
+def _table(index: int, kappa: float, start: int) -> MeasurementTable:
+    load, radius = (3700.0, 4300.0)[start - 1], 0.31
+    time = np.arange(0.0, 122.0, 0.05)
+    plank = np.maximum(time - 1.0, 0.0) * 0.0309
+    rolled = np.maximum(plank - 0.0015, 0.0) + kappa * np.maximum(plank - 1.0, 0.0)
+    level = 3300.0 * np.tanh(22.0 * kappa)
+    after = np.maximum(plank - 1.0, 0.0)
+    columns = {
+        "time": time,
+        "plank_position": plank,
+        "wheel_angle": rolled / radius,
+        "fx": level * (1.0 - np.exp(-after / 0.35)) - 30.0 * (plank > 0.01),
+        "fy": -1100.0 * (1.0 - np.exp(-plank / 0.4)),
+        "fz": load + 40.0 * np.sin(2.0 * np.pi * plank / 0.9),
+        "mx": 20.0 * np.sin(2.0 * np.pi * plank / 0.8),
+        "mz": 20.0 * np.cos(2.0 * np.pi * plank / 0.7),
+    }
+    info = RunInfo(
+        file=f"stage_{index}", tire="STAGE", kappa=kappa, fz=load, pressure=2.0 + 0.25 * start,
+        alpha_deg=1.0, gamma_deg=2.0, start=start, run_index=index,
+        effective_rolling_radius=radius, step_position=1.0, speed=0.0309,
+    )  # fmt: skip
+    return MeasurementTable(columns, info)
+
+
+def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
+    """What a fit of the base leaves of an effect (channels, runs, samples), and its values."""
+    model = stage()
+    base = np.array([p.null for p in model.parameters])
+    lanes = [Lane(base)]
+    free = [i for i, p in enumerate(model.parameters) if p.screen and not p.known]
+    for i in free:
+        moved = base.copy()
+        moved[i] += 1e-3 * model.parameters[i].screen
+        lanes.append(Lane(moved))
+    setting = dict(effect.variants(model.runs, np.zeros_like(model.runs.measured))[0])
+    named = {p.name: p.null for p in effect.parameters()} | setting
+    named |= {p.name: p.null + p.screen for p in effect.linear()}
+    lanes.append(Lane(base, ((effect, effect.vector(named)),)))
+    out = model.predict(lanes)
+    columns = ((out[1:-1] - out[0]) * 1e3).reshape(len(free), -1)
+    change = (out[-1] - out[0]).reshape(-1)
+    sizes, _ = solve(columns @ columns.T, columns @ change)
+    return (change - sizes @ columns).reshape(out[0].shape), named
+
+
+def picture(effect: type[Effect]) -> str:
+    """The residual that an effect of its screening size leaves, as SVG."""
+    model = stage()
+    left, _ = left_by(effect)
+    channel = int(np.argmax(np.sum(left**2, axis=(1, 2))))
+    name, label = OVER.get(effect.coordinate, ("plank position", "plank position [m]"))
+    x = model.runs.coordinates[name].values
+    lines = []
+    for run, kappa in enumerate(model.data.kappa):
+        if run < len(SLIPS):
+            lines.append((COLOURS[SLIPS.index(float(kappa))], *_thin(x[run], left[channel, run])))
+    return _svg(lines, label, f"{model.runs.channels[channel]} [N]")
+
+
+def _thin(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Means of a few nodes, in the order of x; a wrapping angle is sorted."""
+    order = np.argsort(x, kind="stable")
+    groups = np.array_split(order, 110)
+    return (
+        np.array([x[g].mean() for g in groups]),
+        np.array([y[g].mean() for g in groups]),
+    )
+
+
+def _svg(lines, across: str, up: str) -> str:
+    low_x, high_x = min(x.min() for _, x, _ in lines), max(x.max() for _, x, _ in lines)
+    reach = max(max(abs(y).max() for _, _, y in lines), 0.5)
+    span = WIDTH - LEFT - 12
+
+    def place(x: float, y: float) -> str:
+        px = LEFT + span * (x - low_x) / (high_x - low_x)
+        py = 10 + (HEIGHT - BOTTOM - 10) * (0.5 - 0.5 * y / reach)
+        return f"{px:.1f},{py:.1f}"
+
+    middle, floor = 10 + 0.5 * (HEIGHT - BOTTOM - 10), HEIGHT - BOTTOM
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
+        f'width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="11">',
+        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
+        f'<path d="M{LEFT},10V{floor}H{WIDTH - 12}M{LEFT},{middle}H{WIDTH - 12}" '
+        'stroke="#bbbbbb" fill="none"/>',
+        f'<text x="{LEFT - 6}" y="18" text-anchor="end">{reach:.3g}</text>',
+        f'<text x="{LEFT - 6}" y="{middle + 4}" text-anchor="end">0</text>',
+        f'<text x="{LEFT - 6}" y="{floor}" text-anchor="end">-{reach:.3g}</text>',
+        f'<text x="12" y="{middle}" transform="rotate(-90 12 {middle})" '
+        f'text-anchor="middle">{up}</text>',
+        f'<text x="{LEFT}" y="{floor + 14}">{low_x:.3g}</text>',
+        f'<text x="{WIDTH - 12}" y="{floor + 14}" text-anchor="end">{high_x:.3g}</text>',
+        f'<text x="{LEFT + span / 2}" y="{floor + 14}" text-anchor="middle">{across}</text>',
+    ]
+    for colour, x, y in lines:
+        points = " ".join(place(a, b) for a, b in zip(x, y, strict=True))
+        parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
+    for i, (colour, kappa) in enumerate(zip(COLOURS, SLIPS, strict=True)):
+        at = f'x="{LEFT + 70 * i}" y="{HEIGHT - 4}"'
+        parts.append(f'<text {at} fill="{colour}">{100 * kappa:+.0f} %</text>')
+    return "\n".join([*parts, "</svg>", ""])
+
+
+def text_of(effect: type[Effect]) -> str:
+    """The page of one effect in Markdown."""
+    rows = [
+        "| parameter | unit | null | range | of consequence from | note |",
+        "|---|---|---|---|---|---|",
+    ]
+    for p in effect.parameters():
+        matters = f"{p.matters:g}" if p.matters else "-"
+        rows.append(
+            f"| {p.name} | {p.unit} | {p.null:g} | {p.lower:g} .. {p.upper:g} | {matters} "
+            f"| {p.note or '-'} |"
+        )
+    name = effect.identifier
+    shown = ", ".join(f"{p.name} {p.null + p.screen:g} {p.unit}" for p in effect.linear())
+    return "\n".join([
+        f"# {effect.title}",
+        "",
+        f"`{name}`: {KINDS[effect.kind]}; shows over **{effect.coordinate}**.",
+        "",
+        f"**What it is.** {effect.what}",
+        "",
+        f"**How to check it.** {effect.check}",
+        "",
+        f"**What removes it.** {effect.removes}",
+        "",
+        f"![what a fit of the tire leaves of it]({name}.svg)",
+        "",
+        f"What a fit of the tire leaves of it, for {shown}; one line per slip.",
+        "",
+        *rows,
+        "",
+        f"Source: {effect.source}. Made by `flatplank effects --write docs/effects`.",
+        "",
+    ])  # fmt: skip
+
+
+def index_of(known: Mapping[str, type[Effect]]) -> str:
+    """The list of all pages."""
+    lines = [
+        "# Effects of the library",
+        "",
+        "Made by `flatplank effects --write docs/effects`.",
+        "",
+    ]
+    for kind, text in KINDS.items():
+        lines += [f"## {text[0].upper()}{text[1:]}", ""]
+        lines += [
+            f"- [{e.title}]({e.identifier}.md) `{e.identifier}`, over {e.coordinate}"
+            for e in known.values()
+            if e.kind == kind
+        ]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def write(known: Mapping[str, type[Effect]], folder: Path) -> int:
+    """Write all pages; returns how many."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomic(folder / "README.md", index_of(known))
+    for effect in known.values():
+        write_atomic(folder / f"{effect.identifier}.md", text_of(effect))
+        write_atomic(folder / f"{effect.identifier}.svg", picture(effect))
+    return len(known)

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Points of one diagnosis against its answer, and the sums over many with Wilson intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from flatplank_analysis.discovery.score import score
+
+LAW = "tire_law"
+"""no machine effect: it says that the force law is of another form"""
+SILENT = ("none of these", "partly")
+QUIET = ("at floor", "tire law only")
+
+
+def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """What one journal entry is worth."""
+    diagnosis, answer = entry["diagnosis"], entry["answer"]
+    named = [e for e in diagnosis["effects"] if e["name"] != LAW]
+    plain = dict(diagnosis, effects=named)
+    found = score(plain, answer)
+    hidden = answer["effects"]
+    group = entry["case"]["group"]
+    out = {
+        "group": group,
+        "truth": "+".join(entry["case"]["hidden"]) or "nothing",
+        "first": named[0]["name"] if named else diagnosis["verdict"],
+        "verdict": diagnosis["verdict"],
+        "false": len(found["false"]) if hidden else len(named),
+        "all": all(m["named"] for m in found["effects"]),
+        "first_right": found["first_right"],
+        "outside_found": found["outside_found"],
+        "covered": [
+            m["covered"]
+            for m, h in zip(found["effects"], hidden, strict=True)
+            if m["named"] and h["sized"]
+        ],
+        "errors": [
+            m["error"]
+            for m, h in zip(found["effects"], hidden, strict=True)
+            if m["named"] and h["sized"]
+        ],
+        "held_out": None,
+    }
+    floor = diagnosis["floor_rmse"]
+    if out["all"] and hidden and floor:
+        out["held_out"] = diagnosis["held_out_after"] / floor
+    return out | {"right": _right(out, diagnosis)}
+
+
+def _right(p: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> bool:
+    if p["group"] == "none":
+        return p["false"] == 0
+    if p["group"] == "outside":
+        return p["false"] == 0 and diagnosis["verdict"] in SILENT and bool(p["outside_found"])
+    if p["group"] == "single":
+        return bool(p["first_right"]) and p["false"] == 0
+    return bool(p["all"]) and p["false"] == 0
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share of trials with its 95 % Wilson interval."""
+
+    hits: int
+    trials: int
+
+    @property
+    def value(self) -> float:
+        """Hits over trials."""
+        return self.hits / self.trials if self.trials else math.nan
+
+    def interval(self, z: float = 1.96) -> tuple[float, float]:
+        """Wilson's."""
+        n = self.trials
+        if not n:
+            return math.nan, math.nan
+        middle = (self.value + z * z / (2 * n)) / (1 + z * z / n)
+        half = z / (1 + z * z / n) * math.sqrt(
+            self.value * (1 - self.value) / n + z * z / (4 * n * n)
+        )  # fmt: skip
+        return max(middle - half, 0.0), min(middle + half, 1.0)
+
+    def __str__(self) -> str:
+        if not self.trials:
+            return "-"
+        low, high = self.interval()
+        return f"{self.hits}/{self.trials} = {self.value:.0%} ({low:.0%} .. {high:.0%})"
+
+
+def share(flags: Iterable[bool]) -> Share:
+    """Count."""
+    listed = [bool(f) for f in flags]
+    return Share(sum(listed), len(listed))
+
+
+def confusion(points: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
+    """How often each truth was called what."""
+    table: dict[str, dict[str, int]] = {}
+    for p in points:
+        row = table.setdefault(p["truth"], {})
+        row[p["first"]] = row.get(p["first"], 0) + 1
+    return table

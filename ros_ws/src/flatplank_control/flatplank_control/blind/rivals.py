@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a user would do today, on the same campaigns with the same base and the same candidates.
+
+`lmfit + BIC`: forward selection; the candidate whose column takes most of the error is fitted with
+lmfit and kept while BIC (independent noise, as the textbook has it) falls. `10 % rule`: the same
+loop, a term is kept when it cuts the RMSE of Fx by a tenth. lmfit is needed for the first only:
+`pip install -r requirements/rivals.txt`.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.state import (
+    Candidate,
+    channel_weights,
+    make_candidates,
+    start_base,
+    term_of,
+)
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_control.blind import journal
+from flatplank_control.blind.cases import Case, full, make
+from flatplank_control.blind.points import LAW, points_of, share
+
+MOST = 6
+"""terms at most"""
+LEVELS = {"fx": 10.0, "fy": 8.0, "fz": 9.0}
+"""weights of the channels that a user would choose [N]"""
+CUT = 0.10
+SUBSET = ("none/*/[01]", "single/*/x2/*/0", "pair/*/0", "outside/*/0")
+EVERY = 3
+"""of the subset's campaigns every third is judged: the rivals are slow"""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A model with its terms as a rival sees it."""
+
+    fit: Fit
+    spread: dict[int, float]
+    """standard error of the size by term"""
+
+
+Refit = Callable[[Fitter, Fit, Term], Kept]
+Keep = Callable[[TireModel, Fit, Fit], bool]
+
+
+def our_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
+    """All numbers jointly, our own Gauss-Newton."""
+    new = fitter.fit(fit.base, [*fit.terms, term])
+    return Kept(new, _spread(fitter, new))
+
+
+def lmfit_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
+    """All numbers jointly with lmfit's Levenberg-Marquardt; its own standard errors."""
+    import lmfit
+
+    from flatplank_analysis.discovery.fit import _Task
+
+    terms = [*fit.terms, term]
+    task = _Task(fitter, fit.base, terms)
+    z = np.clip(task.pack(fit.base, terms), task.lower + 1e-9, task.upper - 1e-9)
+    runs = fitter.model.runs
+    given = lmfit.Parameters()
+    for i, value in enumerate(z):
+        given.add(f"p{i}", value=float(value), min=float(task.lower[i]), max=float(task.upper[i]))
+
+    def residual(p) -> np.ndarray:
+        now = np.array([p[f"p{i}"].value for i in range(len(z))])
+        predicted = fitter.model.predict([task.lane(now)])[0]
+        return ((runs.measured - predicted) * fitter.weight).ravel()
+
+    done = lmfit.minimize(
+        residual, given, method="leastsq", epsfcn=1e-7, ftol=1e-5, max_nfev=12 * (len(z) + 1)
+    )
+    found = np.array([done.params[f"p{i}"].value for i in range(len(z))])
+    lane = task.lane(found)
+    terms = [replace(t, values=v) for t, (_, v) in zip(terms, lane.effects, strict=True)]
+    predicted = fitter.model.predict([lane])[0]
+    new = replace(fit, base=lane.base, terms=tuple(terms), predicted=predicted)
+    new = fitter.derivative(new)
+    free = tuple((e.term, e.parameter.name) for e in task.entries)
+    new = replace(new, free=free)
+    spread = {}
+    for i, e in enumerate(task.entries):
+        main = terms[e.term].effect.main_parameter() if e.term >= 0 else None
+        error = done.params[f"p{i}"].stderr
+        if main is not None and e.parameter.name == main.name and error is not None:
+            spread[e.term] = float(error) * e.scale
+    return Kept(new, spread)
+
+
+def _error(model: TireModel, fit: Fit) -> float:
+    """Sum of squares in the levels that the user chose."""
+    level = np.array([LEVELS[c] for c in model.runs.channels])[:, None, None]
+    return float(np.sum((fit.residual(model.runs.measured) / level) ** 2))
+
+
+def bic_falls(model: TireModel, old: Fit, new: Fit) -> bool:
+    """BIC with independent noise of unknown size over all samples."""
+    n = model.runs.measured.size
+    grown = len(new.free) - len(old.free)
+    return n * math.log(_error(model, new) / _error(model, old)) + grown * math.log(n) < 0.0
+
+
+def error_falls(model: TireModel, old: Fit, new: Fit) -> bool:
+    """RMSE of Fx falls by a tenth."""
+    before = model.runs.rmse(old.residual(model.runs.measured)[0])
+    return model.runs.rmse(new.residual(model.runs.measured)[0]) < (1.0 - CUT) * before
+
+
+RIVALS: dict[str, tuple[Refit, Keep]] = {
+    "lmfit + BIC": (lmfit_refit, bic_falls),
+    "10 % rule": (our_refit, error_falls),
+}
+
+
+def forward(model: TireModel, refit: Refit, keep: Keep) -> list[dict[str, Any]]:
+    """Named effects of a rival, in the order in which it kept them."""
+    weight = channel_weights(model.runs, [LEVELS[c] for c in model.runs.channels])
+    fitter = Fitter(model, weight)
+    fit = fitter.fit(start_base(model))
+    spread: dict[int, float] = {}
+    effects = list(library().values())
+    while len(fit.terms) < MOST:
+        term = _best(model, fitter, fit, effects)
+        if term is None:
+            break
+        kept = refit(fitter, fit, term)
+        if not keep(model, fit, kept.fit):
+            break
+        fit, spread = kept.fit, kept.spread
+    return [_told(i, t, spread.get(i, 0.0)) for i, t in enumerate(fit.terms)]
+
+
+def _told(index: int, term: Term, error: float) -> dict[str, Any]:
+    half = 1.645 * error
+    return {
+        "name": term.effect.identifier,
+        "size": term.size,
+        "class": [],
+        "interval": [term.size - half, term.size + half],
+        "unit": term.effect.main_parameter().unit,
+    }
+
+
+def _best(model: TireModel, fitter: Fitter, fit: Fit, effects: Sequence[type]) -> Term | None:
+    """The candidate whose columns take most of the squared error, the base moving along."""
+    residual = fit.residual(model.runs.measured)
+    weight = fitter.weight
+    base = (fit.jacobian * weight).reshape(len(fit.jacobian), -1)
+    inverse = solve(base @ base.T, base @ (residual * weight).ravel())[1]
+    best: tuple[float, Candidate, np.ndarray] | None = None
+    for candidate in make_candidates(model, fit, effects, residual):
+        s = (candidate.columns * weight).reshape(len(candidate.columns), -1)
+        e = (residual * weight).ravel()
+        s = s - (s @ base.T) @ inverse @ base
+        sizes, _ = solve(s @ s.T, s @ e)
+        gain = float(2.0 * sizes @ (s @ e) - sizes @ (s @ s.T) @ sizes)
+        term = term_of(candidate, sizes)
+        if gain > (best[0] if best else 0.0) and term.size != 0.0:
+            best = (gain, candidate, sizes)
+    return term_of(best[1], best[2]) if best else None
+
+
+def _spread(fitter: Fitter, fit: Fit) -> dict[int, float]:
+    """Textbook standard errors of the sizes."""
+    flat = (fit.jacobian * fitter.weight).reshape(len(fit.jacobian), -1)
+    e = (fit.residual(fitter.model.runs.measured) * fitter.weight).ravel()
+    _, covariance = solve(flat @ flat.T, flat @ e)
+    scale = float(e @ e) / (len(e) - len(flat))
+    out = {}
+    for i, (term, name) in enumerate(fit.free):
+        if term >= 0 and fit.terms[term].effect.main_parameter().name == name:
+            p = fit.terms[term].effect.main_parameter()
+            out[term] = math.sqrt(max(covariance[i, i] * scale, 0.0)) * abs(p.screen or 1.0)
+    return out
+
+
+def _verdict(named: list[dict[str, Any]]) -> str:
+    return "found" if named else "at floor"
+
+
+def judge(case: Case, seed: int) -> dict[str, Any] | None:
+    """Ours and both rivals on one campaign."""
+    made = make(case, seed)
+    if made is None:
+        return None
+    tables, answer = made
+    entry: dict[str, Any] = {
+        "key": case.key, "seed": seed, "code": journal.code_version(),
+        "case": {"group": case.group, "hidden": list(case.hidden), "world": case.world,
+                 "factor": case.factor},
+        "answer": answer, "ways": {"ours": journal.diagnose(tables)},
+    }  # fmt: skip
+    model = TireModel(from_tables(tables))
+    for name, (refit, keep) in RIVALS.items():
+        named = forward(model, refit, keep)
+        entry["ways"][name] = {
+            "effects": named, "verdict": _verdict(named), "unexplained": {}, "floor_rmse": None,
+            "held_out_after": None,
+        }  # fmt: skip
+    return entry
+
+
+def subset() -> list[Case]:
+    """The campaigns on which all are judged."""
+    chosen = [c for c in full() if any(fnmatch.fnmatch(c.key, p) for p in SUBSET)]
+    return chosen[::EVERY]
+
+
+def side_by_side(seed: int, path: Path, only_read: bool = False, limit: int | None = None) -> str:
+    """Judge what the journal lacks, and the table in Markdown."""
+    known = journal.of_this_code(journal.read(path), seed)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8") as stream:
+        for case in subset()[:limit]:
+            if only_read or case.key in known:
+                continue
+            entry = judge(case, seed)
+            if entry is not None:
+                stream.write(json.dumps(entry) + "\n")
+                stream.flush()
+                known[case.key] = entry
+    return table(list(known.values()))
+
+
+def table(entries: Sequence[Mapping[str, Any]]) -> str:
+    """One row per group and way."""
+    ways = ("ours", *RIVALS)
+    rows = []
+    for group in ("none", "single", "pair", "outside"):
+        own = [e for e in entries if e["case"]["group"] == group]
+        points = {w: [points_of(dict(e, diagnosis=e["ways"][w])) for e in own] for w in ways}
+        cells = [str(share(p["right"] for p in points[w])) for w in ways]
+        rows.append([f"{group}: right", *cells])
+    points = {w: [points_of(dict(e, diagnosis=e["ways"][w])) for e in entries] for w in ways}
+    hidden = {w: [p for p in points[w] if p["group"] in ("single", "pair")] for w in ways}
+    cells = [str(share(p["all"] for p in hidden[w])) for w in ways]
+    rows.append(["hidden effects all named", *cells])
+    rows.append(
+        [
+            "false terms per campaign",
+            *(f"{np.mean([p['false'] for p in points[w]]):.2f}" for w in ways),
+        ]
+    )
+    rows.append(
+        [
+            "90 % intervals that cover",
+            *(str(share(c for p in hidden[w] for c in p["covered"])) for w in ways),
+        ]
+    )
+    lines = [
+        f"{len(entries)} campaigns of the kit, the same base, the same candidates. A force law of "
+        f"another form (`{LAW}`) is not counted as false for anybody.",
+        "",
+        "| | " + " | ".join(ways) + " |",
+        "|---|" + "---|" * len(ways),
+    ]
+    return "\n".join(lines + ["| " + " | ".join(r) + " |" for r in rows])  # fmt: skip

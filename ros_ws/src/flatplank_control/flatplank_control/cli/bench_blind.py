@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Blind test of the discovery: campaigns with known answers, scores, confusion matrix."""
+
+from __future__ import annotations
+
+import argparse
+import fnmatch
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from flatplank_control.blind import journal
+from flatplank_control.blind.cases import full
+from flatplank_control.blind.page import page, summary
+
+SEED = 2027
+"""of the table in the docs; other seeds are for work on the search"""
+
+
+def parser() -> argparse.ArgumentParser:
+    p = argparse.ArgumentParser(prog="flatplank bench-blind", description=__doc__)
+    p.add_argument("--small", action="store_true", help="five campaigns of five slips")
+    p.add_argument("--seed", type=int, default=SEED)
+    p.add_argument("--repeats", type=int, default=5, help="campaigns per effect and size")
+    p.add_argument("--jobs", type=int, default=1, help="processes")
+    p.add_argument("--limit", type=int, help="only so many of the list, which is mixed")
+    p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'pair/*'")
+    p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
+    p.add_argument("--write", type=Path, metavar="FILE", help="the page, as in docs")
+    p.add_argument("--rivals", action="store_true", help="side by side with today's ways, too")
+    p.add_argument("--no-run", action="store_true", help="only from what the journal has")
+    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    return p
+
+
+def show(began: float) -> Callable[[int, int, str], None]:
+    """Progress with the time that is left, one line that is written over."""
+    clear = "\r\033[K" if sys.stderr.isatty() else ""
+    end = "" if sys.stderr.isatty() else "\n"
+    first: list[int] = []
+
+    def say(done: int, count: int, key: str) -> None:
+        first.append(done)
+        each = (time.monotonic() - began) / (done - first[0] + 1)
+        left = f"{each * (count - done) / 60.0:.0f} min left"
+        text = f"{clear}blind {done}/{count} {left} {key}"
+        print(text, end="\n" if done == count else end, file=sys.stderr, flush=True)
+
+    return say
+
+
+def main(argv: list[str]) -> int:
+    """Exit code 0: all campaigns of the list are scored."""
+    o = parser().parse_args(argv)
+    root = Path(os.environ.get("FLATPLANK_ROOT", "."))
+    path = o.journal or root / ".cache" / "blind" / f"seed{o.seed}.jsonl"
+    cases = [c for c in full(o.small, o.repeats) if fnmatch.fnmatch(c.key, o.only)][: o.limit]
+    if not cases:
+        raise ValueError(f"--only '{o.only}': no campaign has such a name")
+    if o.no_run:
+        known = journal.of_this_code(journal.read(path), o.seed)
+        entries = [known[c.key] for c in cases if c.key in known]
+    else:
+        entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
+    beside = _rivals(o, path) if o.rivals else ""
+    if o.json:
+        print(json.dumps(summary(entries), indent=1))
+        return 0
+    text = page(entries, "./flatplank bench-blind --write docs/discovery-blind.md", beside)
+    if o.write:
+        from flatplank_analysis.discovery.modelfile import write_atomic
+
+        write_atomic(o.write, text)
+        print(f"{len(entries)} campaigns: {o.write}")
+    else:
+        print(text)
+    return 0
+
+
+def _rivals(o: argparse.Namespace, path: Path) -> str:
+    from flatplank_control.blind.rivals import side_by_side
+
+    return side_by_side(o.seed, path.with_name(f"rivals{o.seed}.jsonl"), o.no_run)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))
