@@ -26,7 +26,7 @@ from flatplank_analysis.identify import (
     step_run,
 )
 from flatplank_analysis.identify.carcass_report import brush_bias
-from flatplank_analysis.identify.mean_response import asymptotes
+from flatplank_analysis.identify.mean_response import asymptotes, balanced
 from flatplank_analysis.identify.steady_curve import curve_law, slope_weights
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.contact import TOYO
@@ -289,3 +289,17 @@ def test_what_turns_with_the_wheel_cancels_in_the_mean_of_three_starts() -> None
     assert np.mean(asymptotes([r for r in runs if r.level > 0.0])) == pytest.approx(
         900.0, rel=0.05
     )
+
+
+def test_a_start_angle_that_was_repeated_more_often_counts_once() -> None:
+    truth = {-0.02: (0.4, 9e4), -0.01: (0.4, 9e4), 0.01: (0.4, 9e4), 0.02: (0.4, 9e4)}
+    quiet = simulate_linear(truth, np.random.default_rng(9), starts=12, noise=2.0, scatter=0.0)
+    runs = []
+    for run in quiet:
+        start = 1 if run.start > 3 else run.start
+        turn = run.distance / 0.311 + 2.0 * math.pi * (start - 1) / 3.0
+        runs.append(replace(run, start=start, fx=run.fx + 250.0 * np.sin(turn)))
+    assert len(balanced(runs)) == 12
+    level = {lv.level: lv for lv in fit_linear(runs).levels}[0.02]
+    assert level.steady_force.value == pytest.approx(1800.0, rel=0.02)
+    assert level.steady_force.dof == 2.0

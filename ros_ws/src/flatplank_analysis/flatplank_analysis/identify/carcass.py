@@ -10,7 +10,7 @@ from ..models.contact import TOYO, ContactGeometry
 from .carcass_joint import solve_jointly
 from .carcass_problem import carcass_problem, search_carcass
 from .carcass_report import CarcassFit, report
-from .mean_response import shared_fits
+from .mean_response import balanced, shared_fits
 from .runs import StepRun
 
 
@@ -36,6 +36,7 @@ def fit_carcass(
             str(runs[0].condition) if runs else "",
             "add slip levels",
         )
+    runs = balanced(runs)
     fits = shared_fits(runs)
     problem = carcass_problem(
         runs,

@@ -25,6 +25,36 @@ class MeanResponse:
     """Of sigma [m], asymptote and start force [N], from the scatter of the runs (3,)."""
 
 
+def balanced(runs: Sequence[StepRun]) -> list[StepRun]:
+    """Runs in which every start angle of a level counts once.
+
+    Where a level has several start angles with different numbers of runs, those of one angle are
+    averaged: the mean of the angles would else follow the angle that was repeated most.
+    """
+    out: list[StepRun] = []
+    for members in by_level(runs).values():
+        starts: dict[int, list[StepRun]] = {}
+        for run in members:
+            starts.setdefault(run.start, []).append(run)
+        uneven = len({len(same) for same in starts.values()}) > 1
+        out += [_averaged(same) for same in starts.values()] if uneven else members
+    return out if len(out) < len(runs) else list(runs)
+
+
+def _averaged(runs: Sequence[StepRun]) -> StepRun:
+    if len(runs) == 1:
+        return runs[0]
+    first = max(float(run.distance[0]) for run in runs)
+    last = min(float(run.distance[-1]) for run in runs)
+    x = runs[0].distance[(runs[0].distance >= first) & (runs[0].distance <= last)]
+    columns = {
+        name: np.mean([np.interp(x, run.distance, getattr(run, name)) for run in runs], axis=0)
+        for name in ("fx", "fy", "mz", "fz", "slip")
+    }
+    kappa = float(np.mean([run.kappa for run in runs]))
+    return replace(runs[0], distance=x, kappa=kappa, **columns)
+
+
 def has_mean(runs: Sequence[StepRun], output: str = "fx") -> bool:
     """Whether these repeats started at different angles and have a slip to respond to."""
     slips = [run.kappa if output == "fx" else run.alpha for run in runs]
@@ -33,6 +63,7 @@ def has_mean(runs: Sequence[StepRun], output: str = "fx") -> bool:
 
 def mean_response(runs: Sequence[StepRun], output: str = "fx") -> MeanResponse:
     """Fit (7.11) to the mean of repeats; its error is what the single runs pull (linearised)."""
+    runs = balanced(runs)
     x, force = _stacked(runs, output)
     slips = [run.kappa if output == "fx" else run.alpha for run in runs]
     fit = linear_run(x, force.mean(axis=0), float(np.mean(slips)))

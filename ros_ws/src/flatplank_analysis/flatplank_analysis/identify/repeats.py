@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .linear import LinearFit, linear_run
-from .mean_response import has_mean, mean_response
+from .mean_response import balanced, has_mean, mean_response
 from .noise import ARNoise, fit_noise, repeat_differences
 from .results import Confusion, Estimate, to_plain
 from .runs import StepRun, by_level
@@ -163,7 +163,7 @@ def _of_mean(runs: Sequence[StepRun], output: str) -> dict[str, Estimate]:
     found = mean_response(runs, output)
     fit, (sigma, steady, _) = found.fit, found.std_error
     errors = {"sigma": sigma, "slip_stiffness": steady / abs(fit.kappa), "steady_force": steady}
-    dof = float(len(runs) - 1)
+    dof = float(len(balanced(runs)) - 1)
     return {
         name: replace(getattr(fit, name), std_error=float(error), dof=dof)
         for name, error in errors.items()

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,12 @@ def mean_of(runs: Sequence[Gridded]) -> Gridded:
     names = [n for n in runs[0].columns if all(n in run.columns for run in runs)]
     columns = {n: np.mean([run.columns[n] for run in runs], axis=0) for n in names}
     return Gridded(runs[0].position, columns, sum(run.runs for run in runs))
+
+
+def mean_of_starts(runs: Sequence[Gridded], starts: Sequence[int]) -> Gridded:
+    """Mean of the start angles, each the mean of its runs (section 6.2)."""
+    groups = [[r for r, s in zip(runs, starts, strict=True) if s == one] for one in set(starts)]
+    return replace(mean_of([mean_of(group) for group in groups]), runs=len(runs))
 
 
 def repeat_std(runs: Sequence[Gridded], name: str = "fx") -> np.ndarray:

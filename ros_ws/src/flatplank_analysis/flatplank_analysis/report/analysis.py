@@ -22,7 +22,7 @@ from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.post.filtering import low_pass
-from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of, on_grid, repeat_std
+from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of_starts, on_grid, repeat_std
 from flatplank_analysis.post.slip import StepFacts, step_facts
 from flatplank_analysis.report.beside import Beside, beside, lateral_result
 from flatplank_analysis.report.compare import compared, positions
@@ -204,12 +204,13 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
         file = tables[0].info.file
         raise FlatplankError("no step_position", file, "add it to campaign.yaml [m]")
     gridded = [on_grid(t, SHOWN) for t in tables]
-    mean = mean_of(gridded).map(low_pass)
+    starts = [t.info.start for t in tables]
+    mean = mean_of_starts(gridded, starts).map(low_pass)
+    repeats = _repeats(gridded, starts)
     facts = _mean_facts([step_facts(t) for t in tables])
     kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else condition.kappa
     good = np.isfinite(mean["fx"])
     thin = slice(None, None, THIN)
-    starts = {t.info.start for t in tables}
     return ConditionResult(
         condition,
         [t.info.name for t in tables],
@@ -217,8 +218,8 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
         step,
         mean.position[thin],
         {name: values[thin] for name, values in mean.columns.items()},
-        _scatter(gridded),
-        len(starts) == 1,
+        _scatter(repeats),
+        len(repeats) < len(gridded) or len(set(starts)) == 1,
         linear_run(mean.position[good] - step, mean["fx"][good], kappa),
         {t.info.name: _run_fit(t, step) for t in tables},
         _tail(mean),
@@ -229,6 +230,14 @@ def _run_fit(table: MeasurementTable, step: float):
     facts = step_facts(table)
     kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else table.info.kappa
     return linear_run(table["plank_position"] - step, table["fx"], kappa)
+
+
+def _repeats(runs: Sequence[Gridded], starts: Sequence[int]) -> list[Gridded]:
+    """Runs whose scatter is shown: those of the start angle that was repeated, else all."""
+    counts = {s: starts.count(s) for s in starts}
+    most = max(counts, key=lambda s: counts[s])
+    uneven = counts[most] > 2 and len(set(counts.values())) > 1
+    return [r for r, s in zip(runs, starts, strict=True) if s == most or not uneven]
 
 
 def _scatter(gridded: Sequence[Gridded]) -> np.ndarray | None:

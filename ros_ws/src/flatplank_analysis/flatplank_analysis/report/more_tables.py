@@ -158,7 +158,7 @@ def lateral_table(result: CampaignResult) -> Table:
                 1e-3 * error[1] / abs(fit.kappa),
                 -fit.steady_force.value,
                 error[1],
-                1e-3 * spring if known and spring > 0.0 else math.nan,
+                1e-3 * spring if fit.settled and spring > 0.0 else math.nan,
                 str(found.runs),
                 "yes" if fit.settled else "no",
             ]

@@ -69,11 +69,22 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
         corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
         force = sum(r.force for r in runs) / len(runs)
         note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
-        measured = mean_value([r.radius for r in runs])
-        known_c = mean_value(corrected, note)
+        angles = [r.start for r in runs]
+        measured = mean_value(_per_start([r.radius for r in runs], angles))
+        known_c = mean_value(_per_start(corrected, angles), note)
         starts = len({r.start for r in runs})
         out.append(RadiusValue(point, source, measured, known_c, force, c, starts))
     return out
+
+
+def _per_start(values: Sequence[float], starts: Sequence[int]) -> list[float]:
+    """Values, or the means of the start angles where these have different numbers of runs."""
+    groups: dict[int, list[float]] = {}
+    for value, start in zip(values, starts, strict=True):
+        groups.setdefault(start, []).append(value)
+    if len({len(g) for g in groups.values()}) < 2:
+        return list(values)
+    return [sum(g) / len(g) for g in groups.values()]
 
 
 def all_tables(result: CampaignResult) -> list[Table]:

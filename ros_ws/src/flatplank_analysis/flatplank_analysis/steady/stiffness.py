@@ -70,21 +70,27 @@ def _slope(radius: np.ndarray, force: np.ndarray) -> float:
 
 
 def static_longitudinal_stiffness(
-    table: MeasurementTable, max_force: float = 0.25, max_turn: float = 2e-4
+    table: MeasurementTable,
+    share: tuple[float, float] = (0.05, 0.25),
+    max_turn: float = 1.5e-3,
 ) -> float:
     """C_x of the standing tire [N/m]: the plank moves, the wheel is still held by its drive.
 
-    Fitted where the wheel has turned by less than `max_turn` [rad] and |Fx| is under `max_force`
-    of Fz, where nothing slides yet. NaN when the run has no such part.
+    Slope of Fx over the travel of the road against the rim, while the wheel has turned by less
+    than `max_turn` [rad] (wind-up and gap of its gear) and |Fx| lies within `share` of Fz: below,
+    the road still moves through its play; above, the tread begins to slide. NaN without such a
+    part.
     """
     x, angle, fx = table["plank_position"], table["wheel_angle"], table["fx"]
     load = table.info.fz if math.isfinite(table.info.fz) else float(np.mean(table["fz"]))
+    radius = table.info.effective_rolling_radius
     begin = int(np.argmax(x > 5e-5))
-    turned = np.abs(angle - angle[max(begin - 1, 0)]) > max_turn
-    end = begin + int(np.argmax(turned[begin:])) if turned[begin:].any() else x.size
-    part = slice(begin, end)
-    travel, force = x[part], fx[part]
-    good = np.abs(force) < max_force * load
+    turned = angle - angle[max(begin - 1, 0)]
+    free = np.abs(turned) > max_turn
+    end = begin + int(np.argmax(free[begin:])) if free[begin:].any() else x.size
+    travel = (x - (radius if math.isfinite(radius) else 0.3) * turned)[begin:end]
+    force = np.abs(fx[begin:end] - fx[max(begin - 1, 0)])
+    good = (force >= share[0] * load) & (force <= share[1] * load)
     if good.sum() < 3 or np.ptp(travel[good]) < 2e-4:
         return math.nan
     return float(abs(np.polyfit(travel[good], force[good], 1)[0]))

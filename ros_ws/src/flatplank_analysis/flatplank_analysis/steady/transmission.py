@@ -13,6 +13,11 @@ from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.steady.rolling_radius import GEAR
 
+CLEAR = 3.0
+"""The net torque must be so many times the scatter of the friction ..."""
+SMALLEST_NET = 0.02
+"""... and at least this large [N m]"""
+
 
 @dataclass(frozen=True)
 class FrictionTorque:
@@ -60,10 +65,12 @@ class DriveState:
     def efficiency(self, friction: FrictionTorque) -> float:
         """eta = M_T / (M_M - M_F) (5.3); NaN when braking.
 
-        The slewing drive locks itself, so a braking run tells nothing.
+        The slewing drive locks itself, so a braking run tells nothing; nor does a net torque that
+        is lost in the scatter of the friction.
         """
         net = self.motor_torque - friction(self.motor_velocity)
-        return self.tire_torque / net if self.tire_torque > 0.0 and net > 0.0 else math.nan
+        least = max(CLEAR * float(np.median(friction.scatter)), SMALLEST_NET)
+        return self.tire_torque / net if self.tire_torque > 0.0 and net > least else math.nan
 
 
 def drive_state(table: MeasurementTable, length: float = 0.5) -> DriveState:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import FlatplankError
 from ...models.magic_formula import Coefficients, OperatingPoint, operating_point
-from ..mean_response import asymptotes
+from ..mean_response import asymptotes, balanced
 from ..runs import StepRun, by_condition
 
 AXES = ("fz", "kappa", "alpha", "gamma", "pressure")
@@ -76,6 +76,7 @@ def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
     """Steady Fx (asymptote fitted with the sigma of its repeats), Fy and Mz of slip-step runs."""
     if not runs:
         raise FlatplankError("no run to take steady forces from", "", "give slip-step runs")
+    runs = [run for members in by_condition(runs).values() for run in balanced(members)]
     fx = np.empty(len(runs))
     place = {id(run): i for i, run in enumerate(runs)}
     for members in by_condition(runs).values():

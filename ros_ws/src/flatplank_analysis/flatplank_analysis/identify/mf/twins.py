@@ -15,8 +15,8 @@ from .candidates import GRAIN, REACH, SHOW, describe_levels, levels_of
 from .problem import OutputProblem
 
 PAIR = ("PKX2", "PKX3")
-AS_GOOD = 2.71
-"""Twins whose costs differ by less cannot be told apart: 90 % of chi-square, one degree"""
+AS_GOOD = 9.2
+"""Twins whose costs differ by less are not told apart: odds of 100 to 1 are 2 ln 100"""
 APART = 0.5
 """Twins closer than this, in sizes that matter, are one solution"""
 
