@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 from flatplank_control.free_rolling import FreeRollingParameters
+from flatplank_control.load_control import LoadParameters
 from flatplank_control.sequencer import SequencerParameters
+from flatplank_control.steering_hold import AngleParameters
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.encoders import EncoderParameters
 from flatplank_hw.hub import HubParameters
@@ -33,6 +35,8 @@ SHIPPED = {
     DriveParameters: SRC / "flatplank_hw/config/wheel_drive.yaml",
     FreeRollingParameters: SRC / "flatplank_control/config/free_rolling_controller.yaml",
     SequencerParameters: SRC / "flatplank_control/config/slip_sequencer.yaml",
+    LoadParameters: SRC / "flatplank_control/config/load_controller.yaml",
+    AngleParameters: SRC / "flatplank_control/config/steering_hold.yaml",
 }
 
 

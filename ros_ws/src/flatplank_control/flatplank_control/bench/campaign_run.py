@@ -19,6 +19,7 @@ from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Limits
 from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.plans import axes_of
 from flatplank_control.runner.standstill import Standstill
 
 Progress = Callable[[Conductor, Job, Outcome], None]
@@ -26,9 +27,13 @@ Progress = Callable[[Conductor, Job, Outcome], None]
 
 def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
     """The simulated bench with the tire of the plan on it."""
+    axes = tuple(sorted({axis for run in plan.runs for axis in axes_of(run.measurement)}))
     wheel = {**setup.parameters.get("wheel_drive", {}), "free_radius": plan.tire.free_radius}
     return replace(
-        setup, tire=plan.tire.plant, parameters={**setup.parameters, "wheel_drive": wheel}
+        setup,
+        tire=plan.tire.plant,
+        axes=axes,
+        parameters={**setup.parameters, "wheel_drive": wheel},
     )
 
 

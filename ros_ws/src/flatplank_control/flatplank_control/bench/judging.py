@@ -11,10 +11,16 @@ from flatplank_analysis.data.store import open_store
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.runner.campaign.conductor import Job, Outcome
 from flatplank_control.runner.campaign.quality import Finding, Limits, Verdict, judge, profile
+from flatplank_control.runner.campaign.stiffness import EVALUATIONS
 from flatplank_control.runner.conditions import PRELOAD
 from flatplank_control.runner.standstill import Standstill
 
-COLUMNS = ["time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fz"]
+COLUMNS = [
+    "time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fy", "fz",
+    "loaded_radius",
+]  # fmt: skip
+STOOD = 0.02
+"""a wheel that turned by less stood [rad]"""
 ZERO_LIMIT = 60.0
 """change of the hub's zero over a run [N]"""
 
@@ -35,9 +41,14 @@ def outcome_of(
     if before.fx and after.fx:
         change = max(abs(b - a) for b, a in zip(before.zero, after.zero, strict=True))
         # without the filter the preloaded shaft turns the zero with the wheel
-        hidden = 0.0 if after.filter_on else PRELOAD
+        turned = float(abs(table.columns["wheel_angle"][-1] - table.columns["wheel_angle"][0]))
+        hidden = 0.0 if after.filter_on or turned < STOOD else PRELOAD
         zeros = [Finding("zero_change", change, ZERO_LIMIT + hidden)]
         facts |= {"before": before.facts(), "after": after.facts()}
+    evaluate = EVALUATIONS.get(job.measurement.measurement)
+    if evaluate is not None:
+        found_values = evaluate(table.columns, job.measurement)
+        facts |= {name: float(f"{value:.6g}") for name, value in found_values.items()}
     if job.measurement.measurement == "free_rolling":
         found = radius_of_run(table)
         facts |= {"radius": found.radius, "radius_force": found.force}

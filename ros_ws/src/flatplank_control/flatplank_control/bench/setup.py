@@ -42,6 +42,22 @@ NODES = (
 """What runs beside the bus, whatever the bus is."""
 
 
+AXIS_NODES: dict[str, tuple[NodeSpec, NodeSpec]] = {
+    "vertical": (
+        NodeSpec("flatplank_hw", "wheel_drive", "vertical_drive"),
+        NodeSpec("flatplank_control", "load_controller", "load_controller"),
+    ),
+    "steer": (
+        NodeSpec("flatplank_hw", "wheel_drive", "steer_drive"),
+        NodeSpec("flatplank_control", "axis_hold", "steering_hold"),
+    ),
+    "camber": (
+        NodeSpec("flatplank_hw", "wheel_drive", "camber_drive"),
+        NodeSpec("flatplank_control", "axis_hold", "camber_hold"),
+    ),
+}
+"""axis that may be driven beside the wheel -> its drive and its controller"""
+
 FOLLOW_UNTIL = 0.25
 """the wheel makes up a late start before the earliest slip at 0.3 m [m]"""
 
@@ -61,13 +77,20 @@ class BenchSetup:
     interface: str = ""
     """network interface of the bus, in the lab"""
     data: str = "data"
+    axes: tuple[str, ...] = ()
+    """driven beside the wheel: keys of AXIS_NODES"""
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """more parameters, by node name"""
 
     def nodes(self) -> tuple[NodeSpec, ...]:
         """The processes of this bench, the owner of the bus last."""
         bus = BUSES[self.kind]
-        return (*NODES, NodeSpec("flatplank_hw", bus, bus))
+        more = [node for axis in self.axes for node in AXIS_NODES[axis]]
+        return (*NODES, *more, NodeSpec("flatplank_hw", bus, bus))
+
+    def axis_node(self, axis: str, controller: bool) -> dict[str, Any]:
+        """Parameters of the drive or the controller of a further axis."""
+        return self.of(AXIS_NODES[axis][int(controller)])
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""
@@ -87,6 +110,7 @@ class BenchSetup:
                 "rate_hz": self.rate_hz,
                 "batch": self.batch,
                 "pace": self.pace,
+                **({"driven_axes": ["wheel", *self.axes]} if self.axes else {}),
             },
             "ethercat_bus": {
                 "rate_hz": self.rate_hz,
@@ -102,6 +126,9 @@ class BenchSetup:
             "free_rolling_controller": {"rate_hz": graph_rate, "automatic": True},
             "slip_sequencer": {"rate_hz": graph_rate, "follow_until": FOLLOW_UNTIL},
             "wheel_drive": self._free_radius(),
+            "load_controller": {"rate_hz": graph_rate, "enabled": True},
+            "steering_hold": {"rate_hz": graph_rate, "enabled": True},
+            "camber_hold": {"rate_hz": graph_rate, "enabled": True, "axis": "camber"},
             "recorder": {"folder": self.data},
             "measurement_runner": {"held": self.pace == "hold"},
         }

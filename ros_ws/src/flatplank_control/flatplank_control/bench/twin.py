@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from flatplank_control.bench.axes import TwinAxis, make_axis
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
@@ -44,7 +45,10 @@ class Twin:
 
         bus = setup.of(setup.nodes()[-1])
         config = PlantConfig.load(
-            bus["tire"], preset=bus["preset"] or None, file=bus["config"] or None
+            bus["tire"],
+            preset=bus["preset"] or None,
+            file=bus["config"] or None,
+            overrides={"driven_axes": ["wheel", *setup.axes]} if setup.axes else None,
         )
         self.setup = setup
         self.plant = Plant(config, bus["seed"], bus["rate_hz"])
@@ -57,6 +61,7 @@ class Twin:
         self.sequencer = SlipSequencer(make(SequencerParameters, "slip_sequencer"))
         self.sources = {"slip": self.sequencer, "free_rolling": self.controller}
         self.source: SlipSequencer | FreeRollingController | None = None
+        self.axes: dict[str, TwinAxis] = {axis: make_axis(setup, axis) for axis in setup.axes}
         self.batch = setup.batch
         self.latest: Cycle | None = None
         self._commands: tuple[AxisCommand, ...] = ()
@@ -98,7 +103,11 @@ class Twin:
             # as the node does: requests are judged by where the plank is now
             self.sequencer.watch(encoder_sample.plank_position, encoder_sample.cycle)
         command, drive_sample = self.drive.step(inputs, encoder_sample, hub_sample, reference)
-        self._commands = (command,)
+        if self.axes:
+            others = [a.step(inputs, encoder_sample, hub_sample) for a in self.axes.values()]
+            self._commands = (command, *others)
+        else:
+            self._commands = (command,)
         self.latest = Cycle(
             batch, hub_sample, encoder_sample, reference, inside, command, drive_sample
         )

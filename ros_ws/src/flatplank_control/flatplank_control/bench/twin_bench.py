@@ -8,13 +8,14 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+from flatplank_control.bench.axes import TwinAxis
 from flatplank_control.bench.log import RunLog
 from flatplank_control.bench.twin import Twin
 from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.plans import safe_end
-from flatplank_control.runner.quantities import QUANTITIES
+from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
 
 
 class TwinBench:
@@ -35,6 +36,7 @@ class TwinBench:
             "pressure_bar": operator.pressure,
             "steer_deg": lambda deg: operator.steer(math.radians(deg)),
             "road_camber_deg": lambda deg: operator.road_camber(math.radians(deg)),
+            "cleat_mm": lambda mm: operator.cleat(1e-3 * mm),
             "wheel_camber_deg": lambda deg: operator.wheel_camber(math.radians(deg)),
         }
         self._do: dict[type, Callable[[Any], None]] = {
@@ -51,6 +53,9 @@ class TwinBench:
             S.Quick: self._quick,
             S.Wait: self._wait,
             S.Say: lambda s: self._say(s.text),
+            S.Trigger: lambda s: _need(twin.drive.set_trigger(s.distance)),
+            S.HoldLoad: self._hold_load,
+            S.AxisProfile: self._profile,
         }
 
     def perform(self, plan: Iterable[S.Step]) -> None:
@@ -80,10 +85,9 @@ class TwinBench:
                 twin.cycle()
 
     def _manual(self, step: S.Manual) -> None:
-        quantity = QUANTITIES[step.quantity]
         self._by_hand[step.quantity](step.value)
-        text = quantity.prompt.format(value=step.value)
-        self._wait(S.Wait(f"done: {text}", quantity.verify(step.value), quantity.timeout, 0.2))
+        timeout = QUANTITIES[step.quantity].timeout
+        self._wait(S.Wait(f"done: {prompt_of(step)}", condition_of(step), timeout, 0.2))
 
     def _waveform(self, step: S.SlipWaveform) -> None:
         _need(
@@ -104,6 +108,29 @@ class TwinBench:
     def _stop_record(self, step: S.StopRecord) -> None:
         self._recording = False
         self.kept.append(self._log.stop(step.status, step.notes))
+
+    def _hold_load(self, step: S.HoldLoad) -> None:
+        axis = self._axis("vertical")
+        axis.follow(step.fz == step.fz)
+        if step.fz == step.fz:
+            axis.controller.set_load(step.fz)
+            self._wait(S.Wait("the vertical drive is enabled", lambda _s: axis.enabled, 2.0))
+
+    def _profile(self, step: S.AxisProfile) -> None:
+        axis = self._axis(step.axis)
+        if step.name:
+            _need(axis.controller.set_profile(step.name, step.parameters or {}))
+            return
+        axis.follow(step.parameters is not None)
+        if step.parameters is not None:
+            what = f"the {step.axis} drive is enabled"
+            self._wait(S.Wait(what, lambda _s: axis.enabled, 2.0))
+
+    def _axis(self, name: str) -> TwinAxis:
+        axis = self.twin.axes.get(name)
+        if axis is None:
+            raise S.PlanFailed(f"the {name} axis has no drive: start the bench with --axes {name}")
+        return axis
 
     def _quick(self, step: S.Quick) -> None:
         self.twin.batch = step.batch

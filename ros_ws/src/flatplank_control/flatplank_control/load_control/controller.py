@@ -8,7 +8,9 @@ import math
 from dataclasses import dataclass
 
 from flatplank_hw.params import Params, param
-from flatplank_hw.samples import HubSample
+from flatplank_hw.samples import EncoderSample, HubSample, Reference
+
+SOURCE = "follow"
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,17 @@ class LoadController:
         if not 0.0 <= fz <= self.parameters.fz_limit:
             raise ValueError(f"load of {fz:g} N is outside 0 .. {self.parameters.fz_limit:g} N")
         self.set_point = fz
+
+    def reset(self) -> None:
+        """Begin anew from the load that is there."""
+        self._ramp = self._force = math.nan
+        self._integral = 0.0
+
+    def reference(self, hub: HubSample, _encoders: EncoderSample) -> Reference:
+        """Set-point of the vertical axis in mode `follow`; not valid while it is off."""
+        on = self.parameters.enabled
+        speed = self.step(hub)
+        return Reference(hub.cycle, hub.stamp_ns, SOURCE, speed, on and math.isfinite(speed))
 
     def step(self, hub: HubSample) -> float:
         """Axle speed of this cycle [m/s]; 0 when the controller is off."""

@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
-from flatplank_control.runner.quantities import QUANTITIES
+from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
@@ -38,6 +38,7 @@ BY_HAND = {
     "road_camber_deg": "set_road_camber_deg",
     "wheel_camber_deg": "set_wheel_camber_deg",
     "pressure_bar": "set_pressure_bar",
+    "cleat_mm": "set_cleat_mm",
 }
 """quantity -> service of the simulated operator"""
 
@@ -156,19 +157,17 @@ class RosBench:
 
     # steps
     async def _manual(self, step: S.Manual) -> None:
-        quantity = QUANTITIES[step.quantity]
+        text = prompt_of(step)
         if not self.simulated:
             if self._prompt is None:
-                raise S.PlanFailed(f"nobody to ask: {quantity.prompt.format(value=step.value)}")
-            await self._prompt(quantity.prompt.format(value=step.value))
+                raise S.PlanFailed(f"nobody to ask: {text}")
+            await self._prompt(text)
         elif step.quantity == "unload":
             await self.call(Trigger, f"{PLANT}/unload")
         else:
             await self.call(SetValue, f"{PLANT}/{BY_HAND[step.quantity]}", value=step.value)
-        text = quantity.prompt.format(value=step.value)
-        await self._wait(
-            S.Wait(f"done: {text}", quantity.verify(step.value), quantity.timeout, 0.2)
-        )
+        timeout = QUANTITIES[step.quantity].timeout
+        await self._wait(S.Wait(f"done: {text}", condition_of(step), timeout, 0.2))
 
     async def _plank(self, step: S.Plank) -> None:
         if self.simulated:

@@ -118,7 +118,15 @@ def free_name(folder: Path, name: str) -> str:
     return check_name(candidate)
 
 
-_KINDS = {"slip": "REL", "free_rolling": "ERR_REL", "stiffness": "STF", "repeat": "REP_REL"}
+_KINDS = {
+    "slip": "REL",
+    "free_rolling": "ERR_REL",
+    "stiffness": "STF",
+    "stiffness_vertical": "STF",
+    "stiffness_longitudinal": "STF_LNG",
+    "stiffness_lateral": "STF_LAT",
+    "repeat": "REP_REL",
+}
 
 
 def kind_of(measurement: str, alpha_deg: float = 0.0, gamma_deg: float = 0.0) -> str:

@@ -29,6 +29,20 @@ def plank_moves() -> Condition:
     return lambda s: s.encoders.plank_moving
 
 
+def travelled(distance: float) -> Condition:
+    """The plank has gone so far [m] since the first look, or rests again before."""
+    first: float | None = None
+
+    def check(s: Snapshot) -> bool:
+        nonlocal first
+        if first is None:
+            first = s.encoders.plank_position
+        gone = abs(s.encoders.plank_position - first)
+        return gone >= distance or not s.encoders.plank_moving
+
+    return check
+
+
 def plank_beyond(position: float) -> Condition:
     """At `position` [m] after the trigger, or at rest before it: the end of the road."""
     return lambda s: s.encoders.plank_position >= position or not s.encoders.plank_moving
@@ -43,12 +57,18 @@ def wheel_at(angle_deg: float) -> Condition:
     return lambda s: abs(s.drive.position - angle) < AT_ANGLE and abs(s.drive.velocity) < STILL
 
 
-def loaded(fz: float) -> Condition:
-    """The load [N] is there, within 1 % and 10 N; the preloaded shaft may hide it."""
+def loaded(fz: float, zero: float = math.nan) -> Condition:
+    """The load [N] is there, within 1 % and 10 N.
+
+    `zero`: what the unloaded hub said at this wheel angle [N]. Without it the preloaded shaft may
+    hide as much as it ever feigns.
+    """
+    known = zero == zero
 
     def check(s: Snapshot) -> bool:
-        hidden = 0.0 if s.hub.filter_on else PRELOAD
-        return abs(s.hub.fz_filtered - fz) < 10.0 + 0.01 * fz + hidden
+        hidden = 0.0 if known or s.hub.filter_on else PRELOAD
+        offset = zero if known else 0.0
+        return abs(s.hub.fz_filtered - offset - fz) < 10.0 + 0.01 * fz + hidden
 
     return check
 

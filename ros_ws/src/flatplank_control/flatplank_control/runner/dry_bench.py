@@ -10,7 +10,7 @@ from typing import Any
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.conditions import OPERATION_ENABLED
 from flatplank_control.runner.performing import Patience
-from flatplank_control.runner.quantities import QUANTITIES
+from flatplank_control.runner.quantities import QUANTITIES, condition_of
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 STEP = 0.1
@@ -21,7 +21,7 @@ TRIGGER = 0.02
 ROAD = 4.22
 WHEEL_SPEED = 0.15
 """of a move [rad/s]"""
-BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2}
+BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2}
 """typical time of an operator's action on the simulated bench [s]; angles: at 2 deg/s"""
 ANGLE_SPEED = 2.0
 
@@ -35,7 +35,7 @@ class DryBench:
         self.road_used = 0.0
         """farthest position of the plank behind the trigger [m]"""
         self.steps: list[S.Step] = []
-        self._direction, self._fast = 0, True
+        self._direction, self._fast, self._stop_at = 0, True, math.nan
         self._target = math.nan
         self._omega = 0.0
         self._enabled = False
@@ -65,12 +65,10 @@ class DryBench:
         needed = BY_HAND.get(step.quantity)
         needed = abs(step.value - before) / ANGLE_SPEED if needed is None else needed
         quantity = QUANTITIES[step.quantity]
-        self._wait(
-            S.Wait(quantity.prompt, quantity.verify(step.value), quantity.timeout, needed + 0.2)
-        )
+        self._wait(S.Wait(quantity.prompt, condition_of(step), quantity.timeout, needed + 0.2))
 
     def _switch(self, step: S.Plank) -> None:
-        self._direction, self._fast = step.direction, step.fast
+        self._direction, self._fast, self._stop_at = step.direction, step.fast, step.stop_at
 
     def _mode(self, step: S.Mode) -> None:
         self._target = math.nan
@@ -85,6 +83,8 @@ class DryBench:
         self.time += STEP
         speed = self._direction * (FAST if self._fast or self._direction < 0 else SLOW)
         self.plank = min(max(self.plank + speed * STEP, -0.01), ROAD)
+        if self._direction > 0 and self.plank >= self._stop_at:
+            self.plank, self._direction = self._stop_at, 0
         if self._direction > 0:
             self.road_used = max(self.road_used, self.plank - TRIGGER)
         self._omega = 0.0

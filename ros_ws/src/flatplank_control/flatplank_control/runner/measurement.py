@@ -9,13 +9,22 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_hw.params import nearest
+from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_hw.params import ParameterError, nearest
+from flatplank_hw.params import from_mapping as from_params
 
 ROAD_LENGTH = 4.22
 """[m], section 3.1"""
 MAX_FZ = 8000.0
 """[N], section 2.2"""
 MAX_SLIP = 0.5
+ON_THE_ROAD = ("slip", "cleat", "turning", "camber_sweep")
+"""kinds that roll by the wheel's speed and need an effective rolling radius"""
+PROFILED = ("parking", "turning", "camber_sweep")
+OF_THE_PLAN = (
+    "end_position", "distance", "cleat_mm", "profile_time", "hold_load", "optical_trigger",
+)  # fmt: skip
+"""fields that say how it is made and are no field of the run record"""
 START_ANGLES = {1: 0.0, 2: 120.0, 3: 240.0}
 """starting position -> wheel angle [deg]"""
 
@@ -41,6 +50,19 @@ class Measurement:
     end_position: float = 4.1
     waveform: str = "step"
     waveform_parameters: Mapping[str, float] = field(default_factory=dict)
+    distance: float = 0.0
+    """road of a stiffness or locked-wheel measurement [m]; 0: what is usual for it"""
+    cleat_mm: float = 10.0
+    """height of the cleat of a cleat measurement"""
+    profile: str = "parking"
+    """of the steering or camber axis: a key of steering_hold.PROFILES"""
+    profile_parameters: Mapping[str, float] = field(default_factory=dict)
+    profile_time: float = 80.0
+    """so long a standing tire is steered [s]"""
+    hold_load: bool = False
+    """the load controller of a driven vertical axis holds fz"""
+    optical_trigger: float = 0.0
+    """road between two pulses of the trigger output [m]; 0: none"""
     name: str = ""
     operator: str = ""
     serial: str = ""
@@ -73,6 +95,10 @@ class Measurement:
             "effective_rolling_radius": (0.15, 0.5),
             "step_position": (0.0, ROAD_LENGTH),
             "end_position": (0.0, ROAD_LENGTH - 0.02),
+            "distance": (0.0, ROAD_LENGTH - 0.2),
+            "cleat_mm": (0.0, 20.0),
+            "profile_time": (0.1, 3600.0),
+            "optical_trigger": (0.0, 1.0),
         }
         for name, (low, high) in limits.items():
             value = getattr(self, name)
@@ -82,11 +108,25 @@ class Measurement:
             return f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
         if self.waveform not in WAVEFORMS:
             return f"waveform is '{self.waveform}'{nearest(self.waveform, WAVEFORMS)}"
-        if self.measurement == "slip" and self.end_position <= self.step_position:
+        if self.measurement in PROFILED:
+            reason = self._refuse_profile()
+            if reason:
+                return reason
+        if self.measurement in ON_THE_ROAD and self.end_position <= self.step_position:
             return (
                 f"end_position {self.end_position:g} m is not behind step_position "
                 f"{self.step_position:g} m: the slip would never be given"
             )
+        return None
+
+    def _refuse_profile(self) -> str | None:
+        kind = PROFILES.get(self.profile)
+        if kind is None:
+            return f"profile is '{self.profile}'{nearest(self.profile, PROFILES)}"
+        try:
+            from_params(kind, self.profile_parameters, "profile_parameters")
+        except ParameterError as error:
+            return str(error)
         return None
 
     def slip_parameters(self) -> dict[str, float]:
@@ -98,16 +138,35 @@ class Measurement:
         """Fields of the run record."""
         values = asdict(self)
         values["waveform"] = {"name": values["waveform"], **values.pop("waveform_parameters")}
-        del values["end_position"]
+        for name in OF_THE_PLAN:
+            del values[name]
+        profile = {"name": values.pop("profile"), **values.pop("profile_parameters")}
         session = values.pop("session")
         if session:
             values["parameters"] = {"session": dict(session)}
         if self.measurement == "unloaded_turn":
             values["fz"] = 0.0
-        if self.measurement != "slip":
+        if self.measurement not in ON_THE_ROAD:
             values["effective_rolling_radius"] = values["step_position"] = None
+        if self.measurement != "slip":
             values["waveform"] = {}
+        extra = self._extra(profile)
+        if extra:
+            values["parameters"] = {**values.get("parameters", {}), "measurement": extra}
         return values
+
+    def _extra(self, profile: dict[str, Any]) -> dict[str, Any]:
+        """What only this kind of measurement has."""
+        found: dict[str, Any] = {}
+        if self.measurement in PROFILED:
+            found["profile"] = profile
+        if self.measurement == "cleat":
+            found["cleat_mm"] = self.cleat_mm
+        if self.hold_load:
+            found["hold_load"] = True
+        if self.optical_trigger:
+            found["optical_trigger"] = self.optical_trigger
+        return found
 
 
 def from_mapping(data: Mapping[str, Any], where: str) -> Measurement:

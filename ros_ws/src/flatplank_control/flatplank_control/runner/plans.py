@@ -5,78 +5,28 @@ graph.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from flatplank_control.runner import conditions as when
+from flatplank_control.runner import standing
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
+from flatplank_control.runner.moves import QUICK, SPEED, Plan, go_back, over_the_road, turn
 from flatplank_control.runner.steps import (
-    Arm,
     Enable,
     Manual,
     Mode,
     MoveTo,
     Plank,
-    Quick,
     Record,
     Say,
     SlipWaveform,
-    Step,
     StopRecord,
     Wait,
 )
 
-Plan = Iterator[Step]
-SPEED = 0.03092
-"""fast speed of the plank [m/s]"""
+__all__ = ["PLANS", "QUICK", "SPEED", "Plan", "plan_of", "safe_end"]
 THREE_TURNS = 1080.0
 """[deg], Appendix C"""
-QUICK = 10
-"""cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
-
-
-def go_back(m: Measurement) -> Plan:
-    """Unload, return the plank, turn the wheel to its start, set the angles, load again."""
-    yield Say("unload, return the plank, turn the wheel, load")
-    yield Quick(QUICK)
-    yield Plank(0)
-    yield Wait("the plank rests", when.plank_rests(), 10.0)
-    yield Manual("unload", 0.0)
-    yield Plank(-1)
-    yield Wait("the plank is back", when.plank_rests(), 200.0, at_least=1.0)
-    yield Plank(0)
-    yield Manual("pressure_bar", m.pressure)
-    yield Manual("steer_deg", m.alpha_deg)
-    yield Manual("road_camber_deg", m.gamma_deg)
-    yield from turn(START_ANGLES[m.start])
-    yield Manual("load", m.fz)
-
-
-def turn(angle_deg: float) -> Plan:
-    """Turn the unloaded wheel to an angle."""
-    yield Mode("position", math.radians(angle_deg))
-    yield Enable(True)
-    yield Wait("the wheel drive is enabled", when.enabled(), 2.0)
-    yield MoveTo(angle_deg)
-    yield Wait(f"the wheel is at {angle_deg:g} deg", when.wheel_at(angle_deg), 200.0)
-
-
-def over_the_road(m: Measurement, record: dict) -> Plan:
-    """Record while the plank goes from the trigger to the end position."""
-    yield Quick(1)
-    yield Arm()
-    yield Record(record)
-    yield Plank(1)
-    yield Wait("the plank moves", when.plank_moves(), 5.0)
-    yield Wait(
-        f"the plank is at {m.end_position:g} m",
-        when.plank_beyond(m.end_position),
-        1.5 * m.end_position / SPEED + 20.0,
-        may_end_early=True,
-    )
-    yield Plank(0)
-    yield Wait("the plank rests", when.plank_rests(), 10.0)
-    yield StopRecord("complete")
 
 
 def slip(m: Measurement) -> Plan:
@@ -116,8 +66,22 @@ PLANS: dict[str, Callable[[Measurement], Plan]] = {
     "slip": slip,
     "free_rolling": free_rolling,
     "unloaded_turn": unloaded_turn,
+    "stiffness_vertical": standing.vertical,
+    "stiffness_longitudinal": standing.longitudinal,
+    "stiffness_lateral": standing.lateral,
+    "locked_wheel": standing.locked_wheel,
+    "cleat": standing.cleat,
+    "parking": standing.parking,
+    "turning": standing.turning,
+    "camber_sweep": standing.camber_sweep,
 }
 """kind of measurement -> its plan"""
+
+
+AXES: dict[str, tuple[str, ...]] = {
+    "parking": ("steer",), "turning": ("steer",), "camber_sweep": ("camber",),
+}  # fmt: skip
+"""kind of measurement -> driven axes that it needs"""
 
 
 def safe_end() -> Plan:
@@ -131,3 +95,9 @@ def plan_of(m: Measurement) -> Plan:
     if m.measurement not in PLANS:
         raise ValueError(f"measurement is '{m.measurement}'; known are {', '.join(sorted(PLANS))}")
     return PLANS[m.measurement](m)
+
+
+def axes_of(m: Measurement) -> tuple[str, ...]:
+    """Axes that must have a drive for it, beside the wheel."""
+    held = ("vertical",) if m.hold_load else ()
+    return held + AXES.get(m.measurement, ())

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from flatplank_control.runner import conditions as when
-from flatplank_control.runner.steps import Snapshot
+from flatplank_control.runner.steps import Manual, Snapshot
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Quantity:
 
     prompt: str
     """with {value}"""
-    verify: Callable[[float], when.Condition]
+    verify: Callable[..., when.Condition]
     timeout: float = 120.0
     """for a simulated operator [s of bench time]"""
 
@@ -32,6 +32,21 @@ def _not_measured(_value: float) -> when.Condition:
     return lambda _: True
 
 
+def condition_of(step: Manual) -> when.Condition:
+    """What the sensors must say when it is done."""
+    quantity = QUANTITIES[step.quantity]
+    if step.zero == step.zero:
+        return quantity.verify(step.value, step.zero)
+    return quantity.verify(step.value)
+
+
+def prompt_of(step: Manual) -> str:
+    """What an operator reads; a load is read with the zero of the display."""
+    quantity = QUANTITIES[step.quantity]
+    value = step.value + step.zero if step.zero == step.zero else step.value
+    return quantity.prompt.format(value=round(value, 2))
+
+
 QUANTITIES: dict[str, Quantity] = {
     "unload": Quantity("lift the wheel off the road", lambda _: when.unloaded()),
     "load": Quantity("lower the axle until Fz is {value:g} N", when.loaded),
@@ -43,6 +58,7 @@ QUANTITIES: dict[str, Quantity] = {
         "set the road camber to {value:g} deg",
         _near(lambda s: math.degrees(s.encoders.road_camber), 0.5),
     ),
+    "cleat_mm": Quantity("fasten a cleat of {value:g} mm on the road; 0: none", _not_measured),
     "pressure_bar": Quantity("set the inflation pressure to {value:g} bar", _not_measured),
     "wheel_camber_deg": Quantity("set the camber of the hub to {value:g} deg", _not_measured),
 }

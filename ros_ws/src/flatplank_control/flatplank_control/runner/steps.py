@@ -30,6 +30,8 @@ class Manual:
 
     quantity: str
     value: float
+    zero: float = float("nan")
+    """what the unloaded hub said at this wheel angle, for a load [N]; NaN: not known"""
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,30 @@ class StopRecord:
 
 
 @dataclass(frozen=True)
+class Trigger:
+    """Digital output for an optical system: a pulse each `distance` [m] of road; below 0: off."""
+
+    distance: float
+
+
+@dataclass(frozen=True)
+class HoldLoad:
+    """The load controller of a driven vertical axis holds this load [N]; NaN: it lets go."""
+
+    fz: float
+
+
+@dataclass(frozen=True)
+class AxisProfile:
+    """A driven steer or camber axis follows an angle over time by name and parameters; empty name:
+    it holds its angle; None for the parameters: it lets go."""
+
+    axis: str
+    name: str = ""
+    parameters: Mapping[str, float] | None = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Quick:
     """Let the bus send batches of so many cycles while nothing is measured (simulated bench
     only).
@@ -135,7 +161,7 @@ class Say:
 
 Step = (
     Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord
-    | Quick | Wait | Say
+    | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile
 )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from flatplank_hw.params import Params, param
 
@@ -22,6 +22,11 @@ class Profile(Params):
 
     def angle(self, t: float) -> float:
         raise TypeError(f"{type(self).__name__} must define angle")
+
+    def largest(self) -> float:
+        """Of |angle| [rad]."""
+        p: Any = self
+        return abs(p.amplitude) + abs(getattr(p, "offset", 0.0))
 
 
 @dataclass(frozen=True)

@@ -3,18 +3,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from flatplank_control.runner.campaign.tires import TireEntry
-from flatplank_control.runner.measurement import START_ANGLES, Measurement
+from flatplank_control.runner.measurement import (
+    PROFILED,
+    ROAD_LENGTH,
+    START_ANGLES,
+    Measurement,
+)
 from flatplank_control.runner.plans import PLANS
+from flatplank_control.runner.standing import STANDS_AT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.sequencer.waveforms.base import LENGTH
+from flatplank_control.steering_hold.profiles import PROFILES
 from flatplank_hw.params import ParameterError, from_mapping, nearest
 
 Check = Callable[[Measurement, TireEntry, Mapping[str, Any]], tuple[str, str] | None]
 """(measurement, tire, set_up) -> key at fault and reason, or None"""
+DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
+LEAST_ANGLE = 5.0
+"""[deg]"""
+CAMBER_LIMIT = 15.0
+"""of the road [deg]"""
 LEAST_ROAD = 0.2
 """a slip needs at least so much road behind its start to be seen [m]"""
 
@@ -42,6 +55,8 @@ def kind(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[st
 
 def road(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
     """The waveform, from its start on, must fit on the road."""
+    if m.measurement in DRAGGED and m.distance > 0.0 and STANDS_AT + m.distance > ROAD_LENGTH:
+        return "distance", f"distance of {m.distance:g} m: there are {ROAD_LENGTH - STANDS_AT:g} m"
     if m.measurement != "slip":
         return None
     try:
@@ -78,7 +93,31 @@ def steering(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tupl
     return "alpha_deg", f"alpha of {m.alpha_deg:g} deg: the motor hits the pillar at {limit:g} deg"
 
 
-CHECKS: tuple[Check, ...] = (kind, load, pressure, road, collision, steering)
+def oblique(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+    """The lateral stiffness comes from a road that moves across the wheel."""
+    if m.measurement == "stiffness_lateral" and abs(m.alpha_deg) < LEAST_ANGLE:
+        return "alpha_deg", (
+            f"alpha of {m.alpha_deg:g} deg: a lateral stiffness needs {LEAST_ANGLE:g} deg or more"
+        )
+    return None
+
+
+def angles(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+    """A profile must stay within what its axis can."""
+    if m.measurement not in PROFILED:
+        return None
+    camber = m.measurement == "camber_sweep"
+    limit = CAMBER_LIMIT if camber else float(set_up.get("steer_limit_deg", 48.0))
+    profile: Any = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")  # type: ignore[type-var]
+    most = math.degrees(profile.largest())
+    if most <= limit:
+        return None
+    return "profile_parameters", f"the {m.profile} reaches {most:.3g} deg, the axis {limit:g} deg"
+
+
+CHECKS: tuple[Check, ...] = (
+    kind, load, pressure, road, collision, steering, oblique, angles,
+)  # fmt: skip
 
 
 def refuse(

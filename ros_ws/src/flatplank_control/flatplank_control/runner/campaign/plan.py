@@ -16,7 +16,7 @@ from flatplank_control.runner.campaign.checks import refuse
 from flatplank_control.runner.campaign.located import Located, load
 from flatplank_control.runner.campaign.quality import Limits, limits_from
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
-from flatplank_control.runner.measurement import Measurement, from_mapping
+from flatplank_control.runner.measurement import ON_THE_ROAD, Measurement, from_mapping
 from flatplank_hw.params import nearest
 
 FORMAT = "flatplank-plan/1"
@@ -25,7 +25,7 @@ RADII = ("measured", "given")
 SESSION = ("room_temperature", "paper_batch", "sliding_distance", "pressure_after", "rim", "notes")
 """facts of the session that a run record keeps beside its own fields"""
 _MEASUREMENT = {f.name for f in fields(Measurement)}
-_WHOLE = ("waveform_parameters", "session")
+_WHOLE = ("waveform_parameters", "profile_parameters", "session")
 """keys whose value is no list of alternatives"""
 
 
@@ -208,7 +208,7 @@ class _Builder:
             m = from_mapping({**about, "repeat": repeat, **values}, "")
         except ValueError as error:
             text = re.sub(r"^: (measurement [^:]*: )?", "", str(error))
-            line = next((n for k, n in block.lines.items() if k in text.split()), block.line)
+            line = next((n for k, n in block.lines.items() if k in re.findall(r"\w+", text)), block.line)
             self._say(line, text)
             return None
         return PlannedRun(key, m, block.line)
@@ -243,7 +243,7 @@ class _Builder:
         for run in runs:
             if run.key in made:
                 continue
-            if run.measurement.measurement != "slip":
+            if run.measurement.measurement not in ON_THE_ROAD:
                 made.add(run.key)
                 yield run
                 continue

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import QUICK, Plan, plan_of
 from flatplank_control.runner.standstill import Standstill
@@ -18,6 +20,8 @@ def supervised(m: Measurement, before: Standstill, after: Standstill) -> Plan:
         if isinstance(step, Manual) and step.quantity == "load":
             yield from _look(before)
             yield Quick(QUICK)
+            # the wheel stands at this angle: what the preloaded shaft feigns is known
+            step = replace(step, zero=before.zero[1])
         yield step
     yield Enable(False)
     yield Manual("unload", 0.0)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sequences that several kinds of measurement have in common."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from flatplank_control.runner import conditions as when
+from flatplank_control.runner.measurement import START_ANGLES, Measurement
+from flatplank_control.runner.steps import (
+    Arm,
+    Enable,
+    HoldLoad,
+    Manual,
+    Mode,
+    MoveTo,
+    Plank,
+    Quick,
+    Record,
+    Say,
+    SlipWaveform,
+    Step,
+    StopRecord,
+    Trigger,
+    Wait,
+)
+
+Plan = Iterator[Step]
+SPEED = 0.03092
+"""fast speed of the plank [m/s]"""
+QUICK = 10
+"""cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
+
+
+def back_unloaded(m: Measurement) -> Plan:
+    """Unload, return the plank, set pressure and angles, turn the wheel to its start."""
+    yield Say("unload, return the plank, turn the wheel, load")
+    yield Quick(QUICK)
+    yield Plank(0)
+    yield Wait("the plank rests", when.plank_rests(), 10.0)
+    yield Manual("unload", 0.0)
+    yield Plank(-1)
+    yield Wait("the plank is back", when.plank_rests(), 200.0, at_least=1.0)
+    yield Plank(0)
+    yield Manual("pressure_bar", m.pressure)
+    yield Manual("steer_deg", m.alpha_deg)
+    yield Manual("road_camber_deg", m.gamma_deg)
+    yield from turn(START_ANGLES[m.start])
+
+
+def go_back(m: Measurement) -> Plan:
+    """`back_unloaded`, then load."""
+    yield from back_unloaded(m)
+    yield Manual("load", m.fz)
+
+
+def turn(angle_deg: float) -> Plan:
+    """Turn the unloaded wheel to an angle."""
+    yield Mode("position", math.radians(angle_deg))
+    yield Enable(True)
+    yield Wait("the wheel drive is enabled", when.enabled(), 2.0)
+    yield MoveTo(angle_deg)
+    yield Wait(f"the wheel is at {angle_deg:g} deg", when.wheel_at(angle_deg), 200.0)
+
+
+def to_rest() -> Plan:
+    """Stop the plank."""
+    yield Plank(0)
+    yield Wait("the plank rests", when.plank_rests(), 10.0)
+
+
+def over_the_road(
+    m: Measurement, record: dict, at: float = math.nan, then: Sequence[Step] = ()
+) -> Plan:
+    """Record while the plank goes from the trigger to the end position; at a position [m] do
+    `then`."""
+    yield Quick(1)
+    if m.hold_load:
+        yield HoldLoad(m.fz)
+    if m.optical_trigger > 0.0:
+        yield Trigger(m.optical_trigger)
+    yield Arm()
+    yield Record(record)
+    yield Plank(1)
+    yield Wait("the plank moves", when.plank_moves(), 5.0)
+    if then:
+        patience = 1.5 * at / SPEED + 20.0
+        yield Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience)
+        yield from then
+    yield Wait(
+        f"the plank is at {m.end_position:g} m",
+        when.plank_beyond(m.end_position),
+        1.5 * m.end_position / SPEED + 20.0,
+        may_end_early=True,
+    )
+    yield from to_rest()
+    yield StopRecord("complete")
+    if m.optical_trigger > 0.0:
+        yield Trigger(-1.0)
+    if m.hold_load:
+        yield HoldLoad(math.nan)
+
+
+def rolling_freely(m: Measurement) -> Plan:
+    """The wheel turns with the road at no slip."""
+    at = m.step_position
+    yield SlipWaveform("constant", {"kappa": 0.0}, at, m.effective_rolling_radius)
+    yield Mode("slip")
+    yield Say(f"{m.measurement}: rolling without slip")
