@@ -9,6 +9,7 @@ VERBS = [
     "fit = flatplank_analysis.cli.fit:main",
     "tire = flatplank_analysis.cli.tire:main",
     "report = flatplank_analysis.cli.report:main",
+    "bench-fits = flatplank_analysis.cli.bench_fits:main",
     "compare = flatplank_analysis.cli.compare:main",
     "diagnose = flatplank_analysis.cli.diagnose:main",
     "add = flatplank_analysis.cli.add:main",

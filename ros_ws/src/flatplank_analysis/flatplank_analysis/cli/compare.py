@@ -11,13 +11,13 @@ from flatplank_analysis.errors import FlatplankError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank compare DIR [--model FILE] [--json]`."""
+    """`flatplank compare DIR [--model FILE] [--json]`; DIR/model.yaml counts when it is there."""
     arguments = loop.loop_parser("compare", __doc__).parse_args(argv)
     return common.guarded("compare", lambda: _run(arguments))
 
 
 def _run(arguments) -> int:
-    session, model = loop.open_to_look(arguments)
+    session, model = loop.open_to_look(arguments, own=True)
     runs = session.data.runs
     if not runs.repeated:
         why = verdict.undecidable(runs)
@@ -25,7 +25,7 @@ def _run(arguments) -> int:
     loop.progress("fit", 0.3)
     step = session.fit(model)
     loop.progress_done()
-    data = _data(session, step)
+    data = _data(session, step) | {"effects": [e.name for e in model.effects] if model else []}
     if arguments.json:
         common.print_json(data)
     else:
@@ -78,7 +78,7 @@ def _text(data: dict) -> str:
         )
         for c in data["conditions"]
     ]
-    lines = [loop.table(rows), ""]
+    lines = [loop.table(rows), "", "model: " + " + ".join(["tire", *data["effects"]])]
     lines.append(
         f"all: error {data['rmse']:.1f} N, floor {data['floor']:.1f} N, "
         f"beyond it {data['unexplained']:.1f} N"

@@ -53,9 +53,15 @@ def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, 
     return Session.open(folder, list(dict.fromkeys(files))), model, path
 
 
-def open_to_look(arguments: argparse.Namespace) -> tuple[Session, ModelFile | None]:
-    """Session and the model file when one was named."""
-    model = load_model(arguments.model) if arguments.model else None
+def open_to_look(
+    arguments: argparse.Namespace, own: bool = False
+) -> tuple[Session, ModelFile | None]:
+    """Session and the model file when one was named; `own`: or lies in the campaign folder."""
+    named = arguments.model
+    if own and not named and "://" not in arguments.folder:
+        there = Path(arguments.folder) / MODEL
+        named = str(there) if there.is_file() else None
+    model = load_model(named) if named else None
     files = [*arguments.effects, *(e.file for e in (model.effects if model else ()) if e.file)]
     session = Session.open(arguments.folder, list(dict.fromkeys(files)))
     common.tell(session.campaign.problems)

@@ -25,6 +25,8 @@ SAME = 0.015
 0.3 and more"""
 PRIOR = 4.0
 """degrees of freedom that the dispersion among repeats lends to that among conditions"""
+FORM = 0.03
+"""standard deviation of a relative size by the form of the model's law"""
 SHARE = 0.003
 """a further effect must bring this share of the chi2 that is explained already"""
 
@@ -292,7 +294,8 @@ def _spread(state: State, fit: Fit, own: Sequence[int], direction: np.ndarray) -
     share = np.array([np.sum(f[:, g] ** 2) for g in runs.groups]) / info
     freedom = max(1.0 / float(np.sum(share**2)) - 1.0, 2.0)
     variance = max(by_run, by_condition, _noise_variance(state, f, weight)) / info**2
-    return float(student.ppf(0.95, freedom + 2.0) * np.sqrt(variance))
+    # the form of the law is not the tire's: that is no noise, and no repeat shows it
+    return float(student.ppf(0.95, freedom + 2.0) * np.sqrt(variance + FORM**2))
 
 
 def _noise_variance(state: State, f: np.ndarray, weight: np.ndarray) -> float:

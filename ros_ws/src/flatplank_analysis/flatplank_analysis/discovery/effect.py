@@ -45,6 +45,8 @@ class Effect:
     """how often it may be present at different places"""
     local: ClassVar[bool] = False
     """present at one place only: its size cannot be compared along the run"""
+    rarity: ClassVar[int] = 0
+    """of effects that look the same the one with the lower number is named, the others with it"""
     order: ClassVar[int] = 0
     """hooks of a lower order act first"""
 

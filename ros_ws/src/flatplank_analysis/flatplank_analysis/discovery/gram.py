@@ -77,7 +77,11 @@ def make_gram(
 def scatter_of(
     runs: RunSet, whitener: Whitener, contrast: np.ndarray, stiff: np.ndarray
 ) -> np.ndarray:
-    """Standard deviation from run to run of the stiff directions, beyond the noise (d,)."""
+    """Standard deviation from run to run of the stiff directions, beyond the noise (d,).
+
+    What runs evenly with the order of the runs is no scatter but a candidate (wear, drift): left
+    in, it would hide itself behind the scatter that it makes.
+    """
     d = len(stiff)
     if not d:
         return np.zeros(0)
@@ -85,6 +89,8 @@ def scatter_of(
     gram = make_gram(runs, whitener, contrast, stiff, stiff, zero)
     sizes = np.array([len(runs.groups[c]) for c in runs.condition])
     extra = np.zeros(d)
+    order = np.array(runs.order, dtype=float)
+    order = order - np.array([order[runs.condition == c].mean() for c in runs.condition])
     for i in range(d):
         h = gram.products[:, i, i]
         use = (sizes > 1) & (h > 1e-9)
@@ -94,8 +100,14 @@ def scatter_of(
         share = 1.0 - 1.0 / sizes[use]
         # weighted method of moments, the best known runs count most
         weight = h[use]
+        along = float(np.sum(weight * order[use] ** 2))
+        free = float(np.sum(share))
+        if along > 0.0 and free > 2.0:
+            size = size - order[use] * float(np.sum(weight * size * order[use])) / along
+            free -= 1.0
         seen = float(np.sum(weight * size**2))
-        extra[i] = max((seen - float(np.sum(share))) / float(np.sum(weight * share)), 0.0)
+        spread = float(np.sum(weight * share)) * free / float(np.sum(share))
+        extra[i] = max((seen - free) / spread, 0.0)
     return np.sqrt(extra)
 
 

@@ -27,7 +27,6 @@ from flatplank_analysis.errors import FlatplankError
 
 NEARLY_ALIKE = 0.8
 TWINS = 0.995
-KINDS = ("machine", "sensor", "tire")
 ALIKE = 0.03
 """share of a drop that is no evidence between two effects: the law of the model is no better"""
 Progress = Callable[[str, float], None]
@@ -208,9 +207,9 @@ class _Searcher:
                 continue
             twin = next((i for i, o in enumerate(out) if _twins(step.screen, item, o)), None)
             if twin is not None:
-                # the same in these data: what can be checked on the machine first, then the
-                # alphabet, not the order of the noise
-                out[twin] = min(out[twin], item, key=_by_kind)
+                # the same in these data: what is more usual, then the alphabet, not the order
+                # of the noise
+                out[twin] = min(out[twin], item, key=_usual)
                 continue
             out.append(item)
             if len(out) == self.options.refits:
@@ -324,8 +323,8 @@ def _twins(ranking: Screen, one: Screened, other: Screened) -> bool:
     )
 
 
-def _by_kind(item: Screened) -> tuple[int, str]:
-    return KINDS.index(item.candidate.effect.kind), item.identifier
+def _usual(item: Screened) -> tuple[int, str]:
+    return item.candidate.effect.rarity, item.identifier
 
 
 def negligible(item: Screened) -> bool:

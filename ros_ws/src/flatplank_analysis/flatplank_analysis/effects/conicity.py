@@ -20,6 +20,7 @@ class Conicity(TireEffect):
     identifier = "conicity"
     title = "Conicity"
     kind = "tire"
+    rarity = 1
     coordinate = "load"
     source = "tire uniformity practice (ISO 8855 terms)"
     what = "The belt sits off centre: the tire pulls to one side."

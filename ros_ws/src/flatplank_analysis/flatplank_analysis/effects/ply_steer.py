@@ -20,6 +20,7 @@ class PlySteer(TireEffect):
     identifier = "ply_steer"
     title = "Ply steer"
     kind = "tire"
+    rarity = 1
     coordinate = "slip level"
     source = "tire uniformity practice (ISO 8855 terms)"
     what = "The cords of the belt make the tire roll at an angle."

@@ -40,6 +40,12 @@ class CarcassFit:
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
 
+    def without_bias(self) -> dict[str, float]:
+        """c_cx and sigma_x less the model's own bias, by the names of `model_bias`."""
+        values = {"c_cx": self.c_cx.value, "sigma_x": self.sigma_x.value}
+        own = dict(zip(self.model_bias, values, strict=True))
+        return {k: values[own[k]] / (1.0 + bias) for k, bias in self.model_bias.items()}
+
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
         return {
@@ -48,6 +54,7 @@ class CarcassFit:
             "slip_stiffness": self.slip_stiffness.to_json(),
             "sigma_x": self.sigma_x.to_json(),
             "model_bias": to_plain(self.model_bias),
+            "without_bias": to_plain(self.without_bias()),
             "half_length": self.half_length,
             "curve": {
                 "kappa": to_plain(self.curve.kappa),

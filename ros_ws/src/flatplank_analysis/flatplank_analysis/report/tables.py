@@ -67,7 +67,7 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
         if not math.isfinite(c) and known:
             c = sum(known) / len(known)
         corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
-        force = sum(r.force for r in runs) / len(runs)
+        force = mean_value(_per_start([r.force for r in runs], [r.start for r in runs])).value
         note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
         angles = [r.start for r in runs]
         measured = mean_value(_per_start([r.radius for r in runs], angles))
@@ -217,6 +217,8 @@ def carcass_table(result: CampaignResult) -> Table:
                 1e3 * fit.half_length,
                 100.0 * fit.model_bias["c_cx"],
                 100.0 * fit.model_bias["sigma_x"],
+                1e-3 * fit.without_bias()["c_cx"],
+                fit.without_bias()["sigma_x"],
                 fit.c_cx.at_bound or "no",
             ]
         )
@@ -230,6 +232,8 @@ def carcass_table(result: CampaignResult) -> Table:
         "a [mm]",
         "model's bias of c_cx [%]",
         "of σx [%]",
+        "c_cx without it [kN/m]",
+        "σx without it [m]",
         "at bound",
     )
     note = (

@@ -84,7 +84,7 @@ def static_longitudinal_stiffness(
     x, angle, fx = table["plank_position"], table["wheel_angle"], table["fx"]
     load = table.info.fz if math.isfinite(table.info.fz) else float(np.mean(table["fz"]))
     radius = table.info.effective_rolling_radius
-    begin = int(np.argmax(x > 5e-5))
+    begin = int(np.argmax(x > x[0] + 5e-5))
     turned = angle - angle[max(begin - 1, 0)]
     free = np.abs(turned) > max_turn
     end = begin + int(np.argmax(free[begin:])) if free[begin:].any() else x.size
