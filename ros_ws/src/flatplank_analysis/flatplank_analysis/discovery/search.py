@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.stats import chi2
 
 from flatplank_analysis.discovery import decide as decisions
 from flatplank_analysis.discovery import screen as screens
@@ -27,6 +28,8 @@ from flatplank_analysis.errors import FlatplankError
 
 NEARLY_ALIKE = 0.8
 TWINS = 0.995
+HOPE = 0.8
+"""a refit may bring that much more than the screening promised"""
 ALIKE = 0.03
 """share of a drop that is no evidence between two effects: the law of the model is no better"""
 Progress = Callable[[str, float], None]
@@ -201,7 +204,7 @@ class _Searcher:
         out: list[Screened] = []
         for item in screens.best_per_effect(step.screen):
             effect = item.candidate.effect
-            if item.gain < 15.0 or item.visible < screens.VISIBLE:
+            if item.gain < self.least_gain(item) or item.visible < screens.VISIBLE:
                 continue
             if len(effect.starts()) == 1 and negligible(item):
                 continue
@@ -216,6 +219,11 @@ class _Searcher:
                 break
         return out
 
+    def least_gain(self, item: Screened) -> float:
+        """Gain below which no refit is likely to pass the test of the effect."""
+        level = decisions.FAMILY / self.looked_at[item.identifier]
+        return HOPE * float(chi2.isf(level, len(item.sizes)))
+
     def refit(self, state: State, item: Screened) -> Fit:
         """Refit from the best of several sizes, the base as it is."""
         own = state.fit
@@ -229,9 +237,16 @@ class _Searcher:
     def preferred(
         self, tried: list[tuple[Decision, Fit]], step: Step
     ) -> list[tuple[Decision, Fit]]:
-        """Acceptable refits by gain; a free law only when no named effect is acceptable."""
+        """Acceptable refits by gain; a free law only when no named effect is acceptable.
+
+        Of refits whose gains the data cannot tell apart the more usual effect goes first.
+        """
         good = [pair for pair in tried if _nearly(pair[0])]
         named = [p for p in good if not p[0].term.effect.generic]
+        if named:
+            best = named[0][0]
+            near = best.drop - _indifferent(best)
+            named.sort(key=lambda p: (p[0].drop < near, p[0].term.effect.rarity, -p[0].drop))
         free = [p for p in good if p[0].term.effect.generic]
         return (named + free)[:3]
 
@@ -247,7 +262,6 @@ class _Searcher:
         if not mine:
             return (), ()
         drop = max(decision.drop, 1e-9)
-        spread = max(decision.dispersion, 1.0)
         for other in screens.best_per_effect(step.screen):
             if other.identifier == mine[0].identifier or other.visible < screens.VISIBLE / 3:
                 continue
@@ -258,7 +272,7 @@ class _Searcher:
                 screens.likeness(step.screen, other, mine[0]),
             )
             left = drop * (1.0 - rho**2)
-            if rho > NEARLY_ALIKE and left < max(20.0 * spread, ALIKE * drop):
+            if rho > NEARLY_ALIKE and left < _indifferent(decision):
                 same.append(other.identifier)
             elif rho > NEARLY_ALIKE:
                 weak.append(other.identifier)
@@ -307,6 +321,11 @@ def line_search(model: Model, state: State, item: Screened) -> Term:
         right = flat @ e
         errors.append(float(e @ e - right @ np.linalg.solve(gram, right)))
     return terms[int(np.argmin(errors))]
+
+
+def _indifferent(decision: Decision) -> float:
+    """Difference of gains that is no evidence between two effects."""
+    return max(20.0 * max(decision.dispersion, 1.0), ALIKE * decision.drop)
 
 
 def _nearly(decision: Decision) -> bool:

@@ -22,6 +22,7 @@ class LoadLossBraking(TireEffect):
     identifier = "load_loss_braking"
     title = "Load loss when braking"
     kind = "machine"
+    rarity = 1
     coordinate = "slip level"
     source = "thesis table 6.3: -3.6 % of load at -10 % of slip"
     what = (
