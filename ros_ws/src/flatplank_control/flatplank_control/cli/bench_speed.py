@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-PARTS = ("margins", "twin", "lockstep", "realtime")
+PARTS = ("margins", "twin", "lockstep", "realtime", "panel")
 
 
 def main(argv: list[str]) -> int:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -40,8 +41,11 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
         client.run_javascript(live.start())
 
     async def push() -> None:
+        due = time.monotonic()
         while True:
-            await asyncio.sleep(1.0 / PUSH_HZ)
+            # by the clock: the work of a push does not make the next one later
+            due = max(due + 1.0 / PUSH_HZ, time.monotonic())
+            await asyncio.sleep(due - time.monotonic())
             message = live.tick()
             for client in list(Client.instances.values()):
                 if client.has_socket_connection:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live data to every open page, ten times a second: one message, made once, for all of them."""
+"""Live data to every open page, a dozen times a second: one message, made once, for all of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from flatplank_control.panel.bench_state import BenchState
 from flatplank_control.panel.signals import SIGNALS
 
-PUSH_HZ = 10
+PUSH_HZ = 12
 HISTORY = 2400
 """rows that a new page gets"""
 DIGITS = 6
