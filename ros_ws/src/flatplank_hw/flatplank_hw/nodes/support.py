@@ -202,4 +202,6 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
         if finish is not None:
             finish()
         rclpy.try_shutdown()
+        # Python takes its handlers off while it ends; one more Ctrl-C would be a bad exit code
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     return 1 if failed else 0

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C as it comes from a terminal and from `ros2 launch`: several times in a row."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+from bench_graph import loopback, next_domain
+
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.nodes.client import BenchClient
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+
+
+def test_every_node_ends_in_order_however_often_it_is_interrupted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    environment = loopback(next_domain())
+    for key, value in environment.items():
+        monkeypatch.setenv(key, value)
+    setup = BenchSetup(data=str(tmp_path / "data"))
+    log = tmp_path / "nodes.log"
+    with BenchProcesses(setup, environment=environment, log=log) as bench:
+        with BenchClient() as client:
+            client.wait_connected(bench.running, timeout=90.0)
+        nodes = dict(bench.running)
+        while any(node.poll() is None for node in nodes.values()):
+            for node in nodes.values():
+                if node.poll() is None:
+                    node.send_signal(signal.SIGINT)
+    assert {name: node.returncode for name, node in nodes.items()} == dict.fromkeys(nodes, 0)
+    assert "Traceback" not in log.read_text()
