@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -290,3 +291,25 @@ def test_fit_file_mistakes_are_one_line(
     assert says in str(error.value)
     assert "fit.yaml" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_second_solution_is_named_until_a_load_decides(full: MFFit) -> None:
+    """Three loads take K_xk with PKX2 of either sign; far loads tell them apart."""
+    assert not full.estimates["PKX2"].determined
+    said = next(c for c in full.confusions if c.names == ("PKX2", "PKX3"))
+    assert "second solution (PKX2 = " in said.statement and "3 loads" in said.statement
+    assert said.remedy == "measure a load of 8000 N"
+    loads = (1000.0, 1850.0, 3700.0, 5550.0, 8000.0)
+    more = fit_magic_formula(points_x(loads=loads, noise=2.0), shipped_tir(), FX)
+    assert more.estimates["PKX2"].determined
+    low, high = more.estimates["PKX2"].interval(0.999)
+    assert low < TRUTH.coefficients.PKX2 < high
+
+
+def test_pressure_of_a_curve_that_was_not_measured_is_not_fitted() -> None:
+    points = points_x()
+    side = dict(points.measured) | {"fy": np.full(len(points), 5.0)}
+    straight = replace(points, measured=side).rows(np.abs(points.alpha) < 1e-6)
+    found = fit_magic_formula(straight, shipped_tir(), MFSettings(stages=("pure_x", "pressure")))
+    assert "PPY1" not in found.estimates
+    assert any("PPY1" in text and "slip angle" in text for text in found.skipped)
