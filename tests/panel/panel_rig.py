@@ -104,6 +104,17 @@ def panel_process(data: Path, *options: str) -> Iterator[str]:
             process.wait()
 
 
+def analysts(parent: int | None = None) -> set[int]:
+    """Processes below this one that work for the page Discover or Runs."""
+    found = set()
+    for thread in Path(f"/proc/{parent or os.getpid()}/task").glob("*/children"):
+        for child in map(int, thread.read_text().split()):
+            if "panel.analysis.worker" in Path(f"/proc/{child}/cmdline").read_text():
+                found.add(child)
+            found |= analysts(child)
+    return found
+
+
 class Observer:
     """Sees the raw image of the bus and the samples, without the panel: the judge of the tests."""
 

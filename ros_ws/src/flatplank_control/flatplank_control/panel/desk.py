@@ -22,6 +22,7 @@ class Desk:
         self.looking = Analysis(log)
         self.thinking = Analysis(log)
         self.open_folder = ""
+        self._open_model = ""
         self.progress: tuple[str, float] = ("", 0.0)
         self.next_run: dict[str, Any] = {}
         self.tire = ""
@@ -71,13 +72,15 @@ class Desk:
         path = check.inside(self.data, model, "model file") if model else where / MODEL
         if path.suffix != ".yaml":
             raise ValueError("a model file ends in .yaml")
-        self.open_folder = folder
+        self.open_folder, self._open_model = folder, model
         return await self._think("open", folder=str(where), model=str(path))
 
     async def _reopened(self) -> None:
-        """After a cancelled search the process is a new one."""
+        """After a cancelled search the process is a new one and has nothing open."""
         if not self.open_folder:
             raise ValueError("open a campaign first")
+        if not self.thinking.alive:
+            await self.open(self.open_folder, self._open_model)
 
     async def compare(self) -> dict[str, Any]:
         await self._reopened()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live data to every open page, a dozen times a second: one message, made once, for all of them."""
+"""Live data to every open page, a dozen times a second: one message, made once for all."""
 
 from __future__ import annotations
 

@@ -34,6 +34,11 @@ class Analysis:
     def busy(self) -> bool:
         return self._lock.locked()
 
+    @property
+    def alive(self) -> bool:
+        """The process is there, with what was opened in it."""
+        return self._process is not None and self._process.returncode is None
+
     async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
         """Result of a job; ValueError with the reason when it cannot be done."""
         async with self._lock:
@@ -65,11 +70,11 @@ class Analysis:
             self.close()
 
     def close(self) -> None:
-        if self._process is not None and self._process.returncode is None:
+        if self.alive:
             self._process.terminate()
 
     async def _started(self) -> asyncio.subprocess.Process:
-        if self._process is None or self._process.returncode is not None:
+        if not self.alive:
             errors = open(self._log, "ab") if self._log else None  # noqa: SIM115
             try:
                 self._process = await asyncio.create_subprocess_exec(
