@@ -10,6 +10,8 @@ NODES = [
     "slip_sequencer = flatplank_control.nodes.slip_sequencer:main",
     "recorder = flatplank_control.nodes.recorder:main",
     "measurement_runner = flatplank_control.nodes.measurement_runner:main",
+    "load_controller = flatplank_control.nodes.load_controller:main",
+    "axis_hold = flatplank_control.nodes.axis_hold:main",
 ]
 # One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; the first
 # line of its docstring is the help.
@@ -24,6 +26,7 @@ VERBS = [
     "panel = flatplank_control.cli.panel:main",
     "demo = flatplank_control.cli.demo:main",
     "reveal = flatplank_control.cli.reveal:main",
+    "bench-hold = flatplank_control.cli.bench_hold:main",
     "bench-speed = flatplank_control.cli.bench_speed:main",
     "bench-blind = flatplank_control.cli.bench_blind:main",
     "doctor = flatplank_control.cli.doctor:main",

@@ -20,6 +20,7 @@ ARGUMENTS = {
     "rate_hz": ("250", "bus rate [Hz]"),
     "batch": ("1", "bus cycles per message"),
     "data": ("data", "folder for the bags"),
+    "axes": ("", "driven beside the wheel: vertical,steer,camber"),
 }
 
 
@@ -34,6 +35,7 @@ def make_nodes(context):
         rate_hz=int(value["rate_hz"]),
         batch=int(value["batch"]),
         data=value["data"],
+        axes=tuple(a for a in value["axes"].split(",") if a),
     )
     files = setup.write(Path(tempfile.mkdtemp(prefix="flatplank-")))
     return [

@@ -10,11 +10,13 @@ import numpy as np
 
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.plant import Plant, PlantConfig
 from flatplank_hw.plant.truth import truth_row
+from flatplank_hw.samples import EncoderSample, HubSample
 
 ENABLED = 4
 
@@ -63,7 +65,11 @@ class StartBench:
         elif self.drive.listens_to == "slip":
             reference = self.sequencer.step(encoders)
         command, self.sample = self.drive.step(inputs, encoders, hub, reference)
-        self._commands = (command,)
+        self._commands = (command, *self.more(inputs, encoders, hub))
+
+    def more(self, inputs: BusInputs, encoders: EncoderSample, hub: HubSample) -> tuple:
+        """Commands of further axes."""
+        return ()
 
     def until(self, condition: Callable[[], bool], seconds: float = 100.0) -> None:
         """Cycles until a condition holds; TimeoutError when it never does."""

@@ -14,7 +14,7 @@ from flatplank_control.bench.twin import Twin
 from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
-from flatplank_control.runner.plans import safe_end
+from flatplank_control.runner.plans import let_go, safe_end
 from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
 
 
@@ -64,7 +64,7 @@ class TwinBench:
             for step in plan:
                 self._do[type(step)](step)
         except BaseException as error:
-            for step in safe_end():
+            for step in (*safe_end(), *let_go(self.twin.axes)):
                 self._do[type(step)](step)
             if self._recording:
                 self._stop_record(S.StopRecord("stopped", str(error)))
@@ -112,6 +112,7 @@ class TwinBench:
     def _hold_load(self, step: S.HoldLoad) -> None:
         axis = self._axis("vertical")
         axis.follow(step.fz == step.fz)
+        self._wait(S.Wait("the vertical drive has answered", lambda _s: True, 2.0, 0.1))
         if step.fz == step.fz:
             axis.controller.set_load(step.fz)
             self._wait(S.Wait("the vertical drive is enabled", lambda _s: axis.enabled, 2.0))

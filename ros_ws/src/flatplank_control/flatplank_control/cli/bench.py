@@ -12,7 +12,8 @@ import threading
 from pathlib import Path
 
 from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import AXIS_NODES, BenchSetup
+from flatplank_hw.params import nearest
 
 
 def parser() -> argparse.ArgumentParser:
@@ -34,9 +35,19 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--rate", type=int, default=250, help="bus rate [Hz]")
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
     p.add_argument("--pace", default="realtime", choices=("realtime", "lockstep", "hold"))
+    p.add_argument("--axes", default="", help="driven beside the wheel: vertical,steer,camber")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
     p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
     return p
+
+
+def axes_of(text: str) -> tuple[str, ...]:
+    """`vertical,steer` to axes; ValueError names an unknown one."""
+    axes = tuple(word.strip() for word in text.split(",") if word.strip())
+    for axis in axes:
+        if axis not in AXIS_NODES:
+            raise ValueError(f"--axes: unknown axis '{axis}'{nearest(axis, AXIS_NODES)}")
+    return axes
 
 
 def setup_of(options: argparse.Namespace) -> BenchSetup:
@@ -51,6 +62,7 @@ def setup_of(options: argparse.Namespace) -> BenchSetup:
         pace=options.pace,
         interface=options.interface,
         data=str(options.data),
+        axes=axes_of(options.axes),
     )
 
 

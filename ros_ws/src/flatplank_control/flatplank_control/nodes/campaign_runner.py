@@ -12,10 +12,11 @@ from typing import Any
 from flatplank_control.bench.judging import outcome_of
 from flatplank_control.calibration.book import book_for
 from flatplank_control.nodes.ros_bench import RosBench
+from flatplank_control.recording.run_record import FILE_NAME, load_record
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.supervised import supervised
-from flatplank_control.runner.plans import safe_end
+from flatplank_control.runner.plans import axes_of, let_go, safe_end
 from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.steps import PlanFailed, StopRecord
 
@@ -72,12 +73,31 @@ class CampaignRunner:
         """What an earlier runner may have left: a wheel that turns, a bag that is open."""
         if not self.journal.interrupted:
             return
+        if self._adopt():
+            tell(f"{self.journal.path.name}: the run that was not written down is there")
+            return
         tell("an earlier campaign was interrupted: stop the wheel, close its bag")
-        for step in (*safe_end(), StopRecord("interrupted", "the runner ended")):
+        axes = {axis for r in self.conductor.plan.runs for axis in axes_of(r.measurement)}
+        end = StopRecord("interrupted", "the runner ended")
+        for step in (*safe_end(), *let_go(sorted(axes)), end):
             try:
                 await self.bench.do(step)
             except PlanFailed as refusal:
                 tell(str(refusal))
+
+    def _adopt(self) -> bool:
+        """The runner may have died between the end of a bag and its line in the journal."""
+        job = self.conductor.take(self.journal.interrupted)
+        if job is None:
+            return False
+        path = self.folder / job.measurement.name
+        if (path / FILE_NAME).exists() and load_record(path).status == "complete":
+            nothing = Standstill("before the run"), Standstill("after the run")
+            limits = self.conductor.plan.quality
+            self.conductor.finish(job, outcome_of(path, job, limits, *nothing))
+            return True
+        self.conductor.give_back(job)
+        return False
 
     def _look(self, cancelled: Callable[[], bool]) -> None:
         if cancelled():
@@ -96,7 +116,8 @@ class CampaignRunner:
 
     async def _grant(self, wish: str, job: Job, tell: Callable[[str], None]) -> None:
         # the steps of a safe end do not wait, so nothing interrupts them
-        for step in (*safe_end(), StopRecord("discarded", f"{wish} by the operator")):
+        end = StopRecord("discarded", f"{wish} by the operator")
+        for step in (*safe_end(), *let_go(axes_of(job.measurement)), end):
             try:
                 await self.bench.do(step)
             except PlanFailed as refusal:

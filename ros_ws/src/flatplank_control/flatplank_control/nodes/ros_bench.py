@@ -42,6 +42,16 @@ BY_HAND = {
 }
 """quantity -> service of the simulated operator"""
 
+HINTS = {
+    "vertical": ("/vertical", "/load"),
+    "steer": ("/steer",),
+    "camber": ("/camber",),
+}
+"""axis -> beginnings of the names of its services"""
+
+HOLDS = {"steer": "steering_hold", "camber": "camber_hold"}
+"""driven axis -> node that leads it"""
+
 SOURCES = {
     "encoders": (EncoderState, "/encoders/state", convert.encoders_from_msg),
     "hub": (HubState, "/measurement_hub/state", convert.hub_from_msg),
@@ -100,6 +110,9 @@ class RosBench:
             S.Quick: self._quick,
             S.Wait: self._wait,
             S.Say: self._on_say,
+            S.Trigger: self._trigger,
+            S.HoldLoad: self._hold_load,
+            S.AxisProfile: self._profile,
         }
 
     def close(self) -> None:
@@ -147,7 +160,8 @@ class RosBench:
         if client is None:
             client = self._clients[name] = self.node.create_client(kind, name)
         if not client.wait_for_service(timeout_sec=5.0):
-            raise S.PlanFailed(f"{name}: the service is not there; is its node running?")
+            hint = next((f" (bench --axes {a})" for a in HINTS if name.startswith(HINTS[a])), "")
+            raise S.PlanFailed(f"{name}: the service is not there; is its node running?{hint}")
         response = await client.call_async(kind.Request(**fields))
         accepted = getattr(response, "accepted", getattr(response, "success", True))
         if not accepted:
@@ -203,6 +217,37 @@ class RosBench:
             start_position=step.start_position,
             effective_rolling_radius=step.effective_rolling_radius,
         )
+
+    async def _trigger(self, step: S.Trigger) -> None:
+        await self.call(SetValue, "/wheel_drive/set_trigger", value=step.distance)
+
+    async def _hold_load(self, step: S.HoldLoad) -> None:
+        on = step.fz == step.fz
+        if on:
+            await self.call(SetValue, "/load_controller/set_load", value=step.fz)
+        await self._follow("vertical", on)
+
+    async def _profile(self, step: S.AxisProfile) -> None:
+        if step.name:
+            values = dict(step.parameters or {})
+            await self.call(
+                SetWaveform,
+                f"/{HOLDS[step.axis]}/set_profile",
+                name=step.name,
+                parameters=list(values),
+                values=[float(v) for v in values.values()],
+            )
+            return
+        await self._follow(step.axis, step.parameters is not None)
+
+    async def _follow(self, axis: str, on: bool) -> None:
+        """The controller of a driven axis takes it, or lets go."""
+        drive = f"/{axis}_drive"
+        if on:
+            await self.call(SetOperationMode, f"{drive}/set_operation_mode", mode="follow")
+            await self._wait(S.Wait("the mode is heard", lambda _s: True, 1.0, 0.1))
+        await self.call(SetBool, f"{drive}/enable", data=on)
+        await self._wait(S.Wait(f"the {axis} drive has answered", lambda _s: True, 2.0, 0.5))
 
     async def _arm(self, _step: S.Arm) -> None:
         await self.call(Trigger, "/encoders/arm")

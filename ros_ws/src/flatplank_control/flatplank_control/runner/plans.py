@@ -5,14 +5,17 @@ graph.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import standing
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
 from flatplank_control.runner.moves import QUICK, SPEED, Plan, go_back, over_the_road, turn
 from flatplank_control.runner.steps import (
+    AxisProfile,
     Enable,
+    HoldLoad,
     Manual,
     Mode,
     MoveTo,
@@ -95,6 +98,12 @@ def plan_of(m: Measurement) -> Plan:
     if m.measurement not in PLANS:
         raise ValueError(f"measurement is '{m.measurement}'; known are {', '.join(sorted(PLANS))}")
     return PLANS[m.measurement](m)
+
+
+def let_go(axes: Iterable[str]) -> Plan:
+    """Controllers of further axes leave them to the operator."""
+    for axis in axes:
+        yield HoldLoad(math.nan) if axis == "vertical" else AxisProfile(axis, parameters=None)
 
 
 def axes_of(m: Measurement) -> tuple[str, ...]:

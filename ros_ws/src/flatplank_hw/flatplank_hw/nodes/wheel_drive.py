@@ -12,6 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.joining import CycleJoin
@@ -58,7 +59,9 @@ class DriveNode(BenchNode):
             "quick_stop": self.drive.quick_stop,
         }.items():
             self.serve(Trigger, f"~/{name}", lambda _, response, ask=ask: answer(response, *ask()))
-        self.serve(Claim, "/operator/claim", self.on_claim)
+        if axis == AXES[0]:
+            # one service of this name: the wheel is what an operator takes charge of
+            self.serve(Claim, "/operator/claim", self.on_claim)
         self.listen(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
 
     # samples

@@ -170,6 +170,8 @@ class EncoderConfig:
     road_encoder_fitted: bool
     road_counts_per_turn: int
     road_encoder_radius: float
+    steer_on_hub: bool = False
+    """the steering encoder sits on the hub, beyond the play of the worm"""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,15 @@ import math
 
 from flatplank_hw.plant.bridges import sense
 from flatplank_hw.plant.compiling import entry, inner
-from flatplank_hw.plant.drives import check_blocked, counts, drive, free_motor, status_word, wrap32
+from flatplank_hw.plant.drives import (
+    ENABLED,
+    check_blocked,
+    counts,
+    drive,
+    free_motor,
+    status_word,
+    wrap32,
+)
 from flatplank_hw.plant.drivetrain import substep
 from flatplank_hw.plant.road import (
     TURN,
@@ -42,6 +50,8 @@ def move_axes(m, s, op, d, ds, dt):
         elif a == VERTICAL:
             ds[a].load = -s.fz * d[a].scale
             front, back = s.height >= m.height_max, s.height <= m.height_min
+        # a drive that is off leaves its axis to the handwheel
+        enabled = ds[a].state == ENABLED
         before = ds[a].motor
         free_motor(d[a], ds[a], dt, front, back)
         step = (ds[a].motor - before) * d[a].scale
@@ -49,13 +59,13 @@ def move_axes(m, s, op, d, ds, dt):
             v = step / dt
         elif a == STEER:
             s.steer += step
-            op.steer = s.steer
+            op.steer = s.steer if enabled else op.steer
         elif a == VERTICAL:
             s.height += step
-            op.height = s.height
+            op.height = s.height if enabled else op.height
         else:
             s.road_camber += step
-            op.road_camber = s.road_camber
+            op.road_camber = s.road_camber if enabled else op.road_camber
     return v
 
 
@@ -138,7 +148,8 @@ def encode(m, s, d, ds, digital, noise, out):
     half = 0.5 * m.wheel_encoder_play
     s.wheel_shaft = min(max(s.wheel_shaft, s.theta - half), s.theta + half)
     out[1] = wrap32(int(math.floor(s.wheel_shaft / TURN * m.wheel_counts)))
-    out[2] = wrap32(int(math.floor(s.steer / TURN * m.steer_counts)))
+    steer = s.alpha if m.steer_on_hub else s.steer
+    out[2] = wrap32(int(math.floor(steer / TURN * m.steer_counts)))
     out[3] = wrap32(int(math.floor(s.road_camber / TURN * m.camber_counts)))
     out[4] = wrap32(int(math.floor(s.road / m.road_resolution))) if m.road_encoder else 0
     out[5] = digital

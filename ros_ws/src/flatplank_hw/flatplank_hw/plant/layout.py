@@ -59,7 +59,7 @@ MACHINE = _record(
     "nu1 nu2 nu3 nu_phase nu_rolling wheel_encoder_play "
     # time
     "skew lag dt",
-    "tire_steps drive_steps mapped road_encoder estop_wheel",
+    "tire_steps drive_steps mapped road_encoder estop_wheel steer_on_hub",
 )
 
 MACHINE_STATE = _record(

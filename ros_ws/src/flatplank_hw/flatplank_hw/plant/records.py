@@ -85,6 +85,7 @@ def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
     m["steer_counts"], m["camber_counts"] = e.steer_counts_per_turn, e.camber_counts_per_turn
     m["road_resolution"] = TURN * e.road_encoder_radius / e.road_counts_per_turn
     m["road_encoder"] = int(e.road_encoder_fitted)
+    m["steer_on_hub"] = int(e.steer_on_hub)
     m["mesh_pitch"], m["wander_period"], m["gap_damping"] = 1.0, 1.0, 5e3
     m["steer_damping"] = 500.0
     m["support_to"] = 1.0

@@ -65,9 +65,12 @@ class Conductor:
     def over(self) -> bool:
         return not self._waiting
 
-    def take(self) -> Job | None:
-        """The next run whose r_e is known; None when all that is left waits for one under way."""
+    def take(self, key: str = "") -> Job | None:
+        """The next run whose r_e is known, or that of `key`; None when all that is left waits for
+        one under way."""
         for run in self._waiting:
+            if key not in ("", run.key):
+                continue
             if run.key not in self._busy and self._ready(run):
                 self._busy.add(run.key)
                 attempt = self._attempts(run) + 1

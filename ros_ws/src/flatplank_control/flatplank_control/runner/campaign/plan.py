@@ -208,7 +208,9 @@ class _Builder:
             m = from_mapping({**about, "repeat": repeat, **values}, "")
         except ValueError as error:
             text = re.sub(r"^: (measurement [^:]*: )?", "", str(error))
-            line = next((n for k, n in block.lines.items() if k in re.findall(r"\w+", text)), block.line)
+            line = next(
+                (n for k, n in block.lines.items() if k in re.findall(r"\w+", text)), block.line
+            )
             self._say(line, text)
             return None
         return PlannedRun(key, m, block.line)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Angle of a driven steering or camber axis: the shell of `flatplank_control.steering_hold`.
+
+`steering_hold` has the steering; the node under another name with another file has the camber.
+"""
+
+from __future__ import annotations
+
+import math
+
+from flatplank_control.nodes.follower import FollowerNode
+from flatplank_control.steering_hold import AngleControl, AngleParameters
+from flatplank_hw.nodes.support import answer, run
+from flatplank_msgs.srv import SetValue, SetWaveform
+
+
+class AxisHoldNode(FollowerNode):
+    """Holds the angle of its axis, or leads it along a profile, while its drive is in mode
+    follow."""
+
+    PARAMETERS = AngleParameters
+
+    def configure(self, parameters: AngleParameters) -> None:
+        self.core = AngleControl(parameters)
+        self.drive = f"{parameters.axis}_drive"
+
+    def connect(self) -> None:
+        super().connect()
+        self.serve(SetWaveform, "~/set_profile", self.on_profile)
+        self.serve(SetValue, "~/hold_deg", self.on_hold)
+
+    def on_profile(self, request, response):
+        if len(request.parameters) != len(request.values):
+            return answer(response, False, "parameters and values differ in number")
+        values = dict(zip(request.parameters, request.values, strict=True))
+        return answer(response, *self.core.set_profile(request.name, values))
+
+    def on_hold(self, request, response):
+        return answer(response, *self.core.hold(math.radians(request.value)))
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: AxisHoldNode("steering_hold"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Vertical force to axle speed: the shell of `flatplank_control.load_control`."""
+
+from __future__ import annotations
+
+from flatplank_control.load_control import LoadController, LoadParameters
+from flatplank_control.nodes.follower import FollowerNode
+from flatplank_hw.nodes.support import answer, run
+from flatplank_msgs.srv import SetValue
+
+
+class LoadControllerNode(FollowerNode):
+    """Holds Fz while `vertical_drive` is in mode follow."""
+
+    PARAMETERS = LoadParameters
+    drive = "vertical_drive"
+
+    def configure(self, parameters: LoadParameters) -> None:
+        self.core = LoadController(parameters)
+
+    def connect(self) -> None:
+        super().connect()
+        self.serve(SetValue, "~/set_load", self.on_load)
+
+    def on_load(self, request, response):
+        try:
+            self.core.set_load(request.value)
+        except ValueError as error:
+            return answer(response, False, str(error))
+        return answer(response, True, "")
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: LoadControllerNode("load_controller"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

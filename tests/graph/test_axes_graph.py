@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Driven axes on the graph: the load is held under braking, the standing tire is parked."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bench_graph import graph
+
+from flatplank_control.bench.judging import COLUMNS
+from flatplank_control.nodes.client import BenchError
+
+pytestmark = pytest.mark.graph
+HELD = """
+measurement: slip
+kappa: -0.1
+fz: 3700.0
+step_position: 0.03
+end_position: 0.23
+hold_load: true
+optical_trigger: 0.05
+"""
+PARKING = """
+measurement: parking
+profile_parameters: {amplitude: 0.03, rate: 0.03}
+profile_time: 4.5
+"""
+
+
+def columns(path):
+    from flatplank_analysis.data import Run, RunInfo
+    from flatplank_analysis.data.store import open_store
+
+    names = [*COLUMNS, "steer_angle", "mz"]
+    return Run(RunInfo(file=path.name), open_store(path.parent)).table(names).columns
+
+
+@pytest.mark.timeout(300)
+def test_load_and_steering_are_led_by_their_nodes(tmp_path, monkeypatch, capsys):
+    soft = tmp_path / "plant.yaml"
+    soft.write_text("defects: {load_change: {brake: 0.0097, drive: 0.004}}\n")
+    setup = {"axes": ("vertical", "steer"), "plant_file": str(soft)}
+    with graph(tmp_path, monkeypatch, **setup) as bench:
+        measure = bench.client.measure
+        data = str(bench.data)
+        measure(HELD, simulated=True, folder=data)
+        measure(PARKING, simulated=True, folder=data)
+        with pytest.raises(BenchError, match="camber_drive.*is its node running"):
+            measure("{measurement: camber_sweep, profile: sine}", simulated=True, folder=data)
+    held = columns(next(bench.data.glob("TOY_REL_LNG*")))
+    parked = columns(next(bench.data.glob("TOY_PARKING*")))
+    worst = float(np.abs(np.convolve(held["fz"], np.ones(25) / 25, "valid") / 3700.0 - 1.0).max())
+    with capsys.disabled():
+        print(f"\nFz held on the graph at -10 %: worst {100 * worst:.2f} %")
+    assert held["fx"].min() < -1500.0
+    assert worst < 0.01
+    assert np.ptp(parked["steer_angle"]) == pytest.approx(0.06, abs=0.004)
+    assert np.ptp(parked["mz"]) > 20.0
