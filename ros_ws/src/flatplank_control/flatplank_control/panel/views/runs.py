@@ -25,6 +25,12 @@ COLUMNS = {
 FIRST = 60
 """runs drawn when none is chosen"""
 
+SELECT = {
+    "header-selection": 'aria-label="Select all runs"',
+    "body-selection": ':aria-label="`Select ${props.row.file}`"',
+}
+"""slot of the table -> what a screen reader says of its boxes"""
+
 
 def build_with(desk: Desk) -> Callable[[Page], None]:
     return lambda page: _Runs(page, desk).build()
@@ -54,6 +60,10 @@ class _Runs:
                     columns=columns, rows=[], row_key="file", selection="multiple", pagination=12
                 )
                 self.table.props("flat dense").classes("fp-table w-full")
+                for slot, label in SELECT.items():
+                    self.table.add_slot(
+                        slot, f'<q-checkbox v-model="props.selected" dense {label} />'
+                    )
                 self.problems = ui.label("").classes("fp-quiet")
             with page.card("Curves"):
                 with page.row():

@@ -13,6 +13,7 @@ from flatplank_control.panel.views.page import Page
 HEAD = """
 <link rel="stylesheet" href="/assets/panel.css">
 <script src="/assets/panel.js"></script>
+<script>document.documentElement.lang = "en"</script>
 """
 NOBODY = "nobody is in charge"
 
