@@ -110,7 +110,7 @@ def entry(group, hidden, named, verdict="found", outside=None, where=()):
     if outside is None:
         answer["effects"] = [{"name": n, "size": 1.0, "class": [], "sized": True} for n in hidden]
     return {
-        "key": f"{group}/{'+'.join(hidden)}", "seed": 1, "code": "c", "answer": answer,
+        "key": f"{group}/{'+'.join(hidden)}", "seed": 1, "code": "c", "kit": "k", "answer": answer,
         "case": {"group": group, "hidden": list(hidden), "world": "second", "factor": 2.0},
         "diagnosis": {"verdict": verdict, "effects": effects, "floor_rmse": 10.0,
                       "held_out_after": 10.5, "unexplained": {"where": list(where)}},

@@ -83,7 +83,7 @@ def _text(data: dict) -> str:
         f"all: error {data['rmse']:.1f} N, floor {data['floor']:.1f} N, "
         f"beyond it {data['unexplained']:.1f} N"
     )
-    for m in data["where"][:4]:
+    for m in data["where"][:4] if data["unexplained"] > 0.0 else ():
         low, high = m["range"]
         lines.append(
             f"over {m['coordinate']}: {m['share']:.0%} within {low:.3g} .. {high:.3g} {m['unit']}"

@@ -16,6 +16,7 @@ from scipy.stats import f as f_distribution
 
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import Gram, solve
+from flatplank_analysis.discovery.interval import channel_scale, relative_spread
 from flatplank_analysis.discovery.state import State
 
 FAMILY = 0.05
@@ -25,8 +26,6 @@ SAME = 0.015
 0.3 and more"""
 PRIOR = 4.0
 """degrees of freedom that the dispersion among repeats lends to that among conditions"""
-FORM = 0.03
-"""standard deviation of a relative size by the form of the model's law"""
 SHARE = 0.003
 """a further effect must bring this share of the chi2 that is explained already"""
 
@@ -133,7 +132,7 @@ def decide(
     worth = 12.0 if term.effect.kind == "tire" else 6.0
     stretch_limit = worth * stretch_n + (5.0 if term.effect.local else 1.0) * SAME * drop
     condition_limit = worth * condition_n + SAME * drop
-    size, spread = term.size, _spread(state, fit, own, direction)
+    size, spread = term.size, relative_spread(state, fit, own, direction)
     matters = term.effect.main_parameter().matters
     decision = Decision(
         term, drop, k, kappa, kappa_c, p_r, p_c, level, matters,
@@ -160,6 +159,8 @@ def _with_reasons(d: Decision, explained: float) -> Decision:
         reasons.append("not the same size along the run")
     if d.condition_q > d.condition_limit:
         reasons.append("not the same size in every condition")
+    if d.interval[0] * d.interval[1] <= 0.0 and not d.term.effect.generic:
+        reasons.append("its interval covers zero")
     if _at_edge(d.term):
         reasons.append("at the end of its physical range")
     return replace(d, reasons=tuple(reasons))
@@ -266,49 +267,6 @@ def _condition_test(state: State, score, info) -> tuple[float, int]:
     s = np.array([score[g].sum() for g in state.runs.groups])
     alive = h > 1e-4 * h.sum()
     return float(np.sum(s[alive] ** 2 / h[alive])), max(int(alive.sum()) - 1, 1)
-
-
-def _spread(state: State, fit: Fit, own: Sequence[int], direction: np.ndarray) -> float:
-    """Half width of the 90 % interval relative to the size, for the plain fit.
-
-    Sandwich: what the scores of runs and of conditions really do, and at least the noise model.
-    """
-    from scipy.stats import t as student
-
-    runs = state.runs
-    weight = channel_scale(state)
-    flat = (fit.jacobian[list(own)] * weight).reshape(len(own), -1)
-    f = (direction * weight).reshape(-1)
-    gram = flat @ flat.T
-    mix = solve(gram, flat @ f)[0]
-    f = (f - mix @ flat).reshape(direction.shape)
-    e = fit.residual(runs.measured) * weight
-    score = np.sum(f * e, axis=(0, 2))
-    info = float(np.sum(f * f))
-    if info <= 1e-30:
-        return np.inf
-    groups = [score[g].sum() for g in runs.groups]
-    count = len(groups)
-    by_run = float(np.sum(score**2)) * runs.runs / max(runs.runs - len(own) / 3.0, 1.0)
-    by_condition = float(np.sum(np.square(groups))) * count / max(count - 2.0, 1.0)
-    share = np.array([np.sum(f[:, g] ** 2) for g in runs.groups]) / info
-    freedom = max(1.0 / float(np.sum(share**2)) - 1.0, 2.0)
-    variance = max(by_run, by_condition, _noise_variance(state, f, weight)) / info**2
-    # the form of the law is not the tire's: that is no noise, and no repeat shows it
-    return float(student.ppf(0.95, freedom + 2.0) * np.sqrt(variance + FORM**2))
-
-
-def _noise_variance(state: State, f: np.ndarray, weight: np.ndarray) -> float:
-    """Variance of sum(f e) by the noise model, from the cleaned contrasts of the repeats."""
-    sizes = np.array([len(state.runs.groups[c]) for c in state.runs.condition])
-    grow = sizes / np.maximum(sizes - 1.0, 1.0)
-    score = np.sum(f * state.contrasts * weight, axis=(0, 2))
-    return float(np.sum(score**2 * grow))
-
-
-def channel_scale(state: State) -> np.ndarray:
-    """One over the floor of each channel, (channels, 1, 1)."""
-    return np.array([1.0 / max(f.floor, 1e-12) for f in state.floors])[:, None, None]
 
 
 def held_out(state: State, fit: Fit, indices: Sequence[int]) -> float:

@@ -30,8 +30,8 @@ NEEDED = float((norm.isf(0.05 / COLUMNS / 2.0) + norm.isf(0.2)) ** 2)
 PLACES = np.arange(0.02, 4.1, 0.04)
 CHANNELS = ("fx", "fy", "fz")
 ROUNDS = 4
-NO_PART = ("page.py", "points.py", "journal.py", "rivals.py", "cases.py", "outside.py")
-"""files of the kit that these sizes do not depend on"""
+NO_PART = ("page.py", "points.py", "journal.py", "rivals.py")
+"""files of the kit that the campaigns do not depend on"""
 CLEAR = 1.5
 """a size must be so far above the one of no consequence that noise does not carry it below"""
 
@@ -123,7 +123,12 @@ def detectable(
     """
     design = design or MENU[name].design
     key = f"{world}/{name}/{noise}/{scatter:g}/{design}"
-    path = Path(os.environ.get("FLATPLANK_ROOT", ".")) / ".cache" / "blind" / f"{_version()}.txt"
+    path = (
+        Path(os.environ.get("FLATPLANK_ROOT", "."))
+        / ".cache"
+        / "blind"
+        / f"detectable-{kit_version()}.txt"
+    )
     if path.is_file():
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.startswith(key + " ") and line.endswith(";"):
@@ -136,14 +141,14 @@ def detectable(
 
 
 @lru_cache(maxsize=1)
-def _version() -> str:
-    """Fingerprint of everything that the sizes depend on."""
+def kit_version() -> str:
+    """Fingerprint of what makes the campaigns and their sizes."""
     digest = hashlib.sha256()
     for folder in (Path(__file__).parent, Path(flatplank_hw.plant.__file__).parent):
         for source in sorted(folder.rglob("*.py")):
             if source.name not in NO_PART:
                 digest.update(source.read_bytes())
-    return f"detectable-{digest.hexdigest()[:12]}"
+    return digest.hexdigest()[:12]
 
 
 def _computed(world: str, name: str, noise: str, scatter: float, design: str) -> float:

@@ -20,6 +20,7 @@ from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
 from flatplank_control.blind.cases import Case, make
+from flatplank_control.blind.detectable import kit_version
 
 Progress = Callable[[int, int, str], None]
 JUDGED = ("discovery", "effects", "tirebase")
@@ -53,7 +54,8 @@ def diagnose(tables: list) -> dict[str, Any]:
 
 def solve(case: Case, seed: int) -> dict[str, Any]:
     """One line of the journal."""
-    entry = {"key": case.key, "seed": seed, "code": code_version(), "case": asdict(case)}
+    entry = {"key": case.key, "seed": seed, "code": code_version(), "kit": kit_version()}
+    entry["case"] = asdict(case)
     made = make(case, seed)
     if made is None:
         return entry | {"answer": None, "diagnosis": None}
@@ -74,8 +76,9 @@ def read(path: Path) -> list[dict[str, Any]]:
 
 
 def of_this_code(entries: Iterable[dict[str, Any]], seed: int) -> dict[str, dict[str, Any]]:
-    """Entries of this seed that the present code made, by key."""
-    return {e["key"]: e for e in entries if e["seed"] == seed and e["code"] == code_version()}
+    """Entries of this seed that the present code made from the present kit, by key."""
+    now = (seed, code_version(), kit_version())
+    return {e["key"]: e for e in entries if (e["seed"], e["code"], e.get("kit")) == now}
 
 
 def run(

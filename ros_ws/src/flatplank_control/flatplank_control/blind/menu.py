@@ -112,7 +112,10 @@ MENU: dict[str, Item] = {
         _defect("time_skew", "delay"), lambda s, r: {"skew": s},
     ),
     "force_lag": Item(
-        LATE, "s", 0.1, 0.02, 1.5, _defect("force_lag", "time"), lambda s, r: {"lag": s},
+        # the plant's low-pass works sample by sample of 0.05 s: this one is late by the size
+        LATE, "s", 0.1, 0.02, 1.5,
+        lambda s, r: {"force_lag": {"time": 0.05 / float(np.log1p(0.05 / s))}},
+        lambda s, r: {"lag": s},
     ),
     "measured_load": Item(
         ("measured_load",), "1", 0.5, 0.3, 1.0, None,

@@ -202,6 +202,7 @@ def judge(case: Case, seed: int) -> dict[str, Any] | None:
     tables, answer = made
     entry: dict[str, Any] = {
         "key": case.key, "seed": seed, "code": journal.code_version(),
+        "kit": journal.kit_version(),
         "case": {"group": case.group, "hidden": list(case.hidden), "world": case.world,
                  "factor": case.factor},
         "answer": answer, "ways": {"ours": journal.diagnose(tables)},

@@ -30,7 +30,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'pair/*'")
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
     p.add_argument("--write", type=Path, metavar="FILE", help="the page, as in docs")
-    p.add_argument("--rivals", action="store_true", help="side by side with today's ways, too")
+    p.add_argument(
+        "--rivals", type=int, metavar="N", help="N of them side by side with today's ways"
+    )
     p.add_argument("--no-run", action="store_true", help="only from what the journal has")
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     return p
@@ -65,7 +67,7 @@ def main(argv: list[str]) -> int:
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
-    beside = _rivals(o, path) if o.rivals else ""
+    beside = _rivals(o, path) if o.rivals is not None else ""
     if o.json:
         print(json.dumps(summary(entries), indent=1))
         return 0
@@ -83,7 +85,7 @@ def main(argv: list[str]) -> int:
 def _rivals(o: argparse.Namespace, path: Path) -> str:
     from flatplank_control.blind.rivals import side_by_side
 
-    return side_by_side(o.seed, path.with_name(f"rivals{o.seed}.jsonl"), o.no_run)
+    return side_by_side(o.seed, path.with_name(f"rivals{o.seed}.jsonl"), o.no_run, o.rivals)
 
 
 if __name__ == "__main__":

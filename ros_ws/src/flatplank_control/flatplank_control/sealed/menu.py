@@ -58,7 +58,8 @@ MENU: dict[str, Hidden] = {
         lambda s: {"worn_patches": {"positions": [2.35], "factor": 1.0 - s, "length": 0.12}},
     ),
     "wear": Hidden(
-        ("wear",), "1", 4e-3, 1e-2, lambda s: {"sandpaper_wear": {"per_run": s}},
+        # from the first to the last of 27 runs
+        ("wear",), "1", 0.1, 0.25, lambda s: {"sandpaper_wear": {"per_run": s / 26.0}},
     ),
     "nothing": Hidden((), "1", 1.0, 1.0, lambda _s: {}),
 }  # fmt: skip
