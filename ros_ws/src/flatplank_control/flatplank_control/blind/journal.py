@@ -75,10 +75,16 @@ def read(path: Path) -> list[dict[str, Any]]:
     return out
 
 
-def of_this_code(entries: Iterable[dict[str, Any]], seed: int) -> dict[str, dict[str, Any]]:
-    """Entries of this seed that the present code made from the present kit, by key."""
-    now = (seed, code_version(), kit_version())
-    return {e["key"]: e for e in entries if (e["seed"], e["code"], e.get("kit")) == now}
+def of_this_code(
+    entries: Iterable[dict[str, Any]], seed: int, any_code: bool = False
+) -> dict[str, dict[str, Any]]:
+    """Entries of this seed that the present code made from the present kit, by key.
+
+    any_code: those of older code too, where the present has none.
+    """
+    here = [e for e in entries if (e["seed"], e.get("kit")) == (seed, kit_version())]
+    old = {e["key"]: e for e in here} if any_code else {}
+    return old | {e["key"]: e for e in here if e["code"] == code_version()}
 
 
 def run(

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from flatplank_control.blind.journal import code_version
 from flatplank_control.blind.points import Share, confusion, points_of, share
 
 Points = Sequence[Mapping[str, Any]]
@@ -35,11 +37,12 @@ def page(entries: Sequence[Mapping[str, Any]], command: str, rivals: str = "") -
     hidden = sorted({"+".join(e["case"]["hidden"]) for e in entries if e["diagnosis"] is None})
     scored = [(group_of(e), e["case"]["world"], points_of(e)) for e in usable]
     points = [p for _, _, p in scored]
-    codes = sorted({e["code"] for e in entries})
+    codes = Counter(e["code"] for e in usable)
     parts = [
         "# Blind test of the discovery",
-        f"Written by `{command}` from {len(usable)} campaigns; fingerprint of the code that "
-        f"diagnosed: {', '.join(codes)}. Nothing on this page is typed by hand.",
+        f"Written by `{command}` from {len(usable)} campaigns. Fingerprint of the code that "
+        f"diagnosed: {', '.join(f'{c} ({n} campaigns)' for c, n in codes.items())}; of the "
+        f"present code: {code_version()}. Nothing on this page is typed by hand.",
         _WHAT,
         "## Scores",
         _scores(scored),

@@ -34,6 +34,9 @@ def parser() -> argparse.ArgumentParser:
         "--rivals", type=int, metavar="N", help="N of them side by side with today's ways"
     )
     p.add_argument("--no-run", action="store_true", help="only from what the journal has")
+    p.add_argument(
+        "--any-code", action="store_true", help="with --no-run: results of older code, too"
+    )
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     return p
 
@@ -63,7 +66,7 @@ def main(argv: list[str]) -> int:
     if not cases:
         raise ValueError(f"--only '{o.only}': no campaign has such a name")
     if o.no_run:
-        known = journal.of_this_code(journal.read(path), o.seed)
+        known = journal.of_this_code(journal.read(path), o.seed, o.any_code)
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
