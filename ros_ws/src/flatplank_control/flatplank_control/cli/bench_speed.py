@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-PARTS = ("margins", "twin", "lockstep", "realtime", "panel")
+PARTS = ("margins", "twin", "lockstep", "realtime", "ethercat", "panel")
 
 
 def main(argv: list[str]) -> int:
