@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
+from numpy import log1p
+from numpy.random import Generator as Random
 
-Random = np.random.Generator
 Plant = Callable[[float, Random], Mapping[str, Mapping[str, Any]]]
 Second = Callable[[float, Random], Mapping[str, Any]]
 
@@ -114,7 +114,7 @@ MENU: dict[str, Item] = {
     "force_lag": Item(
         # the plant's low-pass works sample by sample of 0.05 s: this one is late by the size
         LATE, "s", 0.1, 0.02, 1.5,
-        lambda s, r: {"force_lag": {"time": 0.05 / float(np.log1p(0.05 / s))}},
+        lambda s, r: {"force_lag": {"time": 0.05 / float(log1p(0.05 / s))}},
         lambda s, r: {"lag": s},
     ),
     "measured_load": Item(

@@ -74,7 +74,7 @@ def runs_of(design: str, random: np.random.Generator | None) -> list[Run]:
     """All runs in the order in which they are made; without a generator in that of the list."""
     pairs = [(s, start) for s in DESIGNS[design] for start in STARTS]
     order = range(len(pairs)) if random is None else random.permutation(len(pairs))
-    return [Run(*pairs[which], index) for index, which in enumerate(order)]
+    return [Run(pairs[which][0], pairs[which][1], index) for index, which in enumerate(order)]
 
 
 def noise(
