@@ -3,24 +3,34 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
 import pytest
 
+from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.twin import Twin
+from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.calibration import Book, Entry, fit_line
+from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.calibration.parasitic import (
     amplitudes,
     difference,
+    filter_on_twin,
     still_fits,
     turn_on_twin,
 )
 from flatplank_control.calibration.sheet import LINES, blank, starting_values
 from flatplank_control.cli.calibrate import main
 from flatplank_control.runner.campaign import Conductor, Journal
+from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.standstill import Standstill
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
+from flatplank_hw.hub.parasitic import to_text
 
 
 def test_a_line_with_its_errors():
@@ -100,3 +110,35 @@ def test_the_sheet_gives_starting_values_of_known_effects(tmp_path):
     for line in LINES.values():
         if line.effect in effects:
             assert line.parameter in {f.name for f in fields(effects[line.effect])}
+
+
+def test_the_run_warns_when_the_fit_is_of_another_mounting(tmp_path):
+    """The unloaded wheel is looked at on its way to the start of the next run."""
+    setup = BenchSetup(preset="thesis2023", pace="hold")
+    turn = turn_on_twin(setup)
+    fit = identify(turn.angle, turn.volts, "m1", "2026-01-01")
+    other = identify(turn.angle + 1.0, turn.volts, "m0", "2025-01-01")
+    said = []
+    for name, one in (("m1", fit), ("m0", other)):
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(to_text(one), encoding="utf-8")
+        hub = {"parasitic_fit": str(path), "filter_on": True}
+        own = replace(setup, parameters={"measurement_hub": hub})
+        bench = TwinBench(Twin(own), TableLog(tmp_path / name))
+        watch = TurnWatch()
+        m = Measurement(measurement="stiffness_longitudinal", start=3)
+        bench.perform(supervised(m, Standstill("before"), Standstill("after"), watch))
+        said.append((watch.left, still_fits(watch.left)))
+    assert said[0][1] == "" and said[0][0] < 20.0
+    assert "not that of this mounting" in said[1][1] and said[1][0] > 100.0
+
+
+def test_the_filter_is_judged_under_load_and_slip(tmp_path):
+    setup = BenchSetup(preset="thesis2023", pace="hold")
+    turn = turn_on_twin(setup)
+    path = tmp_path / "fit.yaml"
+    path.write_text(to_text(identify(turn.angle, turn.volts, "m", "2026-01-01")))
+    found = filter_on_twin(setup, path, -0.05, last=2.7)
+    for name in ("fx", "fz"):
+        plain, filtered = found[name]
+        assert filtered < 0.25 * plain

@@ -15,6 +15,7 @@ from flatplank_control.bench.log import BagLog, TableLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
 from flatplank_control.bench.twin_bench import TwinBench
+from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Limits
@@ -45,8 +46,9 @@ def make(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) 
     bench = TwinBench(Twin(setup), log)
     bench.twin.plant.set_run(index)
     before, after = Standstill("before the run"), Standstill("after the run")
-    bench.perform(supervised(job.measurement, before, after))
-    return outcome_of(bench.kept[0], job, limits, before, after)
+    turn = TurnWatch()
+    bench.perform(supervised(job.measurement, before, after, turn))
+    return outcome_of(bench.kept[0], job, limits, before, after, turn)
 
 
 def run_on_twin(

@@ -9,6 +9,7 @@ from typing import Any
 from flatplank_analysis.data import MeasurementTable, Run, RunInfo
 from flatplank_analysis.data.store import open_store
 from flatplank_analysis.steady.rolling_radius import radius_of_run
+from flatplank_control.calibration.fit_check import TurnWatch, still_fits
 from flatplank_control.runner.campaign.conductor import Job, Outcome
 from flatplank_control.runner.campaign.quality import Finding, Limits, Verdict, judge, profile
 from flatplank_control.runner.campaign.stiffness import EVALUATIONS
@@ -31,7 +32,12 @@ def read(path: Path) -> MeasurementTable:
 
 
 def outcome_of(
-    path: Path, job: Job, limits: Limits, before: Standstill, after: Standstill
+    path: Path,
+    job: Job,
+    limits: Limits,
+    before: Standstill,
+    after: Standstill,
+    turn: TurnWatch | None = None,
 ) -> Outcome:
     """Verdict, effective rolling radius of a free-rolling run, zeros."""
     table = read(path)
@@ -45,6 +51,10 @@ def outcome_of(
         hidden = 0.0 if after.filter_on or turned < STOOD else PRELOAD
         zeros = [Finding("zero_change", change, ZERO_LIMIT + hidden)]
         facts |= {"before": before.facts(), "after": after.facts()}
+    if turn is not None and turn.left == turn.left:
+        facts["once_per_turn_unloaded"] = round(turn.left, 1)
+        if turn.filter_on and (warning := still_fits(turn.left)):
+            facts["warnings"] = [warning]
     evaluate = EVALUATIONS.get(job.measurement.measurement)
     if evaluate is not None:
         found_values = evaluate(table.columns, job.measurement)

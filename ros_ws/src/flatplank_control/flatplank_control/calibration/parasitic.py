@@ -5,15 +5,20 @@ it."""
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from flatplank_control.bench.judging import read
+from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Cycle, Twin
 from flatplank_control.bench.twin_bench import TwinBench
+from flatplank_control.calibration.fit_check import MISMATCH, still_fits, under_load
 from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
@@ -21,11 +26,12 @@ from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import INDEX, ParasiticFit
 
+__all__ = [
+    "MISMATCH", "RawLog", "Turn", "amplitudes", "difference", "filter_on_twin", "still_fits",
+    "turn_of_bag", "turn_on_twin",
+]  # fmt: skip
 COUNTS = 20000
 TOPIC = "/bus/inputs"
-MISMATCH = 40.0
-"""once-per-turn force left with the filter on, from which the fit is no longer that of the wheel
-[N]"""
 
 
 class Turn(NamedTuple):
@@ -104,17 +110,6 @@ def amplitudes(turn: Turn, fit: ParasiticFit | None, hub: HubParameters) -> dict
     return {name: float(math.hypot(a[1, k], a[2, k])) for k, name in ((0, "fx"), (2, "fz"))}
 
 
-def still_fits(left: float) -> str:
-    """A warning when the once-per-turn force [N] with the filter on says another mounting; else
-    empty."""
-    if left <= MISMATCH:
-        return ""
-    return (
-        f"{left:.0f} N once per turn are left with the filter on (at most {MISMATCH:g} N): "
-        "the fit is not that of this mounting; make the unloaded turn again"
-    )
-
-
 def difference(plain: np.ndarray, filtered: np.ndarray, position: np.ndarray) -> np.ndarray:
     """Unfiltered less filtered force over the road (Figures C.5, C.6): the parasitic force of the
     runs.
@@ -123,3 +118,19 @@ def difference(plain: np.ndarray, filtered: np.ndarray, position: np.ndarray) ->
     """
     a = np.interp(position, plain[:, 0], plain[:, 1])
     return a - np.interp(position, filtered[:, 0], filtered[:, 1])
+
+
+def filter_on_twin(
+    setup: BenchSetup, fit: Path, kappa: float, last: float = 4.0
+) -> dict[str, tuple[float, float]]:
+    """A slip run without and with the filter: what is left under load and slip."""
+    columns = []
+    for on in (False, True):
+        hub = {"parasitic_fit": str(fit), "filter_on": on}
+        own = replace(setup, parameters={**setup.parameters, "measurement_hub": hub})
+        m = Measurement(kappa=kappa, step_position=0.3, end_position=last)
+        with tempfile.TemporaryDirectory() as folder:
+            bench = TwinBench(Twin(own), TableLog(Path(folder)))
+            bench.perform(plan_of(m))
+            columns.append(read(bench.kept[0]).columns)
+    return under_load(columns[0], columns[1], 0.6, last)

@@ -94,6 +94,30 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
     return put(book, entry)
 
 
+def filter_effect(o: argparse.Namespace, book: Book) -> int:
+    """What the parasitic filter leaves under load and slip: two equal runs, or --sim."""
+    from flatplank_control.bench.judging import read
+    from flatplank_control.bench.setup import BenchSetup
+    from flatplank_control.calibration.fit_check import text, under_load
+    from flatplank_control.calibration.parasitic import filter_on_twin
+
+    if o.sim:
+        entry = book.entries.get("parasitic")
+        if entry is None:
+            raise ValueError("filter: no parasitic fit yet; first flatplank calibrate parasitic")
+        setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")
+        fit = Path(str(entry.parameters["parasitic_fit"])).resolve()
+        for kappa in (0.0, -0.05):
+            print(f"slip {100 * kappa:+g} %")
+            print("  " + "\n  ".join(text(filter_on_twin(setup, fit, kappa))))
+        return 0
+    if o.plain is None or o.filtered is None:
+        raise ValueError("filter: give --plain and --filtered, two equal runs, or --sim")
+    runs = [read(path).columns for path in (o.plain, o.filtered)]
+    print("\n".join(text(under_load(runs[0], runs[1], o.first, o.last))))
+    return 0
+
+
 def status(o: argparse.Namespace, book: Book) -> int:
     """Which calibrations hold; 1 when one is expired or absent."""
     found = book.status(date.fromisoformat(o.date))
@@ -114,6 +138,7 @@ def sheet(o: argparse.Namespace, book: Book) -> int:
 
 WORK: dict[str, Work] = {
     "hub": hub, "lvdt": lvdt, "plank": plank, "motor": motor, "parasitic": parasitic,
+    "filter": filter_effect,
     "status": status, "sheet": sheet,
 }  # fmt: skip
 
@@ -145,6 +170,14 @@ def parser() -> argparse.ArgumentParser:
             one.add_argument("--mounting", required=True, help="name of this mounting")
             one.add_argument("--bag", type=Path, help="of an unloaded turn")
             one.add_argument("--sim", action="store_true", help="on the twin")
+            one.add_argument("--tire", default="toyo", help="of the twin")
+            one.add_argument("--preset", default="", help="of the twin: thesis2023")
+        if name == "filter":
+            one.add_argument("--plain", type=Path, help="a run without the filter")
+            one.add_argument("--filtered", type=Path, help="the same run with it")
+            one.add_argument("--first", type=float, default=2.0, help="from here on [m]")
+            one.add_argument("--last", type=float, default=4.0, help="to here [m]")
+            one.add_argument("--sim", action="store_true", help="on the twin, with the fit in use")
             one.add_argument("--tire", default="toyo", help="of the twin")
             one.add_argument("--preset", default="", help="of the twin: thesis2023")
         if name == "sheet":

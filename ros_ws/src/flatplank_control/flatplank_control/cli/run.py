@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from datetime import date
@@ -46,7 +47,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--data", type=Path, help="campaign folder; default: data/NAME")
     p.add_argument("--lab", action="store_true", help="manual steps are asked for")
     p.add_argument("--new", action="store_true", help="refuse to go on with an earlier campaign")
-    p.add_argument("--jobs", type=int, default=1, help="processes of the twin")
+    p.add_argument("--jobs", type=int, help="processes of the twin; default: all cores")
     p.add_argument("--bags", action="store_true", help="the twin writes bags, not tables")
     p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
     p.add_argument("--plant", default="", help="YAML file laid over the simulated plant")
@@ -86,7 +87,7 @@ class Talk:
         pace = (time.monotonic() - self._began) / self._bench
         left = pace * (self._paper.total - sum(durations[r.key] for r in self._over(conductor)))
         print(
-            f"{conductor.done}/{conductor.total} {outcome.file}: {outcome.verdict.text()}; "
+            f"{conductor.done}/{conductor.total} {outcome.file}: {outcome.text()}; "
             f"{max(left, 0.0) / 60.0:.0f} min left",
             flush=True,
         )
@@ -107,8 +108,9 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
         return 1
     if conductor.done:
         print(f"going on after {conductor.done} of {conductor.total} runs")
+    jobs = min(o.jobs or os.cpu_count() or 1, max(conductor.total - conductor.done, 1))
     setup = BenchSetup(preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold")
-    run_on_twin(conductor, setup, folder, bags=o.bags, jobs=o.jobs, progress=Talk(paper))
+    run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=Talk(paper))
     bad = [k for k, d in journal.done.items() if not d.skipped and not d.facts.get("good", True)]
     print(f"{conductor.done} runs in {folder}" + (f", {len(bad)} flagged" if bad else ""))
     return 0

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many, starts_of
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.cli.run import main as run_plan
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sealed.generate import make_challenge
 
@@ -16,6 +17,7 @@ from flatplank_control.sealed.generate import make_challenge
 def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="flatplank simulate", description=__doc__)
     p.add_argument("folder", type=Path, help="campaign folder; made when it is not there")
+    p.add_argument("--plan", help="a campaign plan, shipped or a file, as `flatplank run --sim`")
     p.add_argument("--slips", help="slips [%%] with commas; default: the nine of the thesis")
     p.add_argument("--starts", default="1,2,3", help="1,2,3: wheel at 0, 120, 240 deg")
     p.add_argument("--free-rolling", action="store_true", help="controller runs instead of slips")
@@ -40,6 +42,17 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
     return p
+
+
+def plan_arguments(o: argparse.Namespace) -> list[str]:
+    """The same wish for `flatplank run`."""
+    words = [o.plan, "--sim", "--data", str(o.folder), "--seed", str(o.seed)]
+    for name in ("preset", "plant"):
+        if getattr(o, name):
+            words += [f"--{name}", getattr(o, name)]
+    if o.jobs:
+        words += ["--jobs", str(o.jobs)]
+    return [*words, "--bags"] if o.bags else words
 
 
 def slips_of(text: str | None) -> list[float]:
@@ -68,6 +81,8 @@ def main(argv: list[str]) -> int:
             f"{o.folder}/diagnosis.json, and flatplank reveal {o.folder}"
         )
         return 0
+    if o.plan is not None:
+        return run_plan(plan_arguments(o))
     base = Measurement(
         tire=o.name,
         measurement="free_rolling" if o.free_rolling else "slip",

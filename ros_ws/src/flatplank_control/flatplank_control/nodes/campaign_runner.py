@@ -11,6 +11,7 @@ from typing import Any
 
 from flatplank_control.bench.judging import outcome_of
 from flatplank_control.calibration.book import book_for
+from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.recording.run_record import FILE_NAME, load_record
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, plan_from_text
@@ -60,7 +61,7 @@ class CampaignRunner:
                 await self._grant(str(wish), job, tell)
                 continue
             self.conductor.finish(job, outcome)
-            tell(f"{outcome.file}: {outcome.verdict.text()}")
+            tell(f"{outcome.file}: {outcome.text()}")
 
     def time_left(self) -> float:
         """Bench time of the runs to come [s]."""
@@ -108,11 +109,12 @@ class CampaignRunner:
 
     async def _make(self, job: Job) -> Any:
         before, after = Standstill("before the run"), Standstill("after the run")
-        for step in supervised(job.measurement, before, after):
+        turn = TurnWatch()
+        for step in supervised(job.measurement, before, after, turn):
             self.bench.interrupt()
             await self.bench.do(step)
         path = Path(self.bench.bags[-1])
-        return outcome_of(path, job, self.conductor.plan.quality, before, after)
+        return outcome_of(path, job, self.conductor.plan.quality, before, after, turn)
 
     async def _grant(self, wish: str, job: Job, tell: Callable[[str], None]) -> None:
         # the steps of a safe end do not wait, so nothing interrupts them

@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import date
 from functools import partial
+from pathlib import Path
 
 import yaml
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from flatplank_control.calibration.book import book_for
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner import measurement, plans
@@ -129,7 +132,9 @@ class MeasurementRunnerNode(BenchNode):
                 raise PlanFailed("cancelled")
 
         bench.interrupt = look
-        for step in plans.plan_of(measurement.from_mapping(data, "plan")):
+        calibration = book_for(Path(goal.request.folder or ".")).record(date.today())
+        wanted = measurement.from_mapping({"calibration": calibration, **data}, "plan")
+        for step in plans.plan_of(wanted):
             look()
             await bench.do(step)
 

@@ -33,7 +33,11 @@ class Outcome:
     file: str
     verdict: Verdict
     facts: Mapping[str, Any] = field(default_factory=dict)
-    """radius, profile, zeros"""
+    """radius, profile, zeros, warnings, what a standing tire told"""
+
+    def text(self) -> str:
+        """One line: the verdict and what the operator must know beside it."""
+        return "; ".join([self.verdict.text(), *self.facts.get("warnings", ())])
 
 
 class Conductor:

@@ -5,18 +5,25 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import QUICK, Plan, plan_of
 from flatplank_control.runner.standstill import Standstill
-from flatplank_control.runner.steps import Enable, Manual, Quick, Wait
+from flatplank_control.runner.steps import Enable, Manual, MoveTo, Quick, Wait
 
 LOOK = 60.0
 """[s]"""
 
 
-def supervised(m: Measurement, before: Standstill, after: Standstill) -> Plan:
-    """The plan of a measurement with both looks."""
+def supervised(
+    m: Measurement, before: Standstill, after: Standstill, turn: TurnWatch | None = None
+) -> Plan:
+    """The plan of a measurement with both looks; `turn` sees the unloaded wheel on its way."""
+    turning = False
     for step in plan_of(m):
+        if turn is not None and turning and isinstance(step, Wait):
+            step = replace(step, until=turn.watching(step.until))
+        turning = isinstance(step, MoveTo)
         if isinstance(step, Manual) and step.quantity == "load":
             yield from _look(before)
             yield Quick(QUICK)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a parasitic fit is still that of the wheel, and what the filter leaves under load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from flatplank_control.runner.steps import Snapshot
+
+MISMATCH = 40.0
+"""once-per-turn force left with the filter on, from which the fit is no longer that of the wheel
+[N]"""
+LEAST_TURN = 2.0 * math.pi / 3.0
+"""[rad]"""
+FEWEST = 12
+
+
+def still_fits(left: float) -> str:
+    """A warning when the once-per-turn force [N] with the filter on says another mounting; else
+    empty."""
+    if not left > MISMATCH:
+        return ""
+    return (
+        f"{left:.0f} N once per turn are left with the filter on (at most {MISMATCH:g} N): "
+        "the fit is not that of this mounting; make the unloaded turn again"
+    )
+
+
+def once_per_turn(angle: np.ndarray, force: np.ndarray) -> float:
+    """Amplitude [N] of a force over the wheel angle [rad], beside a mean and a drift."""
+    basis = np.column_stack(
+        [np.ones_like(angle), angle - angle.mean(), np.sin(angle), np.cos(angle)]
+    )
+    a = np.linalg.lstsq(basis, force, rcond=None)[0]
+    return float(math.hypot(a[2], a[3]))
+
+
+class TurnWatch:
+    """Looks at the unloaded wheel on the way to its start; `left` [N] is NaN when it turned too
+    little to tell."""
+
+    def __init__(self) -> None:
+        self.filter_on = False
+        self._rows: list[tuple[float, float, float]] = []
+
+    def watching(self, until: Callable[[Snapshot], bool]) -> Callable[[Snapshot], bool]:
+        """The same condition, with a look at every sample."""
+
+        def check(s: Snapshot) -> bool:
+            self.filter_on = s.hub.filter_on
+            self._rows.append((s.encoders.wheel_angle, s.hub.contact.fx, s.hub.contact.fz))
+            return until(s)
+
+        return check
+
+    @property
+    def left(self) -> float:
+        if len(self._rows) < FEWEST:
+            return math.nan
+        angle, fx, fz = np.array(self._rows).T
+        if np.ptp(angle) < LEAST_TURN:
+            return math.nan
+        # a part of a turn: no drift beside the sine
+        basis = np.column_stack([np.ones_like(angle), np.sin(angle), np.cos(angle)])
+        a = np.linalg.lstsq(basis, np.column_stack([fx, fz]), rcond=None)[0]
+        return float(np.hypot(a[1], a[2]).max())
+
+
+def under_load(
+    plain: Mapping[str, np.ndarray], filtered: Mapping[str, np.ndarray], first: float, last: float
+) -> dict[str, tuple[float, float]]:
+    """Once-per-turn amplitude of Fx and Fz [N] without and with the filter, between two plank
+    positions [m] of two equal runs (Figures C.5, C.6)."""
+    found = {}
+    for name in ("fx", "fz"):
+        both = []
+        for run in (plain, filtered):
+            inside = (run["plank_position"] >= first) & (run["plank_position"] < last)
+            both.append(once_per_turn(run["wheel_angle"][inside], run[name][inside]))
+        found[name] = (both[0], both[1])
+    return found
+
+
+def text(found: Mapping[str, tuple[float, float]]) -> Sequence[str]:
+    """For people."""
+    return [f"{name}: {a:.1f} N once per turn, {b:.1f} N filtered" for name, (a, b) in
+            found.items()]  # fmt: skip
