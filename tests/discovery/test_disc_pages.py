@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase import pages
+from flatplank_analysis.cli import effect_pages as pages
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "effects"
 REMEDY = "run: ./flatplank effects --write docs/effects"

@@ -25,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             parser.error("check FILE")
         return _check(arguments.what[1], arguments.json)
     if arguments.write:
-        from flatplank_analysis.tirebase.pages import write
+        from flatplank_analysis.cli.effect_pages import write
 
         count = write(library(arguments.effects), Path(arguments.write))
         print(f"{count} pages in {arguments.write}")

@@ -78,15 +78,23 @@ def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
         moved = base.copy()
         moved[i] += 1e-3 * model.parameters[i].screen
         lanes.append(Lane(moved))
-    setting = dict(effect.variants(model.runs, np.zeros_like(model.runs.measured))[0])
-    named = {p.name: p.null for p in effect.parameters()} | setting
-    named |= {p.name: p.null + p.screen for p in effect.linear()}
-    lanes.append(Lane(base, ((effect, effect.vector(named)),)))
+    variants = effect.variants(model.runs, np.zeros_like(model.runs.measured))
+    each = []
+    for setting in variants:
+        named = {p.name: p.null for p in effect.parameters()} | dict(setting)
+        named |= {p.name: p.null + p.screen for p in effect.linear()}
+        each.append(named)
+        lanes.append(Lane(base, ((effect, effect.vector(named)),)))
     out = model.predict(lanes)
-    columns = ((out[1:-1] - out[0]) * 1e3).reshape(len(free), -1)
-    change = (out[-1] - out[0]).reshape(-1)
-    sizes, _ = solve(columns @ columns.T, columns @ change)
-    return (change - sizes @ columns).reshape(out[0].shape), named
+    own = len(free) + 1
+    columns = ((out[1:own] - out[0]) * 1e3).reshape(len(free), -1)
+    gram = columns @ columns.T
+    rest = []
+    for change in (out[own:] - out[0]).reshape(len(variants), -1):
+        rest.append(change - solve(gram, columns @ change)[0] @ columns)
+    # of several places or periods the one that shows most
+    best = int(np.argmax([np.sum(r**2) for r in rest]))
+    return rest[best].reshape(out[0].shape), each[best]
 
 
 def picture(effect: type[Effect]) -> str:
