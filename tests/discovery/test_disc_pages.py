@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from flatplank_analysis.effects.registry import library
 from flatplank_analysis.cli import effect_pages as pages
+from flatplank_analysis.effects.registry import library
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "effects"
 REMEDY = "run: ./flatplank effects --write docs/effects"
