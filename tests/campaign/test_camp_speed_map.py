@@ -23,10 +23,21 @@ TURN = 2.0 * math.pi * 0.05
 FZ, PRESSURE = 3700.0, 2.5
 
 
-def drive(kappa: float, distance: float, **sequencer) -> tuple[Run, np.ndarray]:
-    """Measured samples, and true slip averaged over turns of the pinion."""
-    bench = StartBench("toyo", overrides={"defects": DEFECTS}, sequencer=sequencer)
-    radius = truth_row(bench.config, FZ, PRESSURE).effective_rolling_radius
+def drive(
+    kappa: float, distance: float, wrong: float = 1.0, road_encoder: bool = False, **sequencer
+) -> tuple[Run, np.ndarray]:
+    """Measured samples, and true slip averaged over turns of the pinion.
+
+    `wrong`: r_e that was measured over the true one.
+    """
+    fitted = {"encoders.road_encoder_fitted": True} if road_encoder else {}
+    bench = StartBench(
+        "toyo",
+        overrides={"defects": DEFECTS, **fitted},
+        sequencer=sequencer,
+        encoders={"road_encoder_fitted": True} if road_encoder else None,
+    )
+    radius = wrong * truth_row(bench.config, FZ, PRESSURE).effective_rolling_radius
     bench.sequencer.set_slip_step(kappa, 0.5, radius)
     bench.ready(FZ, "slip")
     bench.encoders.arm()
@@ -74,6 +85,39 @@ def test_slip_is_right_over_every_turn_of_the_pinion(road, kappa, capsys):
             f"at constant speed, {100 * errors[1]:.4f} % from the road's travel"
         )
     assert errors[1] < 5e-4 < errors[0]
+
+
+def test_a_map_takes_the_error_of_a_measured_radius_along(capsys):
+    """The run that gives r_e is made with the same encoder, and at 50 N instead of none."""
+    bench = StartBench("toyo")
+    truth = truth_row(bench.config, FZ, PRESSURE)
+    wrong = 1.002
+    run, _ = drive(0.0, 3.2, wrong, follow_until=100.0)
+    road = learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
+    _, slips = drive(0.05, 2.2, wrong, follow_until=100.0, **road.parameters())
+    error = float(np.abs(slips - 0.05).max())
+    with capsys.disabled():
+        print(f"\nr_e 0.2 % wrong, map of its own runs: slip within {100 * error:.4f} %")
+    assert error < 5e-4
+
+
+def test_the_mesh_is_fed_back(road):
+    def once_per_turn(run: Run) -> float:
+        keep = run.position > 0.8
+        x = run.position[keep]
+        basis = np.column_stack([np.ones_like(x), x, np.cos(x / 0.05), np.sin(x / 0.05)])
+        a = np.linalg.lstsq(basis, run.fx[keep], rcond=None)[0]
+        return float(np.hypot(a[2], a[3]))
+
+    plain, _ = drive(0.0, 2.2, follow_until=100.0, road_scale=road.road_scale)
+    with_mesh, slips = drive(0.0, 2.2, follow_until=100.0, **road.parameters())
+    assert once_per_turn(with_mesh) < 0.4 * once_per_turn(plain)
+    assert float(np.abs(slips).max()) < 5e-4
+
+
+def test_a_road_encoder_needs_no_map():
+    _, slips = drive(0.05, 2.2, road_encoder=True, follow_until=100.0)
+    assert float(np.abs(slips - 0.05).max()) < 5e-4
 
 
 def test_bad_input_is_refused():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from flatplank_control.bench.start_bench import StartBench
+from flatplank_control.bench.start_cases import FURTHER, TOYO, like
 from flatplank_control.free_rolling.design import Machine, design, phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 from flatplank_hw.plant.truth import truth_row
@@ -17,22 +18,6 @@ from flatplank_hw.plant.truth import truth_row
 POSITION, FORCE = 0, 1
 TIRES = [("toyo", 1000.0), ("toyo", 3700.0), ("toyo", 8000.0), ("continental", 3250.0),
          ("michelin", 2400.0), ("racing", 3700.0)]  # fmt: skip
-FIVE = [
-    # C_x over the Toyo's, sigma [m], rate [Hz], delay [cycles]: 4 to 14 ms with the hold
-    (0.5, 1.0, 250, 2), (0.5, 0.15, 250, 3), (2.0, 0.3, 250, 1), (3.0, 0.12, 500, 2),
-    (5.0, 0.08, 250, 2),
-]  # fmt: skip
-TOYO = 203_000.0
-HALF_LENGTH = 0.0708
-
-
-def like(stiffness: float, sigma: float) -> dict[str, float]:
-    """Overrides of the Toyo that give C_x [N/m] and sigma [m]: tread and carcass in series."""
-    tread = stiffness * sigma / HALF_LENGTH
-    return {
-        "tire.tread_stiffness_x": tread / (2.0 * HALF_LENGTH),
-        "tire.carcass_stiffness_x": 1.0 / (1.0 / stiffness - 1.0 / tread),
-    }
 
 
 @cache
@@ -90,7 +75,7 @@ def test_the_thesis_controller_oscillates_on_the_racing_tire_and_ours_does_not(c
     assert margins[1] > 30.0 and calm < 50.0
 
 
-@pytest.mark.parametrize(("share", "sigma", "rate", "cycles"), FIVE)
+@pytest.mark.parametrize(("share", "sigma", "rate", "cycles"), FURTHER)
 def test_five_further_tires_and_delays(share, sigma, rate, cycles, capsys):
     bench = StartBench(
         "toyo",

@@ -26,6 +26,7 @@ VERBS = [
     "panel = flatplank_control.cli.panel:main",
     "demo = flatplank_control.cli.demo:main",
     "reveal = flatplank_control.cli.reveal:main",
+    "road-map = flatplank_control.cli.road_map:main",
     "bench-hold = flatplank_control.cli.bench_hold:main",
     "bench-speed = flatplank_control.cli.bench_speed:main",
     "bench-blind = flatplank_control.cli.bench_blind:main",

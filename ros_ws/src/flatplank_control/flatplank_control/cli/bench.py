@@ -13,6 +13,7 @@ from pathlib import Path
 
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import AXIS_NODES, BenchSetup
+from flatplank_control.speed_map.use import with_road
 from flatplank_hw.params import nearest
 
 
@@ -36,6 +37,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
     p.add_argument("--pace", default="realtime", choices=("realtime", "lockstep", "hold"))
     p.add_argument("--axes", default="", help="driven beside the wheel: vertical,steer,camber")
+    p.add_argument(
+        "--road", default="", help="slip by the road's travel: follow, or a map's file"
+    )
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
     p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
     return p
@@ -51,7 +55,7 @@ def axes_of(text: str) -> tuple[str, ...]:
 
 
 def setup_of(options: argparse.Namespace) -> BenchSetup:
-    return BenchSetup(
+    setup = BenchSetup(
         kind=options.kind,
         tire=options.tire,
         preset=options.preset,
@@ -64,6 +68,7 @@ def setup_of(options: argparse.Namespace) -> BenchSetup:
         data=str(options.data),
         axes=axes_of(options.axes),
     )
+    return with_road(setup, options.road)
 
 
 def main(argv: list[str]) -> int:

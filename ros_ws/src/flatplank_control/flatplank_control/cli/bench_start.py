@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_control.bench.start_bench import StartBench
+from flatplank_control.bench.start_cases import FURTHER, Made, further, slip_errors
 from flatplank_control.free_rolling.design import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_hw.plant.truth import truth_row
@@ -24,6 +25,7 @@ CASES = (
     ("toyo", 1000.0), ("toyo", 3700.0), ("toyo", 8000.0), ("continental", 3250.0),
     ("michelin", 2400.0), ("racing", 3700.0),
 )  # fmt: skip
+SLIPS = (0.05, 0.1)
 WINDOW = 160
 """cycles over which a force is averaged: 20 mm"""
 
@@ -80,12 +82,28 @@ def main(argv: list[str]) -> int:
                 for way in CONTROLLERS
             }
             found.append({"tire": tire, "fz": fz, **both})
+    more = o.tire is None
+    made = [
+        {"made": m._asdict(), **{way: further(m, c) for way, c in CONTROLLERS.items()}}
+        for m in (FURTHER if more else ())
+    ]
+    slips = {f"{100 * k:+g} %": slip_errors(k) for k in (SLIPS if more else ())}
     if o.json:
-        print(json.dumps(found, indent=1))
+        print(json.dumps({"tires": found, "further": made, "slip": slips}, indent=1))
         return 0
     print(f"{'':36}{'thesis':>10}{'ours':>10}")
     for case in found:
         print(f"{case['tire']} at {case['fz']:.0f} N")
         for name in case["ours"]:
             print(f"  {name:34}{case['thesis'][name]:10.2f}{case['ours'][name]:10.2f}")
+    for case in made:
+        m = Made(**case["made"])
+        delay = 1e3 * (m.cycles + 0.5) / m.rate
+        print(f"C_x of {m.share:g} x the Toyo's, sigma {m.sigma:g} m, delay {delay:.0f} ms")
+        for name in case["ours"]:
+            print(f"  {name:34}{case['thesis'][name]:10.2f}{case['ours'][name]:10.2f}")
+    for kappa, error in slips.items():
+        print(
+            f"  slip {kappa:7} worst over a turn [%]{error['thesis']:13.3f}{error['ours']:10.4f}"
+        )
     return 0

@@ -51,6 +51,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--bags", action="store_true", help="the twin writes bags, not tables")
     p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
     p.add_argument("--plant", default="", help="YAML file laid over the simulated plant")
+    p.add_argument(
+        "--road", default="", help="slip by the road's travel: follow, or a map's file"
+    )
     p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
     return p
 
@@ -100,6 +103,7 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
     """The campaign in this process."""
     from flatplank_control.bench.campaign_run import run_on_twin
     from flatplank_control.bench.setup import BenchSetup
+    from flatplank_control.speed_map.use import with_road
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
     conductor = Conductor(plan, journal, book_for(folder).record(date.today()))
@@ -110,6 +114,7 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
         print(f"going on after {conductor.done} of {conductor.total} runs")
     jobs = min(o.jobs or os.cpu_count() or 1, max(conductor.total - conductor.done, 1))
     setup = BenchSetup(preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold")
+    setup = with_road(setup, o.road)
     run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=Talk(paper))
     bad = [k for k, d in journal.done.items() if not d.skipped and not d.facts.get("good", True)]
     print(f"{conductor.done} runs in {folder}" + (f", {len(bad)} flagged" if bad else ""))

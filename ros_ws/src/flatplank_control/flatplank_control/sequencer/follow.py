@@ -10,6 +10,8 @@ average out.
 
 from __future__ import annotations
 
+import math
+
 from flatplank_control.sequencer.params import SequencerParameters
 from flatplank_hw.samples import EncoderSample
 
@@ -22,15 +24,18 @@ FASTEST = 2.5
 class Follower:
     """One run; `correction` [rad/s] is added to the speed of the sequencer."""
 
-    __slots__ = ("_angle", "_p", "_position", "_wanted", "lost", "travel")
+    __slots__ = ("_angle", "_error", "_meshed", "_p", "_position", "_wanted", "lost", "travel")
 
     def __init__(self, p: SequencerParameters) -> None:
         self._p = p
+        parts = (p.mesh_turn_cos, p.mesh_turn_sin, p.mesh_tooth_cos, p.mesh_tooth_sin)
+        self._meshed = any(parts)
         self.reset()
 
     def reset(self) -> None:
         """Forget the run."""
         self._position: float | None = None
+        self._error = 0.0
         self._angle = self._wanted = 0.0
         self.travel = 0.0
         """of the road since it rested [m]"""
@@ -39,21 +44,44 @@ class Follower:
 
     def step(self, encoders: EncoderSample, per_metre: float) -> float:
         """Correction of this cycle for a wheel that should turn `per_metre` [rad/m]."""
-        position = encoders.plank_position
+        p = self._p
+        on_road = p.use_road_encoder and encoders.road_position == encoders.road_position
+        position = encoders.road_position if on_road else encoders.plank_position
         rests = self._position is None or not encoders.plank_moving
         if rests and self.travel == 0.0:
             # from here on travel counts
             self._angle, self._wanted = encoders.wheel_angle, 0.0
             self._position = position
+            self._error = 0.0 if on_road else self._mesh(position)
             return 0.0
         step = position - self._position
         self._position = position
         if not -JUMP < step < JUMP:
-            step = encoders.plank_velocity / self._p.rate_hz
-        step *= self._p.road_scale
+            step = encoders.plank_velocity / p.rate_hz
+            self._error = self._mesh(position)
+        if not on_road:
+            step = step * p.road_scale + self._mesh_step(position)
         self.travel += step
         self._wanted += step * per_metre
         self.lost = self._wanted - (encoders.wheel_angle - self._angle)
-        correction = self._p.follow_rate * self.lost
-        most = (FASTEST - 1.0) * self._p.commanded_speed * per_metre
+        correction = p.follow_rate * self.lost
+        most = (FASTEST - 1.0) * p.commanded_speed * per_metre
         return min(max(correction, -0.5 * most), most)
+
+    def _mesh_step(self, position: float) -> float:
+        """Change of the mesh's error since the last cycle [m]."""
+        if not self._meshed:
+            return 0.0
+        before, self._error = self._error, self._mesh(position)
+        return self._error - before
+
+    def _mesh(self, position: float) -> float:
+        """Error of rack and pinion at a plank position [m]."""
+        if not self._meshed:
+            return 0.0
+        p = self._p
+        turn, tooth = position / p.pinion_pitch_radius, math.tau * position / p.tooth_pitch
+        return (
+            p.mesh_turn_cos * math.cos(turn) + p.mesh_turn_sin * math.sin(turn)
+            + p.mesh_tooth_cos * math.cos(tooth) + p.mesh_tooth_sin * math.sin(tooth)
+        )  # fmt: skip

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from flatplank_hw.params import Params, param
 
+_MESH = (-1e-3, 1e-3)
+
 
 @dataclass(frozen=True)
 class SequencerParameters(Params):
@@ -41,6 +43,21 @@ class SequencerParameters(Params):
     )
     road_scale: float = param(
         1.0, "true travel of the road over that of the plank encoder", bounds=(0.9, 1.1)
+    )
+    mesh_turn_cos: float = param(
+        0.0, "road beyond the encoder's, once per turn of the pinion", unit="m", bounds=_MESH
+    )
+    mesh_turn_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
+    mesh_tooth_cos: float = param(0.0, "the same once per tooth", unit="m", bounds=_MESH)
+    mesh_tooth_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
+    pinion_pitch_radius: float = param(
+        0.05, "of the plank's pinion", unit="m", bounds=(0.001, 1.0), placeholder=True
+    )
+    tooth_pitch: float = param(
+        0.01571, "of the rack", unit="m", bounds=(0.001, 0.2), placeholder=True
+    )
+    use_road_encoder: bool = param(
+        True, "the second road encoder, where it is fitted, tells the travel instead"
     )
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))

@@ -48,6 +48,16 @@ class RoadMap:
     force_left: float
     """rms of Fx that the map does not explain [N]"""
 
+    def parameters(self) -> dict[str, float]:
+        """Of the slip sequencer: what follows the road's travel by this map."""
+        return {
+            "road_scale": self.road_scale,
+            "mesh_turn_cos": self.turn_cos,
+            "mesh_turn_sin": self.turn_sin,
+            "mesh_tooth_cos": self.tooth_cos,
+            "mesh_tooth_sin": self.tooth_sin,
+        }
+
     def save(self, path: Path) -> None:
         path.write_text(yaml.safe_dump(asdict(self), sort_keys=False), encoding="utf-8")
 

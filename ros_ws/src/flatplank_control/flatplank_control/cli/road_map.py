@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Learn the road's travel from the force of kappa = 0 runs that were made with --road follow."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from flatplank_analysis.data import Campaign
+from flatplank_control.bench.judging import read
+from flatplank_control.speed_map import learn
+from flatplank_control.speed_map.learn import Run
+
+
+def runs_of(folder: Path) -> list[Run]:
+    """The runs without slip of a campaign folder; ValueError when there are none."""
+    found = []
+    for run in Campaign.load(folder).runs:
+        if run.info.measurement == "slip" and abs(run.info.kappa) < 1e-9:
+            c = read(folder / run.info.file).columns
+            rising = c["plank_position"] >= 0.0
+            found.append(
+                Run(*(np.asarray(c[n])[rising] for n in ("plank_position", "wheel_angle", "fx")))
+            )
+    if not found:
+        raise ValueError(f"{folder}: no slip runs at kappa = 0; measure some with --road follow")
+    return found
+
+
+def main(argv: list[str]) -> int:
+    """Write the map; 0."""
+    p = argparse.ArgumentParser(prog="flatplank road-map", description=__doc__)
+    p.add_argument("folder", type=Path, help="campaign folder")
+    p.add_argument("--cx", type=float, required=True, help="C_x of the tire [N/mm]")
+    p.add_argument("--sigma", type=float, required=True, help="relaxation length [m]")
+    p.add_argument("--out", type=Path, default=Path("road.yaml"), help="file of the map")
+    o = p.parse_args(argv)
+    road = learn(runs_of(o.folder), 1e3 * o.cx, o.sigma)
+    road.save(o.out)
+    turn = float(np.hypot(road.turn_cos, road.turn_sin))
+    tooth = float(np.hypot(road.tooth_cos, road.tooth_sin))
+    print(
+        f"travel {road.road_scale:.5f} of the encoder's, mesh {1e6 * turn:.0f} um once per turn, "
+        f"{1e6 * tooth:.0f} um per tooth; {road.force_left:.1f} N are not explained"
+    )
+    print(f"use it: --road {o.out} of flatplank run --sim and flatplank bench")
+    return 0
