@@ -133,4 +133,4 @@ def filter_on_twin(
             bench = TwinBench(Twin(own), TableLog(Path(folder)))
             bench.perform(plan_of(m))
             columns.append(read(bench.kept[0]).columns)
-    return under_load(columns[0], columns[1], 0.6, last)
+    return under_load(columns[0], columns[1], last - 2.4, last)
