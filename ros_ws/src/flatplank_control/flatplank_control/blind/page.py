@@ -31,8 +31,10 @@ def group_of(entry: Mapping[str, Any]) -> str:
     return "x1" if case["factor"] < 2.0 else "x2"
 
 
-def page(entries: Sequence[Mapping[str, Any]], command: str, rivals: str = "") -> str:
-    """The whole page in Markdown."""
+def page(
+    entries: Sequence[Mapping[str, Any]], command: str, rivals: str = "", whole: int = 0
+) -> str:
+    """The whole page in Markdown; `whole`: campaigns in the list that was asked for."""
     usable = [e for e in entries if e["diagnosis"] is not None]
     hidden = sorted({"+".join(e["case"]["hidden"]) for e in entries if e["diagnosis"] is None})
     scored = [(group_of(e), e["case"]["world"], points_of(e)) for e in usable]
@@ -40,7 +42,7 @@ def page(entries: Sequence[Mapping[str, Any]], command: str, rivals: str = "") -
     codes = Counter(e["code"] for e in usable)
     parts = [
         "# Blind test of the discovery",
-        f"Written by `{command}` from {len(usable)} campaigns. Fingerprint of the code that "
+        f"Written by `{command}` from {len(usable)} campaigns{_part(len(entries), whole)}. Fingerprint of the code that "
         f"diagnosed: {', '.join(f'{c} ({n} campaigns)' for c, n in codes.items())}; of the "
         f"present code: {code_version()}. Nothing on this page is typed by hand.",
         _WHAT,
@@ -63,6 +65,15 @@ def page(entries: Sequence[Mapping[str, Any]], command: str, rivals: str = "") -
     if rivals:
         parts += ["## Beside what one would do today", rivals]
     return "\n\n".join(parts) + "\n"
+
+
+def _part(done: int, whole: int) -> str:
+    if done >= whole:
+        return ""
+    return (
+        f" (**{done} of the {whole} of the list were looked at so far**: read the intervals in "
+        "brackets; the command goes on where it stopped)"
+    )
 
 
 _WHAT = """Campaigns are made by two generators that share no formula with the models: the bristle

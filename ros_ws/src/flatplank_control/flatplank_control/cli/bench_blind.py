@@ -74,7 +74,9 @@ def main(argv: list[str]) -> int:
     if o.json:
         print(json.dumps(summary(entries), indent=1))
         return 0
-    text = page(entries, "./flatplank bench-blind --write docs/discovery-blind.md", beside)
+    text = page(
+        entries, "./flatplank bench-blind --write docs/discovery-blind.md", beside, len(cases)
+    )
     if o.write:
         from flatplank_analysis.discovery.modelfile import write_atomic
 
