@@ -6,9 +6,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import yaml
+
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.errors import FlatplankError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -16,13 +19,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = loop.loop_parser("diagnose", __doc__)
     parser.add_argument("--report", metavar="DIR", help="write a page with figures there")
     parser.add_argument("--out", metavar="FILE", help="write the JSON to a file as well")
+    parser.add_argument(
+        "--start",
+        metavar="FILE",
+        help="starting values, as `flatplank calibrate sheet` prints them",
+    )
     arguments = parser.parse_args(argv)
     return common.guarded("diagnose", lambda: _run(arguments))
 
 
 def _run(arguments) -> int:
     session, model = loop.open_to_look(arguments)
-    result = session.diagnose(model, loop.progress)
+    result = session.diagnose(model, loop.progress, starting_values(arguments.start))
     loop.progress_done()
     if arguments.out:
         import json
@@ -41,6 +49,22 @@ def _run(arguments) -> int:
         if page:
             print(f"report: {page}")
     return 0
+
+
+def starting_values(path: str | None) -> dict[str, dict[str, float]]:
+    """Effect -> parameter -> value [SI] of a YAML file with `effects:`; empty without one."""
+    if not path:
+        return {}
+    try:
+        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        effects = data["effects"]
+        return {str(e): {str(k): float(v) for k, v in p.items()} for e, p in effects.items()}
+    except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
+        text = " ".join(str(error).split())
+        raise FlatplankError(
+            f"no starting values ({text})", path,
+            "make them by flatplank calibrate sheet SHEET.yaml > FILE",
+        ) from None  # fmt: skip
 
 
 def text_of(result: Diagnosis) -> str:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +21,7 @@ from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
     make_state,
+    measured_term,
     start_base,
     term_of,
 )
@@ -91,6 +92,8 @@ class Options:
     """start values of base parameters"""
     terms: tuple[Term, ...] = ()
     """effects that are in the model already"""
+    measured: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """effect -> parameter -> value [SI] that was measured at the machine: where its fit starts"""
 
 
 def run_search(
@@ -230,6 +233,9 @@ class _Searcher:
         starts = [term_of(item.candidate, item.sizes * s) for s in item.candidate.effect.starts()]
         if len(starts) > 1:
             starts = [line_search(self.model, state, item)]
+        measured = self.options.measured.get(item.identifier)
+        if measured:
+            starts = [measured_term(starts[0], measured)]
         # a law moves the whole base along: the old derivatives serve for the machine only
         quick = item.candidate.effect.kind != "tire" or item.candidate.effect.generic
         return self.fitter.fit(own.base, [*own.terms, starts[0]], known=own, quick=quick)

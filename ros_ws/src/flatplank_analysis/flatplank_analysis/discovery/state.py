@@ -152,6 +152,15 @@ def start_base(model: Model, given: Mapping[str, float] | None = None) -> np.nda
     return np.array([float(given.get(p.name, p.null)) for p in model.parameters])
 
 
+def measured_term(term: Term, measured: Mapping[str, float]) -> Term:
+    """The term with the values [SI] that were measured, inside their bounds."""
+    values = {
+        p.name: float(np.clip(measured.get(p.name, value), p.lower, p.upper))
+        for p, value in zip(term.effect.parameters(), term.values, strict=True)
+    }
+    return Term(term.effect, term.effect.vector(values), term.fixed)
+
+
 def term_of(candidate: Candidate, sizes: np.ndarray) -> Term:
     """A term at the screened sizes (in screening steps), inside its bounds."""
     effect = candidate.effect

@@ -53,11 +53,33 @@ class Session:
             raise NothingUsableError(error.what, folder, error.remedy) from error
         return cls(campaign, data, TireModel(data), effects, tuple(files))
 
-    def options(self, model: ModelFile | None, progress: Progress | None) -> Options:
-        """Search options that start from a model file."""
+    def options(
+        self,
+        model: ModelFile | None,
+        progress: Progress | None,
+        measured: Mapping[str, Mapping[str, float]] | None = None,
+    ) -> Options:
+        """Search options that start from a model file and from what was measured."""
+        known = self._known(measured or {})
         if model is None:
-            return Options(progress=progress)
-        return Options(progress=progress, start=dict(model.parameters), terms=self.terms(model))
+            return Options(progress=progress, measured=known)
+        return Options(progress=progress, start=dict(model.parameters), terms=self.terms(model),
+                       measured=known)  # fmt: skip
+
+    def _known(
+        self, measured: Mapping[str, Mapping[str, float]]
+    ) -> Mapping[str, Mapping[str, float]]:
+        """The same; FlatplankError names an effect or a parameter that is not there."""
+        for name, values in measured.items():
+            effect = self.effects.get(name) or find(name, self.files)
+            names = {p.name for p in effect.parameters()}
+            for key in values:
+                if key not in names:
+                    raise FlatplankError(
+                        f"effect {name} has no parameter '{key}'", "starting values",
+                        f"known: {', '.join(sorted(names))}",
+                    )  # fmt: skip
+        return measured
 
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
         """Effects of a model file as terms."""
@@ -76,13 +98,19 @@ class Session:
         return tuple(out)
 
     def diagnose(
-        self, model: ModelFile | None = None, progress: Progress | None = None
+        self,
+        model: ModelFile | None = None,
+        progress: Progress | None = None,
+        measured: Mapping[str, Mapping[str, float]] | None = None,
     ) -> Diagnosis:
-        """Search for what the model lacks."""
+        """Search for what the model lacks; `measured`: starting values from the pre-flight
+        sheet."""
         began = time.perf_counter()
         if verdict.undecidable(self.data.runs):
             return verdict.refused(self.data.runs, time.perf_counter() - began)
-        search = run_search(self.model, list(self.effects.values()), self.options(model, progress))
+        search = run_search(
+            self.model, list(self.effects.values()), self.options(model, progress, measured)
+        )
         plans = plans_for(self.model) if any(f.alike for f in search.last.found) else []
         proposal = nextrun.next_run(search, plans)
         result = verdict.diagnose(search, proposal)
