@@ -42,7 +42,8 @@ def page(
     codes = Counter(e["code"] for e in usable)
     parts = [
         "# Blind test of the discovery",
-        f"Written by `{command}` from {len(usable)} campaigns{_part(len(entries), whole)}. Fingerprint of the code that "
+        f"Written by `{command}` from {len(usable)} campaigns{_part(len(entries), whole)}. "
+        f"Fingerprint of the code that "
         f"diagnosed: {', '.join(f'{c} ({n} campaigns)' for c, n in codes.items())}; of the "
         f"present code: {code_version()}. Nothing on this page is typed by hand.",
         _WHAT,

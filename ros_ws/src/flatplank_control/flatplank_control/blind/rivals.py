@@ -240,7 +240,9 @@ def side_by_side(seed: int, path: Path, only_read: bool = False, limit: int | No
 
 
 def table(entries: Sequence[Mapping[str, Any]]) -> str:
-    """One row per group and way."""
+    """One row per group and way; empty without entries."""
+    if not entries:
+        return ""
     ways = ("ours", *RIVALS)
     rows = []
     for group in ("none", "single", "pair", "outside"):
