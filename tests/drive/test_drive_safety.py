@@ -116,6 +116,19 @@ def test_a_latched_stop_stays_until_it_is_enabled_again(name):
     rig.run(10, until=lambda s: s.state == State.OPERATION_ENABLED)
 
 
+@pytest.mark.parametrize("name", ["inputs", "samples", "emergency_stop"])
+def test_a_reset_is_refused_while_the_cause_is_there(name):
+    rig = running()
+    cause, cure = CAUSES[name]
+    cause(rig)
+    rig.run(150, until=lambda s: s.stop_reason == RULES[name].code)
+    refused = rig.drive.reset_fault()
+    assert not refused.accepted and RULES[name].text in refused.reason
+    cure(rig)
+    rig.run(5)
+    assert rig.drive.reset_fault().accepted
+
+
 def test_reversing_only_holds():
     rig = running()
     rig.plank_velocity = -0.03

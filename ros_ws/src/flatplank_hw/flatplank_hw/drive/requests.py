@@ -18,6 +18,9 @@ from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.params import nearest
 
+LASTING = ("inputs", "samples", "emergency_stop")
+"""rules whose cause must be gone before a reset can do anything: sent earlier it would be lost"""
+
 
 class DriveRequests:
     """State of one drive and the requests that change it; `AxisDrive` adds the cycle.
@@ -30,6 +33,7 @@ class DriveRequests:
         self._agenda = Agenda()
         self._rules = tuple(RULES[name] for name in p.rules)
         self._latching = tuple(rule for rule in self._rules if rule.latching)
+        self._lasting = tuple(rule for rule in self._rules if rule.name in LASTING)
         self._position_mode = Position(p)
         self._modes: dict[str, Mode] = {name: mode(p) for name, mode in MODES.items()}
         self._modes["position"] = self._position_mode
@@ -95,6 +99,9 @@ class DriveRequests:
         """Reset a fault of the drive, or a latched stop; never enables."""
         if self._state is not State.FAULT and not self._stop:
             return refused("there is no fault and no stop to reset")
+        rule = safety.first_stop(self._lasting, self._watch.situation, self.parameters)
+        if rule is not None:
+            return refused(f"{rule.text}: reset when that is over")
         return self._agenda.accept(self._reset, at_cycle)
 
     def home(self, at_cycle: int | None = None) -> Answer:
