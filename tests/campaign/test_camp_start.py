@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from flatplank_control.bench.driven_plank import DrivenPlank
 from flatplank_control.bench.start_bench import StartBench
 from flatplank_control.bench.start_cases import FURTHER, TOYO, like
 from flatplank_control.free_rolling.design import Machine, design, phase_margin
@@ -138,3 +139,14 @@ def test_a_slip_step_can_be_given_at_0_3_m(tire, fz, capsys):
         )
     assert abs(residual["ours"]) < 5.0 < abs(residual["thesis"])
     assert math.isfinite(residual["ours"])
+
+
+@pytest.mark.parametrize("tire", ["toyo", "racing"])
+def test_with_a_driven_plank_the_tire_rolls_freely_after_0_3_m(tire):
+    bench = DrivenPlank(tire, controller={"automatic": True})
+    assert settled_at(bench.free_rolling(3700.0, 1.0)) <= 0.3
+    assert bench.stop_reason == 0
+    rows = DrivenPlank(tire, sequencer={"follow_until": 0.25}).slip(3700.0, 0.0, 0.28, 0.32)
+    before = rows[(rows[:, POSITION] > 0.28) & (rows[:, POSITION] < 0.3), FORCE]
+    assert abs(before.mean()) < 5.0
+    assert rows[:, FORCE].min() > -250.0

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_control.bench.driven_plank import DrivenPlank
 from flatplank_control.bench.start_bench import StartBench
-from flatplank_control.bench.start_cases import FURTHER, Made, further, slip_errors
+from flatplank_control.bench.start_cases import FURTHER, FZ, Made, further, slip_errors
 from flatplank_control.free_rolling.design import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_hw.plant.truth import truth_row
@@ -26,6 +27,7 @@ CASES = (
     ("michelin", 2400.0), ("racing", 3700.0),
 )  # fmt: skip
 SLIPS = (0.05, 0.1)
+DRIVEN = ("toyo", "racing")
 WINDOW = 160
 """cycles over which a force is averaged: 20 mm"""
 
@@ -59,6 +61,18 @@ def free_rolling(tire: str, fz: float, way: str, preset: str | None) -> dict[str
     }
 
 
+def driven(tire: str, fz: float, way: str) -> dict[str, float]:
+    """The same start with a driven plank: free rolling, and slip with a step at 0.3 m."""
+    rolled = DrivenPlank(tire, controller=CONTROLLERS[way]).free_rolling(fz, 2.5)
+    rows = DrivenPlank(tire, sequencer=SEQUENCERS[way]).slip(fz, 0.0, at=0.28, distance=0.32)
+    before = rows[(rows[:, 0] > 0.28) & (rows[:, 0] < 0.3), 1]
+    return {
+        "settled_m": settled(rolled),
+        "force_before_step_at_0_3_m_n": float(before.mean()),
+        "slip_start_force_n": float(rows[:, 1].min()),
+    }
+
+
 def slip(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]:
     """Force before a slip step at 0.3 m."""
     bench = StartBench(tire, preset=preset, sequencer=SEQUENCERS[way])
@@ -87,9 +101,14 @@ def main(argv: list[str]) -> int:
         {"made": m._asdict(), **{way: further(m, c) for way, c in CONTROLLERS.items()}}
         for m in (FURTHER if more else ())
     ]
+    plank = {t: {w: driven(t, FZ, w) for w in CONTROLLERS} for t in (DRIVEN if more else ())}
     slips = {f"{100 * k:+g} %": slip_errors(k) for k in (SLIPS if more else ())}
     if o.json:
-        print(json.dumps({"tires": found, "further": made, "slip": slips}, indent=1))
+        print(
+            json.dumps(
+                {"tires": found, "further": made, "driven_plank": plank, "slip": slips}, indent=1
+            )
+        )
         return 0
     print(f"{'':36}{'thesis':>10}{'ours':>10}")
     for case in found:
@@ -102,6 +121,10 @@ def main(argv: list[str]) -> int:
         print(f"C_x of {m.share:g} x the Toyo's, sigma {m.sigma:g} m, delay {delay:.0f} ms")
         for name in case["ours"]:
             print(f"  {name:34}{case['thesis'][name]:10.2f}{case['ours'][name]:10.2f}")
+    for tire, both in plank.items():
+        print(f"{tire} at {FZ:.0f} N, plank driven too")
+        for name in both["ours"]:
+            print(f"  {name:34}{both['thesis'][name]:10.2f}{both['ours'][name]:10.2f}")
     for kappa, error in slips.items():
         print(
             f"  slip {kappa:7} worst over a turn [%]{error['thesis']:13.3f}{error['ours']:10.4f}"
