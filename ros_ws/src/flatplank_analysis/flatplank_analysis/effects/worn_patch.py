@@ -41,6 +41,12 @@ class WornPatch(TireEffect):
     )
     position: float = param(2.0, unit="m", bounds=(0.0, 4.2))
     width: float = param(0.2, unit="m", bounds=(0.03, 0.8))
+    blur: float = param(
+        0.04,
+        unit="m",
+        bounds=(0.005, 0.1),
+        note="half length over which an edge comes in: that of the contact, or sharper",
+    )
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -52,5 +58,13 @@ class WornPatch(TireEffect):
         return 30
 
     def tire(self, tire: Tire) -> None:
-        away = (tire.data.position - self.position) / (0.5 * self.width)
-        tire.friction *= 1.0 - self.depth * np.exp(-(away**4))
+        away = tire.data.position - self.position
+        cover = _edge((away + 0.5 * self.width) / self.blur)
+        cover = cover - _edge((away - 0.5 * self.width) / self.blur)
+        tire.friction *= 1.0 - self.depth * cover
+
+
+def _edge(u: np.ndarray) -> np.ndarray:
+    """Share of a parabolic contact pressure that has passed an edge, u = -1 .. 1."""
+    u = np.clip(u, -1.0, 1.0)
+    return 0.5 + 0.75 * u - 0.25 * u**3
