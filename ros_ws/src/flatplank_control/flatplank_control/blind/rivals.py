@@ -223,9 +223,15 @@ def subset() -> list[Case]:
     return chosen[::EVERY]
 
 
-def side_by_side(seed: int, path: Path, only_read: bool = False, limit: int | None = None) -> str:
+def side_by_side(
+    seed: int,
+    path: Path,
+    only_read: bool = False,
+    limit: int | None = None,
+    any_code: bool = False,
+) -> str:
     """Judge what the journal lacks, and the table in Markdown."""
-    known = journal.of_this_code(journal.read(path), seed)
+    known = journal.of_this_code(journal.read(path), seed, any_code)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", encoding="utf-8") as stream:
         for case in subset()[:limit]:
