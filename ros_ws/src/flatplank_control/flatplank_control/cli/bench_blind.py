@@ -74,9 +74,8 @@ def main(argv: list[str]) -> int:
     if o.json:
         print(json.dumps(summary(entries), indent=1))
         return 0
-    text = page(
-        entries, "./flatplank bench-blind --write docs/discovery-blind.md", beside, len(cases)
-    )
+    command = " ".join(["./flatplank bench-blind", *argv])
+    text = page(entries, command, beside, len(cases))
     if o.write:
         from flatplank_analysis.discovery.modelfile import write_atomic
 
