@@ -6,7 +6,9 @@ from __future__ import annotations
 import pytest
 from camp_plans import small
 
+from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
+from flatplank_control.runner.campaign.adopting import unwritten
 from flatplank_control.runner.campaign.journal import note
 from flatplank_control.runner.campaign.quality import Finding
 
@@ -111,3 +113,25 @@ def test_earlier_runs_of_a_condition_are_handed_to_the_judge(tmp_path):
         facts = {"profile": [1.0], "radius": 0.31}
         conductor.finish(job, Outcome(job.measurement.name, GOOD, facts))
     assert seen == [0, 0, 1, 2]
+
+
+def test_a_bag_whose_line_was_never_written_is_taken_over(tmp_path):
+    """The runner died between the two: the run is neither lost nor made twice."""
+    plan = small()
+    first = journal(tmp_path, plan)
+    conductor = Conductor(plan, first)
+    job = conductor.take()
+    record = record_from_dict({**job.measurement.record(), "status": "complete"})
+    again = journal(tmp_path, plan)
+    resumed = Conductor(plan, again)
+    same = resumed.take(again.interrupted)
+    assert same.run.key == job.run.key
+    assert unwritten(tmp_path, same, again) is None
+    # an interrupted attempt lies beside it under the first name
+    for name, status in ((record.name, "interrupted"), (f"{record.name}_r02", "complete")):
+        (tmp_path / name).mkdir()
+        record.with_changes(status=status, name=name).save(tmp_path / name)
+    found = unwritten(tmp_path, same, again)
+    assert found == tmp_path / f"{record.name}_r02"
+    resumed.finish(same, Outcome(found.name, GOOD, {"radius": 0.31}))
+    assert unwritten(tmp_path, same, again) is None

@@ -13,8 +13,8 @@ from flatplank_control.bench.judging import outcome_of
 from flatplank_control.calibration.book import book_for
 from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.nodes.ros_bench import RosBench
-from flatplank_control.recording.run_record import FILE_NAME, load_record
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, plan_from_text
+from flatplank_control.runner.campaign.adopting import unwritten
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.supervised import supervised
 from flatplank_control.runner.plans import axes_of, let_go, safe_end
@@ -91,8 +91,8 @@ class CampaignRunner:
         job = self.conductor.take(self.journal.interrupted)
         if job is None:
             return False
-        path = self.folder / job.measurement.name
-        if (path / FILE_NAME).exists() and load_record(path).status == "complete":
+        path = unwritten(self.folder, job, self.journal)
+        if path is not None:
             nothing = Standstill("before the run"), Standstill("after the run")
             limits = self.conductor.plan.quality
             self.conductor.finish(job, outcome_of(path, job, limits, *nothing))
