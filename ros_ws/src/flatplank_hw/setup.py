@@ -4,13 +4,14 @@ from pathlib import Path
 from setuptools import find_namespace_packages, setup
 
 NAME = "flatplank_hw"
-# One line per node: `ros2 run flatplank_hw NAME`.
+# One line per program: `ros2 run flatplank_hw NAME`.
 NODES = [
     "simulated_plant = flatplank_hw.nodes.simulated_plant:main",
     "measurement_hub = flatplank_hw.nodes.measurement_hub:main",
     "encoders = flatplank_hw.nodes.encoders:main",
     "wheel_drive = flatplank_hw.nodes.wheel_drive:main",
     "ethercat_bus = flatplank_hw.nodes.ethercat_bus:main",
+    "ethercat_emulator = flatplank_hw.ethercat.emulator.__main__:main",
 ]
 
 
