@@ -37,9 +37,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
     p.add_argument("--pace", default="realtime", choices=("realtime", "lockstep", "hold"))
     p.add_argument("--axes", default="", help="driven beside the wheel: vertical,steer,camber")
-    p.add_argument(
-        "--road", default="", help="slip by the road's travel: follow, or a map's file"
-    )
+    p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
     p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
     return p

@@ -51,9 +51,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--bags", action="store_true", help="the twin writes bags, not tables")
     p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
     p.add_argument("--plant", default="", help="YAML file laid over the simulated plant")
-    p.add_argument(
-        "--road", default="", help="slip by the road's travel: follow, or a map's file"
-    )
+    p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
     return p
 
