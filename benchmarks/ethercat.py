@@ -13,21 +13,13 @@ from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
 from lockstep import LOOPBACK
-from realtime import wait
-from std_srvs.srv import SetBool
+from realtime import roll, wait
 
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_msgs.msg import DriveStatus
-from flatplank_msgs.srv import (
-    PlankSwitch,
-    SetOperationMode,
-    SetValue,
-    SetWaveform,
-    StartRecording,
-    StopRecording,
-)
+from flatplank_msgs.srv import StopRecording
 
 
 def main(seconds: float = 60.0) -> None:
@@ -49,19 +41,7 @@ def main(seconds: float = 60.0) -> None:
         with BenchProcesses(setup, log=Path(folder) / "nodes.log") as bench, BenchClient() as c:
             c.wait_connected(bench.running, timeout=60.0)
             c.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
-            c.call(SetValue, "/simulated_plant/load_to", value=3700.0)
-            wait(c, 12.0)
-            c.call(
-                SetWaveform, "/slip_sequencer/set_waveform", name="constant",
-                parameters=["kappa"], values=[0.01], start_position=0.1,
-                effective_rolling_radius=0.3108,
-            )  # fmt: skip
-            c.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
-            c.call(SetBool, "/wheel_drive/enable", data=True)
-            c.call(
-                PlankSwitch, "/simulated_plant/plank", direction=1, fast=True, stop_at=float("nan")
-            )
-            c.call(StartRecording, "/recorder/start", name="rt", record="tire: TOY", at_once=True)
+            roll(c)
             wait(c, 1.5)
             before, oldest[:] = {k: int(seen[k]) for k in ("sent", "lost")}, []
             c.node.create_subscription(

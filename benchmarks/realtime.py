@@ -43,19 +43,7 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
         with BenchProcesses(setup, log=Path(folder) / "nodes.log") as bench, BenchClient() as c:
             c.wait_connected(bench.running, timeout=60.0)
             c.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
-            c.call(SetValue, "/simulated_plant/load_to", value=3700.0)
-            wait(c, 12.0)
-            c.call(
-                SetWaveform, "/slip_sequencer/set_waveform", name="constant",
-                parameters=["kappa"], values=[0.01], start_position=0.1,
-                effective_rolling_radius=0.3108,
-            )  # fmt: skip
-            c.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
-            c.call(SetBool, "/wheel_drive/enable", data=True)
-            c.call(
-                PlankSwitch, "/simulated_plant/plank", direction=1, fast=True, stop_at=float("nan")
-            )
-            c.call(StartRecording, "/recorder/start", name="rt", record="tire: TOY", at_once=True)
+            roll(c)
             wait(c, 1.5)
             before = int(seen["skipped"])
             wait(c, seconds)
@@ -69,6 +57,20 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
         f"  drive command after its sample: p99 {seen['command age p99']} cycles, "
         f"max {seen['command age max']} (wanted: {2 * batch})"
     )
+
+
+def roll(c: BenchClient) -> None:
+    """Load the tire, drive on in slip control over a moving road, and record."""
+    c.call(SetValue, "/simulated_plant/load_to", value=3700.0)
+    wait(c, 12.0)
+    c.call(
+        SetWaveform, "/slip_sequencer/set_waveform", name="constant", parameters=["kappa"],
+        values=[0.01], start_position=0.1, effective_rolling_radius=0.3108,
+    )  # fmt: skip
+    c.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
+    c.call(SetBool, "/wheel_drive/enable", data=True)
+    c.call(PlankSwitch, "/simulated_plant/plank", direction=1, fast=True, stop_at=float("nan"))
+    c.call(StartRecording, "/recorder/start", name="rt", record="tire: TOY", at_once=True)
 
 
 def main(seconds: float | None = None) -> None:
