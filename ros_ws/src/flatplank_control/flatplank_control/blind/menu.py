@@ -78,6 +78,8 @@ ORDER_1 = ("runout_1", "nonuniformity_1", "parasitic_force")
 ORDER_2 = ("runout_2", "nonuniformity_2")
 ORDER_3 = ("runout_3", "nonuniformity_3", "mesh_ripple", "load_undulation")
 
+# No item: a gap between motor and wheel encoder. The encoder sees what the wheel does, the model
+# is driven by it, and nothing is left to be found.
 MENU: dict[str, Item] = {
     "road_play": Item(
         ("road_play",), "m", 5e-4, 1e-4, 2.5e-3,
@@ -85,12 +87,6 @@ MENU: dict[str, Item] = {
     ),
     "drive_backlash": Item(
         ("drive_backlash", "rack_backlash"), "m", 5e-4, 1e-4, 2.5e-3, None, _kernel("drive_gap"),
-    ),
-    "wheel_backlash": Item(
-        # the gap at the road is 2 half angles over the gear ratio times the radius
-        ("drive_backlash", "rack_backlash", "road_play"), "m", 4e-4, 1e-4, 1.3e-3,
-        lambda s, r: {"wheel_backlash": {"half_angle": 0.2618 + 0.5 * s * 1425.04 / 0.311}},
-        None, sized=False,
     ),
     "rack_backlash": Item(
         GAPS, "m", 5e-4, 1e-4, 2.5e-3, _defect("rack_backlash", "gap"), _kernel("rack_gap"),
