@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -28,9 +30,10 @@ def test_every_node_ends_in_order_however_often_it_is_interrupted(
         with BenchClient() as client:
             client.wait_connected(bench.running, timeout=90.0)
         nodes = dict(bench.running)
-        while any(node.poll() is None for node in nodes.values()):
-            for node in nodes.values():
-                if node.poll() is None:
-                    node.send_signal(signal.SIGINT)
+        while left := [node for node in nodes.values() if node.poll() is None]:
+            for node in left:
+                node.send_signal(signal.SIGINT)
+            with suppress(subprocess.TimeoutExpired):
+                left[0].wait(0.02)
     assert {name: node.returncode for name, node in nodes.items()} == dict.fromkeys(nodes, 0)
     assert "Traceback" not in log.read_text()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -32,6 +33,12 @@ from flatplank_msgs.srv import (
 )
 
 PLANT = "/simulated_plant"
+TICK = 0.25
+PATIENCE = 2.0
+"""samples of a cycle that is over are waited for so long [s]"""
+ATTEMPTS = 10
+SILENCE = 5.0
+"""a bench that says nothing for so long is gone [s]"""
 BY_HAND = {
     "load": "load_to",
     "steer_deg": "set_steer_deg",
@@ -96,6 +103,7 @@ class RosBench:
             )
             for name, (kind, topic, _) in SOURCES.items()
         ]
+        self._ticking = node.create_timer(TICK, self._tick)
         self._do = {
             S.Manual: self._manual,
             S.Plank: self._plank,
@@ -116,6 +124,7 @@ class RosBench:
         }
 
     def close(self) -> None:
+        self.node.destroy_timer(self._ticking)
         for subscription in self._subscriptions:
             self.node.destroy_subscription(subscription)
         for client in self._clients.values():
@@ -133,8 +142,20 @@ class RosBench:
             awaited.set_result(None)
 
     async def _message_of(self, *names: str) -> None:
+        """A sample of one of these has come, or a tick of the wall clock has gone by."""
         self._arrival, self._awaited = Future(), names
         await self._arrival
+
+    def _tick(self) -> None:
+        if self._arrival is not None and not self._arrival.done():
+            self._arrival.set_result(None)
+
+    def _silent(self, cycle: int) -> list[str]:
+        """Who has not spoken of a cycle."""
+        s = self.snapshot()
+        if s is None:
+            return sorted(set(SOURCES) - set(self._raw))
+        return [name for name in SOURCES if getattr(s, name).cycle < cycle]
 
     def snapshot(self) -> S.Snapshot | None:
         """The latest samples, when all are there."""
@@ -148,10 +169,20 @@ class RosBench:
         )
 
     async def advance(self, cycles: int) -> None:
-        """Let a held bus make cycles, and see the samples of the last one."""
-        response = await self.call(Advance, f"{PLANT}/advance", cycles=cycles)
-        while (s := self.snapshot()) is None or min(x.cycle for x in s) < response.cycle:
-            await self._message_of(*SOURCES)
+        """Let a held bus make cycles, and see the samples of the last one.
+
+        A node that has only just come misses samples until all have found each other, and a
+        held bus makes no more of them by itself: one more cycle then.
+        """
+        cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
+        for _ in range(ATTEMPTS):
+            end = time.monotonic() + PATIENCE
+            while self._silent(cycle) and time.monotonic() < end:
+                await self._message_of(*SOURCES)
+            if not self._silent(cycle):
+                return
+            cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=1)).cycle
+        raise S.PlanFailed(f"no samples of {', '.join(self._silent(cycle))}; is the node running?")
 
     # services
     async def call(self, kind: type, name: str, /, **fields: Any) -> Any:
@@ -304,8 +335,11 @@ class RosBench:
         if self.held:
             await self.advance(CHUNK * self.batch)
         else:
-            await self._message_of("drive")
-            while self.snapshot() is None:
+            before, end = self._raw.get("drive"), time.monotonic() + SILENCE
+            while self._raw.get("drive") is before or self.snapshot() is None:
+                self.interrupt()
+                if time.monotonic() > end:
+                    raise S.PlanFailed("the bench is silent: have its nodes ended?")
                 await self._message_of(*SOURCES)
 
     async def _on_say(self, step: S.Say) -> None:

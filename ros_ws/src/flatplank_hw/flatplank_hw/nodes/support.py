@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import signal
 import sys
-import threading
 from collections.abc import Callable
 from inspect import iscoroutinefunction
 from typing import Any
@@ -23,6 +22,8 @@ from std_srvs.srv import Trigger
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.parent import end_with_parent
+
+ENDING = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_AT_SIGNALS = 0.1
 """a node that hears nothing looks so often whether it shall end [s]"""
@@ -175,9 +176,17 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     Under `ros2 launch` Ctrl-C arrives twice in a row, and ROS must still be there when a node
     closes its bag or its bus: so the signals only raise a flag.
     """
-    told_to_end = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: told_to_end.set())
+    told_to_end: list[int] = []
+
+    def tell(number: int, _frame: Any) -> None:
+        told_to_end.append(number)
+        # once is enough: Python takes its handlers off while it ends, and one more Ctrl-C
+        # would then be a bad exit code
+        for each in ENDING:
+            signal.signal(each, signal.SIG_IGN)
+
+    for number in ENDING:
+        signal.signal(number, tell)
     end_with_parent()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -193,7 +202,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     executor = StreamExecutor()
     executor.add_node(node)
     try:
-        while not failed and rclpy.ok() and not told_to_end.is_set():
+        while not failed and rclpy.ok() and not told_to_end:
             executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)
             failed = getattr(node, "ended", False)
     finally:
@@ -202,6 +211,4 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
         if finish is not None:
             finish()
         rclpy.try_shutdown()
-        # Python takes its handlers off while it ends; one more Ctrl-C would be a bad exit code
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
     return 1 if failed else 0
