@@ -28,6 +28,7 @@ class FreeRollingControllerNode(SourceNode):
         self.state = ControllerState()
         self.publish_state = self.speak(ControllerState, "~/state", STREAM)
         self.listen(WrenchStamped, "/measurement_hub/wrench_contact", self.on_contact, STREAM)
+        self.listen_to_mode()
 
     def on_contact(self, msg: WrenchStamped) -> None:
         if self.active:

@@ -27,6 +27,7 @@ class SlipSequencerNode(SourceNode):
         self.publish_state = self.speak(SequencerState, "~/state", STREAM)
         self.serve(SetSlipStep, "~/set_slip_step", self.on_step)
         self.serve(SetWaveform, "~/set_waveform", self.on_waveform)
+        self.listen_to_mode()
 
     def on_encoders(self, msg) -> None:
         super().on_encoders(msg)

@@ -35,9 +35,13 @@ class _Watch:
         self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
         self.services = self._hold(chain.from_iterable(n.services for n in nodes))
         self.guards = self._hold([*chain.from_iterable(n.guards for n in nodes), *guards])
-        self.waitables = list(chain.from_iterable(n.waitables for n in nodes))
-        for waitable in self.waitables:
-            self.keep.enter_context(waitable)
+        self.waitables = []
+        for waitable in chain.from_iterable(n.waitables for n in nodes):
+            try:
+                self.keep.enter_context(waitable)
+            except InvalidHandle:
+                continue
+            self.waitables.append(waitable)
         extra = [w.get_num_entities() for w in self.waitables]
         self.keep.enter_context(context.handle)
         self.set = _rclpy.WaitSet(
@@ -104,7 +108,11 @@ class StreamExecutor(SingleThreadedExecutor):
         if self._watch is None:
             self._watch = _Watch(self.get_nodes(), (self._guard, self._sigint_gc), self.context)
         watch = self._watch
-        watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
+        try:
+            watch.wait(-1 if timeout_sec is None else int(timeout_sec * 1e9))
+        except InvalidHandle:  # a callback has destroyed something: look again what there is
+            self.forget()
+            return
         if watch.something_rare():
             self.forget()
             self._spin_everything()
@@ -142,8 +150,11 @@ class StreamExecutor(SingleThreadedExecutor):
     def _resume(self) -> None:
         """Go on with services that wait for something which may have come."""
         for task, _entity, _node in tuple(self._tasks):
+            if task.done():
+                continue  # rclpy takes it off the list in its next round
             task()
             if task.done():
+                self.forget()  # what ends may have destroyed entities of its own
                 task.result()
 
     def _spin_everything(self) -> None:
