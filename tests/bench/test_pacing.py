@@ -3,7 +3,8 @@
 
 import pytest
 
-from flatplank_hw.bus.pacing import CATCH_UP, IMPATIENT, Pacer, percentile
+from flatplank_hw.bus.histogram import percentile
+from flatplank_hw.bus.pacing import CATCH_UP, IMPATIENT, Pacer
 
 RATE = 250.0
 

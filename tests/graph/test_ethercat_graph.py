@@ -25,6 +25,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Cycle, Twin
 from flatplank_control.nodes.client import BenchClient
 from flatplank_hw.bus.image import Digital
+from flatplank_hw.drive.cia402 import State
 from flatplank_hw.ethercat.namespace import BenchNamespace, NamespaceError
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
@@ -45,7 +46,7 @@ FZ = 1000.0
 KAPPA, RADIUS = 0.05, 0.3108
 ROLL, STEP_AHEAD, SLIP = 0.04, 0.01, 0.05
 """plank travel [m]: free rolling; to the slip step; of the slip run"""
-ENABLED, FAULT = 4, 7
+ENABLED, FAULT = State.OPERATION_ENABLED, State.FAULT
 BUS_LOST = 1
 """stop reason"""
 RECORDS = {

@@ -12,10 +12,9 @@ class CycleJoin:
 
     Cycles are told apart by `at`, the stamp of their inputs [ns]. A later sample of the leading
     kind (the first of `kinds`) releases the waiting cycle with what there is: a source that died
-    leaves its
-    last sample in force, and the rules on stale data decide. Samples of cycles that are done are
-    kept as the
-    latest of their kind and otherwise ignored. `needed` may be changed between cycles.
+    leaves its last sample in force, and the rules on stale data decide. Samples of cycles that are
+    done are kept as the latest of their kind and otherwise ignored. `needed` may be changed
+    between cycles.
     """
 
     def __init__(

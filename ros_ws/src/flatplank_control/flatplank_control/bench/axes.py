@@ -6,11 +6,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from flatplank_control.bench.node_specs import AXIS_NODES
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_hw.bus.image import AxisCommand, BusInputs
 from flatplank_hw.drive import AxisDrive, DriveParameters
+from flatplank_hw.drive.cia402 import State
 from flatplank_hw.params import from_mapping
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 
@@ -19,7 +21,6 @@ CONTROLLERS: dict[str, tuple[type, type]] = {
     "steer": (AngleControl, AngleParameters),
     "camber": (AngleControl, AngleParameters),
 }
-OPERATION_ENABLED = 4
 
 
 class TwinAxis:
@@ -31,7 +32,7 @@ class TwinAxis:
 
     @property
     def enabled(self) -> bool:
-        return self.sample is not None and self.sample.state == OPERATION_ENABLED
+        return self.sample is not None and self.sample.state == State.OPERATION_ENABLED
 
     def follow(self, on: bool) -> None:
         """The controller has the axis from now on, or lets go."""
@@ -54,6 +55,6 @@ class TwinAxis:
 def make_axis(setup: BenchSetup, axis: str) -> TwinAxis:
     """The axis as its parameter files say."""
     core, parameters = CONTROLLERS[axis]
-    drive = from_mapping(DriveParameters, setup.axis_node(axis, False), f"{axis}_drive")
-    own = from_mapping(parameters, setup.axis_node(axis, True), f"{axis} controller")
+    drive = from_mapping(DriveParameters, setup.of(AXIS_NODES[axis].drive), f"{axis}_drive")
+    own = from_mapping(parameters, setup.of(AXIS_NODES[axis].controller), f"{axis} controller")
     return TwinAxis(AxisDrive(drive), core(own))

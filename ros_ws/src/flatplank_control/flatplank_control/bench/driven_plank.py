@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_control.bench.start_bench import ENABLED, StartBench
+from flatplank_control.bench.start_bench import StartBench
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.drive import AxisDrive, DriveParameters
+from flatplank_hw.drive.cia402 import State
 from flatplank_hw.samples import EncoderSample, HubSample
 
 SPEED = 0.03092
@@ -35,7 +36,7 @@ class DrivenPlank(StartBench):
         """Plank forward over so many metres; a row per cycle."""
         self.plank.set_operation_mode("velocity", 0.0)
         self.plank.enable()
-        self.until(lambda: self.plank_sample.state == ENABLED, 2.0)
+        self.until(lambda: self.plank_sample.state == State.OPERATION_ENABLED, 2.0)
         self.plank.set_operation_mode("velocity", SPEED)
         rows: list[tuple[float, ...]] = []
         while not rows or rows[-1][0] < distance:

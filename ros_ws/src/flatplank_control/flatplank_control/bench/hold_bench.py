@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_control.bench.axes import TwinAxis, make_axis
+from flatplank_control.bench.node_specs import AXIS_NODES
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.start_bench import StartBench
 from flatplank_hw.plant.truth import truth_row
@@ -40,8 +41,8 @@ class HoldBench(StartBench):
     ) -> None:
         plant = {"driven_axes": ["wheel", axis], "defects": dict(defects), **(overrides or {})}
         super().__init__(tire, overrides=plant, sequencer={"follow_until": 0.25})
-        names = {"vertical": "load_controller", "steer": "steering_hold"}
-        setup = BenchSetup(axes=(axis,), parameters={names[axis]: dict(controller or {})})
+        name = AXIS_NODES[axis].controller.name
+        setup = BenchSetup(axes=(axis,), parameters={name: dict(controller or {})})
         self.axis: TwinAxis = make_axis(setup, axis)
         self.on = on
 

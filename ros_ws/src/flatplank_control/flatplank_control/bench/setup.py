@@ -6,57 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 
+from flatplank_control.bench.node_specs import AXIS_NODES, BUSES, NODES, NodeSpec
 from flatplank_hw.params import load_parameters
 from flatplank_hw.plant import PlantConfig
 from flatplank_hw.share import config_file
-
-BUSES = {
-    "sim": "simulated_plant",
-    "emulated": "ethercat_bus",
-    "lab": "ethercat_bus",
-}
-"""kind of bench -> node that owns its bus"""
-
-
-class NodeSpec(NamedTuple):
-    """One process of the bench."""
-
-    package: str
-    executable: str
-    name: str
-
-
-NODES = (
-    NodeSpec("flatplank_hw", "measurement_hub", "measurement_hub"),
-    NodeSpec("flatplank_hw", "encoders", "encoders"),
-    NodeSpec("flatplank_hw", "wheel_drive", "wheel_drive"),
-    NodeSpec("flatplank_control", "free_rolling_controller", "free_rolling_controller"),
-    NodeSpec("flatplank_control", "slip_sequencer", "slip_sequencer"),
-    NodeSpec("flatplank_control", "recorder", "recorder"),
-    NodeSpec("flatplank_control", "measurement_runner", "measurement_runner"),
-)
-"""What runs beside the bus, whatever the bus is."""
-
-
-AXIS_NODES: dict[str, tuple[NodeSpec, NodeSpec]] = {
-    "vertical": (
-        NodeSpec("flatplank_hw", "wheel_drive", "vertical_drive"),
-        NodeSpec("flatplank_control", "load_controller", "load_controller"),
-    ),
-    "steer": (
-        NodeSpec("flatplank_hw", "wheel_drive", "steer_drive"),
-        NodeSpec("flatplank_control", "axis_hold", "steering_hold"),
-    ),
-    "camber": (
-        NodeSpec("flatplank_hw", "wheel_drive", "camber_drive"),
-        NodeSpec("flatplank_control", "axis_hold", "camber_hold"),
-    ),
-}
-"""axis that may be driven beside the wheel -> its drive and its controller"""
 
 FOLLOW_UNTIL = 0.25
 """the wheel makes up a late start before the earliest slip at 0.3 m [m]"""
@@ -87,10 +44,6 @@ class BenchSetup:
         bus = BUSES[self.kind]
         more = [node for axis in self.axes for node in AXIS_NODES[axis]]
         return (*NODES, *more, NodeSpec("flatplank_hw", bus, bus))
-
-    def axis_node(self, axis: str, controller: bool) -> dict[str, Any]:
-        """Parameters of the drive or the controller of a further axis."""
-        return self.of(AXIS_NODES[axis][int(controller)])
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""

@@ -12,13 +12,12 @@ from flatplank_control.free_rolling import FreeRollingController, FreeRollingPar
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.drive import AxisDrive, DriveParameters
+from flatplank_hw.drive.cia402 import State
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.plant import Plant, PlantConfig
 from flatplank_hw.plant.truth import truth_row
 from flatplank_hw.samples import EncoderSample, HubSample
-
-ENABLED = 4
 
 
 class StartBench:
@@ -88,7 +87,7 @@ class StartBench:
         for _ in range(self.rate_hz // 2):
             self.cycle()
         self.drive.enable()
-        self.until(lambda: self.sample.state == ENABLED, 2.0)
+        self.until(lambda: self.sample.state == State.OPERATION_ENABLED, 2.0)
 
     def travel(self, distance: float) -> np.ndarray:
         """Plank forward over so many metres; a row per cycle."""

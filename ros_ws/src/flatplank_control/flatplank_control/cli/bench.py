@@ -11,8 +11,9 @@ import sys
 import threading
 from pathlib import Path
 
+from flatplank_control.bench.node_specs import AXIS_NODES
 from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import AXIS_NODES, BenchSetup
+from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.speed_map.use import with_road
 from flatplank_hw.params import nearest
 

@@ -14,6 +14,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
+from flatplank_control.bench.node_specs import AXIS_NODES
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
@@ -49,15 +50,8 @@ BY_HAND = {
 }
 """quantity -> service of the simulated operator"""
 
-HINTS = {
-    "vertical": ("/vertical", "/load"),
-    "steer": ("/steer",),
-    "camber": ("/camber",),
-}
-"""axis -> beginnings of the names of its services"""
-
-HOLDS = {"steer": "steering_hold", "camber": "camber_hold"}
-"""driven axis -> node that leads it"""
+AXIS_OF = {node.name: axis for axis, nodes in AXIS_NODES.items() for node in nodes}
+"""node of a driven axis -> the axis"""
 
 SOURCES = {
     "encoders": (EncoderState, "/encoders/state", convert.encoders_from_msg),
@@ -191,7 +185,8 @@ class RosBench:
         if client is None:
             client = self._clients[name] = self.node.create_client(kind, name)
         if not client.wait_for_service(timeout_sec=5.0):
-            hint = next((f" (bench --axes {a})" for a in HINTS if name.startswith(HINTS[a])), "")
+            axis = AXIS_OF.get(name.split("/")[1])
+            hint = f" (bench --axes {axis})" if axis else ""
             raise S.PlanFailed(f"{name}: the service is not there; is its node running?{hint}")
         response = await client.call_async(kind.Request(**fields))
         accepted = getattr(response, "accepted", getattr(response, "success", True))
@@ -255,7 +250,9 @@ class RosBench:
     async def _hold_load(self, step: S.HoldLoad) -> None:
         on = step.fz == step.fz
         if on:
-            await self.call(SetValue, "/load_controller/set_load", value=step.fz)
+            await self.call(
+                SetValue, f"/{AXIS_NODES['vertical'].controller.name}/set_load", value=step.fz
+            )
         await self._follow("vertical", on)
 
     async def _profile(self, step: S.AxisProfile) -> None:
@@ -263,7 +260,7 @@ class RosBench:
             values = dict(step.parameters or {})
             await self.call(
                 SetWaveform,
-                f"/{HOLDS[step.axis]}/set_profile",
+                f"/{AXIS_NODES[step.axis].controller.name}/set_profile",
                 name=step.name,
                 parameters=list(values),
                 values=[float(v) for v in values.values()],
@@ -273,7 +270,7 @@ class RosBench:
 
     async def _follow(self, axis: str, on: bool) -> None:
         """The controller of a driven axis takes it, or lets go."""
-        drive = f"/{axis}_drive"
+        drive = f"/{AXIS_NODES[axis].drive.name}"
         if on:
             await self.call(SetOperationMode, f"{drive}/set_operation_mode", mode="follow")
             await self._wait(S.Wait("the mode is heard", lambda _s: True, 1.0, 0.1))

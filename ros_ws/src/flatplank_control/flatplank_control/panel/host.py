@@ -9,8 +9,9 @@ from typing import Any
 
 import yaml
 
+from flatplank_control.bench.node_specs import BUSES
 from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import BUSES, BenchSetup
+from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.panel import validation
 from flatplank_hw.params import load_parameters
 

@@ -7,9 +7,9 @@ import math
 from collections.abc import Callable
 
 from flatplank_control.runner.steps import Snapshot
+from flatplank_hw.drive.cia402 import State
 
 Condition = Callable[[Snapshot], bool]
-OPERATION_ENABLED = 4
 AT_ANGLE = math.radians(0.2)
 STILL = 1e-3
 """wheel speed of a wheel that stands [rad/s]"""
@@ -49,7 +49,7 @@ def plank_beyond(position: float) -> Condition:
 
 
 def enabled() -> Condition:
-    return lambda s: s.drive.state == OPERATION_ENABLED
+    return lambda s: s.drive.state == State.OPERATION_ENABLED
 
 
 def wheel_at(angle_deg: float) -> Condition:

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from flatplank_control.runner import steps as S
-from flatplank_control.runner.conditions import OPERATION_ENABLED
 from flatplank_control.runner.performing import Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of
+from flatplank_hw.drive.cia402 import State
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 STEP = 0.1
@@ -115,7 +115,7 @@ class DryBench:
             math.nan, 0.0, 0.0, moves, self.plank > TRIGGER, 0.0,
         )  # fmt: skip
         hub = HubSample(cycle, stamp, force, force, 0.3, camber, fz, False, 0)
-        state = OPERATION_ENABLED if self._enabled else 0
+        state = State.OPERATION_ENABLED if self._enabled else 0
         drive = DriveSample(
             cycle, stamp, state, 0, self.wheel, self._omega, 0.0, 0.0, 0.0, 0.0, 0, 0
         )

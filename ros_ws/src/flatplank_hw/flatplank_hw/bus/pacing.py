@@ -18,8 +18,7 @@ class Pacer:
 
     Wall times are arguments [s]. In lockstep an answer that does not come is waited for once for
     the whole time-out; from then on cycles follow each other quickly, so that bench time, and with
-    it the
-    rules on stale commands, goes on, until the answers are back.
+    it the rules on stale commands, goes on, until the answers are back.
     """
 
     def __init__(self, pace: str, batch: int, axes: frozenset[int], timeout: float) -> None:
@@ -99,14 +98,3 @@ class Pacer:
                 behind = CATCH_UP
             return max(behind, 0)
         return 0
-
-
-def percentile(histogram: list[int], share: float) -> int:
-    """Smallest value that `share` of the counts do not exceed; counts are by value."""
-    wanted = share * sum(histogram)
-    counted = 0
-    for value, count in enumerate(histogram):
-        counted += count
-        if counted >= wanted:
-            return value
-    return 0

@@ -136,13 +136,14 @@ def plank_reverses(s: Situation, p: DriveParameters) -> bool:
     return s.follows_plank and not s.plank_velocity >= REVERSE_SPEED
 
 
-def reference_old(s: Situation, p: DriveParameters) -> bool:
-    return s.follows_plank and s.moving and s.reference_age_ns > p.reference_timeout * NS
-
-
 def reference_gone(s: Situation, p: DriveParameters) -> bool:
-    """As `reference_old`, for an axis that moves whether the plank does or not."""
+    """For an axis that moves whether the plank does or not."""
     return s.follows_plank and s.reference_age_ns > p.reference_timeout * NS
+
+
+def reference_old(s: Situation, p: DriveParameters) -> bool:
+    """For the wheel, whose reference is due only while the plank moves."""
+    return s.moving and reference_gone(s, p)
 
 
 _RULES = (

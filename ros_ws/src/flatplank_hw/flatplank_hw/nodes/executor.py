@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from itertools import chain
+from operator import attrgetter
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
@@ -25,6 +26,10 @@ def _never() -> bool:
     return False
 
 
+def _itself(waitable):
+    return waitable
+
+
 class _Watch:
     """A wait set over everything that nodes and their executor can be woken by."""
 
@@ -35,13 +40,7 @@ class _Watch:
         self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
         self.services = self._hold(chain.from_iterable(n.services for n in nodes))
         self.guards = self._hold([*chain.from_iterable(n.guards for n in nodes), *guards])
-        self.waitables = []
-        for waitable in chain.from_iterable(n.waitables for n in nodes):
-            try:
-                self.keep.enter_context(waitable)
-            except InvalidHandle:
-                continue
-            self.waitables.append(waitable)
+        self.waitables = self._hold(chain.from_iterable(n.waitables for n in nodes), _itself)
         extra = [w.get_num_entities() for w in self.waitables]
         self.keep.enter_context(context.handle)
         self.set = _rclpy.WaitSet(
@@ -59,12 +58,12 @@ class _Watch:
             ("client", {c.handle.pointer for c in self.clients}),
         )
 
-    def _hold(self, entities) -> list:
+    def _hold(self, entities, handle=attrgetter("handle")) -> list:
         """Those that still exist; none is destroyed while it is waited for."""
         held = []
         for entity in entities:
             try:
-                self.keep.enter_context(entity.handle)
+                self.keep.enter_context(handle(entity))
             except InvalidHandle:
                 continue
             held.append(entity)

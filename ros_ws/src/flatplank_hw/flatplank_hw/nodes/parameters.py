@@ -38,9 +38,7 @@ def refuse_unknown(node: Node) -> None:
     """ValueError for a key in a parameter file that the node does not know, with the nearest
     one.
     """
-    known = set(
-        node._parameters
-    )  # what is declared; rclpy has no public list that costs no service
+    known = set(node._parameters)  # rclpy has no public list of them that costs no service
     for key in node._parameter_overrides:
         if key not in known and not key.startswith("qos_overrides."):
             raise ValueError(

@@ -10,8 +10,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
+from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.image import AXES, AxisCommand
-from flatplank_hw.bus.pacing import PACES, Pacer, percentile
+from flatplank_hw.bus.pacing import PACES, Pacer
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.operator_services import OperatorServices
 from flatplank_hw.nodes.qos import STREAM

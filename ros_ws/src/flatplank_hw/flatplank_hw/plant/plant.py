@@ -55,8 +55,7 @@ class Plant:
         self._newest = [-1] * len(AXES)
         self._fitted = [axis in config.driven_axes for axis in AXES]
         self.cycle = -1
-        self.digital_outputs = 0
-        """as last commanded; bit 0 is the trigger of an optical system"""
+        self._outputs = [0] * len(AXES)
         self.operator = Operator(config, self._state, state["operator"], r.machine, r.road_map)
         self._arguments = (
             r.machine, self._state, r.tire, self._tire_state, self._bristles, state["operator"],
@@ -80,7 +79,7 @@ class Plant:
             while waiting and waiting[0][1] <= due:
                 c = waiting.popleft()
                 row = self._commands[axis]
-                self.digital_outputs = c[7]
+                self._outputs[axis] = c[7]
                 row[0], row[1], row[2], row[3], row[4], row[5] = c[2], c[3], c[4], c[5], c[6], c[1]
         if self._row >= NOISE_ROWS:
             self._row = 0
@@ -100,6 +99,14 @@ class Plant:
             count, count * self._period_ns, (v[0], v[1], v[2], v[3], v[4], v[5]), v[6],
             n[0], n[1], n[2], n[3], n[4], n[5], _OK, axes,
         )  # fmt: skip
+
+    @property
+    def digital_outputs(self) -> int:
+        """Bits that any of the axes has on; bit 0 is the trigger of an optical system."""
+        bits = 0
+        for own in self._outputs:
+            bits |= own
+        return bits
 
     def set_run(self, run: int) -> None:
         """How many runs the road has seen; for wear."""

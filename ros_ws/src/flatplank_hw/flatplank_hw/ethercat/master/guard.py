@@ -2,8 +2,7 @@
 """The last word before the wire: no command passes that would move a bench that is not well.
 
 A stop is latched. It is lifted only by the rising edge of the fault reset bit once its cause is
-gone;
-until then the axis shows the state FAULT with the error code of the cause, as a drive would.
+gone; until then the axis shows the state FAULT with the error code of the cause, as a drive would.
 """
 
 from __future__ import annotations

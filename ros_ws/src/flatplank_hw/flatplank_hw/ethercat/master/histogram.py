@@ -6,6 +6,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from flatplank_hw.bus.histogram import percentile
+
 FIRST_US = 10.0
 GROWTH = 1.25
 BINS = 50
@@ -31,12 +33,7 @@ class Histogram:
 
     def percentile_us(self, share: float) -> float:
         """Upper edge of the bin that holds the share of all, at most the largest seen [us]."""
-        wanted, seen = share * self.total, 0
-        for place, count in enumerate(self.counts):
-            seen += count
-            if seen >= wanted and count:
-                return min(FIRST_US * GROWTH**place, self.largest_ns / 1e3)
-        return 0.0
+        return min(FIRST_US * GROWTH ** percentile(self.counts, share), self.largest_ns / 1e3)
 
     def report(self) -> dict[str, Any]:
         """For diagnostics: upper edges of the used bins [us] with their counts, and

@@ -2,8 +2,7 @@
 """Which step to take when the bus is not well. Pure: health and time go in, a rung comes out.
 
 Tolerate, reopen the socket, acknowledge to OP, recover and reconfigure, scan everything anew. The
-axes
-are stopped before anything beyond the socket is touched.
+axes are stopped before anything beyond the socket is touched.
 """
 
 from __future__ import annotations

@@ -172,8 +172,7 @@ class BusLoop:
 
     def _look_at_states(self, cycle: int) -> bool:
         """After a stall, and often when something is wrong, but seldom on a silent wire, where
-        each
-        look costs 10 ms."""
+        each look costs 10 ms."""
         if self.clock.missed != self._missed:
             self._missed = self.clock.missed
             return True

@@ -11,8 +11,7 @@ class CycleClock:
     """Cycle n is due at start + n * period; a number is never used twice.
 
     After a stall the numbers jump with the wall clock, as the machine has gone on. With `slip`
-    they
-    go on without a gap instead: right for an emulated bench, which stalls together with the
+    they go on without a gap instead: right for an emulated bench, which stalls together with the
     master.
     """
 

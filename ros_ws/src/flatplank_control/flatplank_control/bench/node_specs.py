@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The processes of a bench by name: one table for whoever starts, asks or describes them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+BUSES = {
+    "sim": "simulated_plant",
+    "emulated": "ethercat_bus",
+    "lab": "ethercat_bus",
+}
+"""kind of bench -> node that owns its bus"""
+
+
+class NodeSpec(NamedTuple):
+    """One process of the bench."""
+
+    package: str
+    executable: str
+    name: str
+
+
+NODES = (
+    NodeSpec("flatplank_hw", "measurement_hub", "measurement_hub"),
+    NodeSpec("flatplank_hw", "encoders", "encoders"),
+    NodeSpec("flatplank_hw", "wheel_drive", "wheel_drive"),
+    NodeSpec("flatplank_control", "free_rolling_controller", "free_rolling_controller"),
+    NodeSpec("flatplank_control", "slip_sequencer", "slip_sequencer"),
+    NodeSpec("flatplank_control", "recorder", "recorder"),
+    NodeSpec("flatplank_control", "measurement_runner", "measurement_runner"),
+)
+"""What runs beside the bus, whatever the bus is."""
+
+
+class AxisNodes(NamedTuple):
+    """An axis that may be driven beside the wheel."""
+
+    drive: NodeSpec
+    controller: NodeSpec
+
+
+AXIS_NODES: dict[str, AxisNodes] = {
+    "vertical": AxisNodes(
+        NodeSpec("flatplank_hw", "wheel_drive", "vertical_drive"),
+        NodeSpec("flatplank_control", "load_controller", "load_controller"),
+    ),
+    "steer": AxisNodes(
+        NodeSpec("flatplank_hw", "wheel_drive", "steer_drive"),
+        NodeSpec("flatplank_control", "axis_hold", "steering_hold"),
+    ),
+    "camber": AxisNodes(
+        NodeSpec("flatplank_hw", "wheel_drive", "camber_drive"),
+        NodeSpec("flatplank_control", "axis_hold", "camber_hold"),
+    ),
+}
+"""axis that may be driven beside the wheel -> its nodes"""
