@@ -33,8 +33,9 @@ class Rig:
     delay = 2
 
     def __init__(self, start_counts: int = 123_456_789, **parameters) -> None:
-        self.drive = AxisDrive(DriveParameters(**parameters))
-        self.scale = 2**23 * 1425.04 / (2 * math.pi)
+        p = DriveParameters(**parameters)
+        self.drive = AxisDrive(p)
+        self.scale = p.counts_per_turn * p.gear_ratio / p.output_per_turn
         self.state = State.SWITCH_ON_DISABLED
         self.counts = float(start_counts)
         self.velocity = self.torque = 0.0
@@ -110,11 +111,11 @@ class Rig:
         axis = AxisInputs(
             word, self.mode, raw, round(self.velocity * self.scale), torque, self.error
         )
-        rest = AxisInputs(0x0240, 0, 0, 0, 0, 0)
+        axes = [AxisInputs(0x0240, 0, 0, 0, 0, 0)] * len(AXES)
+        axes[self.drive.index] = axis
         return BusInputs(
-            n, stamp, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, self.digital, self.health,
-            (axis,) + (rest,) * (len(AXES) - 1),
-        )  # fmt: skip
+            n, stamp, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, self.digital, self.health, tuple(axes)
+        )
 
     def obey(self, c: AxisCommand) -> None:
         """The drive: one transition per cycle, then its set-point until the next one."""

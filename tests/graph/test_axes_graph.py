@@ -6,9 +6,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from bench_graph import graph
+from std_srvs.srv import SetBool
 
 from flatplank_control.bench.judging import COLUMNS
 from flatplank_control.nodes.client import BenchError
+from flatplank_hw.drive.safety import RULES
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_msgs.msg import DriveStatus
+from flatplank_msgs.srv import Claim, SetOperationMode
 
 pytestmark = pytest.mark.graph
 HELD = """
@@ -35,6 +40,25 @@ def columns(path):
     return Run(RunInfo(file=path.name), open_store(path.parent)).table(names).columns
 
 
+def steering_stops_with_its_operator(bench):
+    """The wheel's drive answers the claim; the steering's hears of it, and of no heartbeat."""
+    seen = []
+    bench.client.node.create_subscription(DriveStatus, "/steer_drive/status", seen.append, STREAM)
+
+    def after(cycles):
+        last = bench.advance(cycles)
+        while not seen or seen[-1].cycle < last:
+            bench.client.spin(1.0)
+        return seen[-1]
+
+    bench.call(SetOperationMode, "/steer_drive/set_operation_mode", mode="velocity", value=0.01)
+    bench.call(Claim, "/operator/claim", client="somebody")
+    bench.call(SetBool, "/steer_drive/enable", data=True)
+    assert after(50).velocity == pytest.approx(0.01, rel=0.05)
+    stopped = after(200)
+    assert (stopped.stop_reason, stopped.velocity) == (RULES["heartbeat"].code, 0.0)
+
+
 @pytest.mark.timeout(300)
 def test_load_and_steering_are_led_by_their_nodes(tmp_path, monkeypatch, capsys):
     soft = tmp_path / "plant.yaml"
@@ -47,6 +71,7 @@ def test_load_and_steering_are_led_by_their_nodes(tmp_path, monkeypatch, capsys)
         measure(PARKING, simulated=True, folder=data)
         with pytest.raises(BenchError, match="camber_drive.*is its node running"):
             measure("{measurement: camber_sweep, profile: sine}", simulated=True, folder=data)
+        steering_stops_with_its_operator(bench)
     held = columns(next(bench.data.glob("TOY_REL_LNG*")))
     parked = columns(next(bench.data.glob("TOY_PARKING*")))
     worst = float(np.abs(np.convolve(held["fz"], np.ones(25) / 25, "valid") / 3700.0 - 1.0).max())

@@ -56,7 +56,7 @@ class AxisDrive(DriveRequests):
         watch.listen(now, dt_ns, encoders, hub)
         watch.follow(now, source is not None, self._reference)
 
-        held = self._guard(now) if self._wanted else True
+        held = self._guard(now) if self._wanted else self._idle()
         word, point = self._decide(axis, now, held, dt_ns)
         mode, position, velocity, torque = point
         outputs = 0
@@ -71,6 +71,13 @@ class AxisDrive(DriveRequests):
             cycle, now, self._state, self._mode.code, shaft.position, shaft.velocity,
             shaft.torque, position, velocity, torque, self._stop, self._error,
         )  # fmt: skip
+
+    def _idle(self) -> bool:
+        """Nothing to stop; but a client in charge that has fallen silent is so no longer."""
+        watch = self._watch
+        if safety.heartbeat_gone(watch.situation, self.parameters):
+            watch.charge.release()
+        return True
 
     def _guard(self, now: int) -> bool:
         """Ask the rules; true when the axis is held."""

@@ -178,6 +178,13 @@ class DriveRequests:
             return refused(f"'{client}' is not in charge")
         return self._agenda.accept(charge.release, at_cycle)
 
+    def hear_in_charge(self, client: str) -> Answer:
+        """Another drive has answered a claim: `client` is in charge of this axis too; empty:
+        nobody."""
+        charge = self._watch.charge
+        act = (lambda: charge.claim(client)) if client else charge.release
+        return self._agenda.accept(act)
+
     def heartbeat(self, client: str) -> Answer:
         """The client in charge is alive."""
         charge = self._watch.charge

@@ -60,8 +60,14 @@ class DriveNode(BenchNode):
         }.items():
             self.serve(Trigger, f"~/{name}", lambda _, response, ask=ask: answer(response, *ask()))
         if axis == AXES[0]:
-            # one service of this name: the wheel is what an operator takes charge of
+            # one service of this name: the wheel's drive answers, the others hear of it
             self.serve(Claim, "/operator/claim", self.on_claim)
+            self.publish_in_charge = self.speak(String, "/operator/in_charge", LATCHED)
+        else:
+            hear = self.drive.hear_in_charge
+            self.listen(
+                String, "/operator/in_charge", lambda m: hear(m.data), LATCHED, needed=False
+            )
         self.listen(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
 
     # samples
@@ -129,6 +135,7 @@ class DriveNode(BenchNode):
         done = self.drive.claim(client) if client else self.drive.release(self.in_charge)
         if done.accepted:
             self.in_charge = client
+            self.publish_in_charge(String(data=client))
         return answer(response, *done, token=client)
 
     def on_heartbeat(self, msg: String) -> None:
