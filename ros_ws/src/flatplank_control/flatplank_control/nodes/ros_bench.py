@@ -15,6 +15,7 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.bench.node_specs import AXIS_NODES
+from flatplank_control.nodes.asking import Asking
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
@@ -91,6 +92,7 @@ class RosBench:
         self._arrival: Future | None = None
         self._awaited: tuple[str, ...] = ()
         self._clients: dict[str, Any] = {}
+        self._asking = Asking(node)
         self._subscriptions = [
             node.create_subscription(
                 kind, topic, lambda raw, name=name: self._on_message(name, raw), STREAM, raw=True
@@ -141,6 +143,7 @@ class RosBench:
         await self._arrival
 
     def _tick(self) -> None:
+        self._asking.look()
         if self._arrival is not None and not self._arrival.done():
             self._arrival.set_result(None)
 
@@ -180,7 +183,7 @@ class RosBench:
 
     # services
     async def call(self, kind: type, name: str, /, **fields: Any) -> Any:
-        """Call a service; PlanFailed when it is not there or says no."""
+        """Call a service; PlanFailed when it is not there, says no, or leaves unanswered."""
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self.node.create_client(kind, name)
@@ -188,7 +191,7 @@ class RosBench:
             axis = AXIS_OF.get(name.split("/")[1])
             hint = f" (bench --axes {axis})" if axis else ""
             raise S.PlanFailed(f"{name}: the service is not there; is its node running?{hint}")
-        response = await client.call_async(kind.Request(**fields))
+        response = await self._asking.ask(client, kind.Request(**fields))
         accepted = getattr(response, "accepted", getattr(response, "success", True))
         if not accepted:
             reason = getattr(response, "reason", "") or getattr(response, "message", "")
