@@ -27,7 +27,7 @@ from flatplank_analysis.identify import (
 )
 from flatplank_analysis.identify.carcass_report import brush_bias
 from flatplank_analysis.identify.mean_response import asymptotes, balanced
-from flatplank_analysis.identify.steady_curve import curve_law, slope_weights
+from flatplank_analysis.identify.steady_curve import curve_law, slope_lack, slope_weights
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.nonlinear import NonlinearY
@@ -265,6 +265,27 @@ def test_slope_at_zero_of_a_curve_that_bends_from_the_start() -> None:
     np.testing.assert_allclose(two.values[1], 2.0 * two.values[0], rtol=1e-12, atol=1e-9)
     # With one pair of levels only the slope between them is known.
     assert slope_weights(slips[2:5]) @ force[2:5] == pytest.approx(9.5e4 * 0.92)
+    assert slope_lack(slips) == ""
+    assert slope_lack(slips[2:5]).startswith("a second pair of slips")
+
+
+@pytest.mark.parametrize("side", [slice(3, None), slice(None, 4)])
+def test_slope_at_zero_of_one_sign_of_slip(side: slice) -> None:
+    slips = np.array([-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05])[side]
+    force = 40.0 + 9.5e4 * slips * (1.0 - 8.0 * np.abs(slips))
+    assert slope_weights(slips) @ force == pytest.approx(9.5e4)
+    assert slope_lack(slips) == ""
+    np.testing.assert_allclose(curve_law(slips, force).force(slips[None])[0][0], force, atol=2.0)
+    assert slope_lack(np.array([0.01, 0.02, 0.05])).startswith("a run without slip")
+
+
+def test_carcass_of_one_pair_of_slips_says_what_it_does_not_know() -> None:
+    runs = simulate_runs(Truth(), np.random.default_rng(5), slips=(-0.05, 0.0, 0.05))
+    found = fit_carcass(runs)
+    for estimate in (found.c_cx, found.slip_stiffness, found.sigma_x):
+        assert not estimate.determined and "a second pair of slips" in estimate.note
+    said = next(c for c in found.confusions if "slip_stiffness" in c.names)
+    assert said.statement.startswith("3 slip levels") and said.remedy.startswith("add a second")
 
 
 def test_model_bias_on_bristles_is_stated() -> None:

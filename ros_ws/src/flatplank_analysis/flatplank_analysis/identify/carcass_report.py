@@ -16,7 +16,7 @@ from .noise import ARNoise
 from .quality import is_transient
 from .results import Confusion, Estimate, to_plain
 from .runs import StepRun
-from .steady_curve import SteadyCurve
+from .steady_curve import SteadyCurve, slope_lack
 
 
 @dataclass(frozen=True)
@@ -135,8 +135,11 @@ def _estimate(
     effective = np.sum(share) ** 2 / max(float(np.sum(share**2)), 1e-300)
     dof = float(max(effective / correction, 2.0))
     held = bool(edge) and name != "slip_stiffness"
+    lack = slope_lack(state.problem.curve.kappa)
+    known = not held and not lack
+    note = f"not determined: needs {lack}" if lack else ""
     at_bound = edge if name == "c_cx" else ""
-    return Estimate(name, value, UNITS[name], error, dof, at_bound, determined=not held)
+    return Estimate(name, value, UNITS[name], error, dof, at_bound, known, note=note)
 
 
 def _curve_errors(state: JointState) -> np.ndarray:
@@ -190,6 +193,18 @@ def _confusions(runs: Sequence[StepRun], curve: SteadyCurve, edge: str) -> tuple
                 1.0,
                 "no slip level was repeated: scatter between runs is not in the standard errors",
                 "repeat each slip level at another start angle",
+            )
+        )
+    lack = slope_lack(curve.kappa)
+    if lack:
+        found.append(
+            Confusion(
+                ("slip_stiffness", "bend of the steady curve"),
+                1.0,
+                f"{len(curve.kappa)} slip levels do not tell the slope of the steady curve at zero"
+                " slip from its bend: slip stiffness and relaxation length come out too small, "
+                "the carcass too stiff",
+                f"add {lack}",
             )
         )
     if edge:

@@ -42,22 +42,27 @@ def slope_weights(kappa: np.ndarray) -> np.ndarray:
     """What each level's force contributes to the slope at zero slip (k,).
 
     The slope between the levels next to zero is too low, since the curve bends from the start:
-    F = K kappa (1 - q |kappa|) in the brush model. With a second pair of levels K is extrapolated.
+    F = K kappa (1 - q |kappa|) in the brush model. K is extrapolated, with a second pair of levels
+    or, on one side, from zero and two levels. Fewer give the secant (see `slope_lack`).
     """
-    pairs = _pairs(kappa)
-    if not pairs:
-        weights = np.zeros(len(kappa))
-        weights[[0, -1]] = np.array([-1.0, 1.0]) / (kappa[-1] - kappa[0])
-        return weights
-    secants, reach = [], []
-    for low, high in pairs:
-        secant = np.zeros(len(kappa))
-        secant[[low, high]] = np.array([-1.0, 1.0]) / (kappa[high] - kappa[low])
-        secants.append(secant)
-        reach.append(0.5 * (kappa[high] - kappa[low]))
-    if len(pairs) == 1:
-        return secants[0]
-    return (secants[0] * reach[1] - secants[1] * reach[0]) / (reach[1] - reach[0])
+    pairs, side = _pairs(kappa), _side(kappa)
+    if len(pairs) > 1:
+        secants = [_secant(kappa, low, high) for low, high in pairs]
+        reach = [0.5 * (kappa[high] - kappa[low]) for low, high in pairs]
+        return (secants[0] * reach[1] - secants[1] * reach[0]) / (reach[1] - reach[0])
+    if side:
+        return _parabola(kappa, side)
+    low, high = pairs[0] if pairs else (0, len(kappa) - 1)
+    return _secant(kappa, low, high)
+
+
+def slope_lack(kappa: np.ndarray) -> str:
+    """What is missing for the slope at zero slip; empty when the levels tell it."""
+    if len(_pairs(kappa)) > 1 or _side(kappa):
+        return ""
+    if _pairs(kappa):
+        return "a second pair of slips, braking and driving"
+    return "a run without slip and two small slips of one sign"
 
 
 def curve_law(kappa: np.ndarray, force: np.ndarray) -> TableLaw:
@@ -66,17 +71,18 @@ def curve_law(kappa: np.ndarray, force: np.ndarray) -> TableLaw:
     Half-way between zero and its neighbours a point is put on F = F0 + K kappa (1 - q |kappa|).
     """
     zero = int(np.argmin(np.abs(kappa)))
-    pairs = _pairs(kappa)
-    if len(pairs) < 2 or abs(kappa[zero]) > NEAR_ZERO:
+    pairs, side = _pairs(kappa), _side(kappa)
+    if abs(kappa[zero]) > NEAR_ZERO or (len(pairs) < 2 and not side):
         return table_law(kappa, force)
     values = np.atleast_2d(force)
     slope = values @ slope_weights(kappa)
-    low, high = pairs[0]
+    low, high = pairs[0] if len(pairs) > 1 else sorted(side[:2])
     secant = (values[:, high] - values[:, low]) / (kappa[high] - kappa[low])
-    bend = (slope - secant) / (0.5 * (kappa[high] - kappa[low]))
+    reach = max(abs(kappa[low]), abs(kappa[high]))
+    bend = (slope - secant) / (0.5 * (kappa[high] - kappa[low]) if len(pairs) > 1 else reach)
     middle = values[:, zero] - slope * kappa[zero]
     points, added = [], []
-    for level in (low, high):
+    for level in {low, high} - {zero}:
         end, half = kappa[level], 0.5 * kappa[level]
         miss = values[:, level] - (middle + slope * end - bend * end * abs(end))
         points.append(half)
@@ -92,6 +98,30 @@ def _pairs(kappa: np.ndarray) -> list[tuple[int, int]]:
     low = np.flatnonzero(kappa < -NEAR_ZERO)[::-1]
     high = np.flatnonzero(kappa > NEAR_ZERO)
     return [(int(i), int(j)) for i, j in zip(low[:2], high[:2], strict=False)]
+
+
+def _side(kappa: np.ndarray) -> tuple[int, ...]:
+    """Zero and the two levels next to it on the side that has two; empty without them."""
+    zero = int(np.argmin(np.abs(kappa)))
+    if abs(kappa[zero]) > NEAR_ZERO:
+        return ()
+    sides = (np.flatnonzero(kappa > NEAR_ZERO), np.flatnonzero(kappa < -NEAR_ZERO)[::-1])
+    found = [side for side in sides if len(side) > 1]
+    return (zero, *(int(i) for i in found[0][:2])) if found else ()
+
+
+def _secant(kappa: np.ndarray, low: int, high: int) -> np.ndarray:
+    weights = np.zeros(len(kappa))
+    weights[[low, high]] = np.array([-1.0, 1.0]) / (kappa[high] - kappa[low])
+    return weights
+
+
+def _parabola(kappa: np.ndarray, side: tuple[int, ...]) -> np.ndarray:
+    """Slope at zero slip of the parabola through three levels."""
+    weights = np.zeros(len(kappa))
+    powers = np.vander(kappa[list(side)], 3, increasing=True)
+    weights[list(side)] = np.linalg.solve(powers.T, np.array([0.0, 1.0, 0.0]))
+    return weights
 
 
 def steady_curve(runs: Sequence[StepRun], fits: Sequence[LinearFit]) -> SteadyCurve:
