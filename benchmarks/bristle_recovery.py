@@ -16,8 +16,8 @@ from plant_points import analyse_runs, simulate_point
 
 from flatplank_analysis.data.info import RunInfo
 from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
-from flatplank_analysis.report.tables import radius_values
 from flatplank_analysis.steady.contact import fit_contact_length
 from flatplank_analysis.steady.stiffness import vertical_stiffness
 from flatplank_hw.plant.config import PlantConfig

@@ -14,7 +14,7 @@ from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.report.analysis import analyse
-from flatplank_analysis.report.more_tables import MORE
+from flatplank_analysis.report.machine_tables import MACHINE_TABLES
 from flatplank_analysis.report.tables import all_tables
 
 SIGMA_Y, STIFFNESS_Y = 0.35, 6.0e4
@@ -76,7 +76,7 @@ def column(table, name: str) -> list:
 
 
 def test_all_of_them_are_there(tables, result):
-    assert {make(result).name for make in MORE} <= set(tables)
+    assert {make(result).name for make in MACHINE_TABLES} <= set(tables)
     names = {f.name for group in make_figures(result).values() for f in group}
     assert {"transmission", "lateral_start", "friction_torque"} <= names
 

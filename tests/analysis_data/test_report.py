@@ -22,7 +22,8 @@ from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report import write
 from flatplank_analysis.report.analysis import analyse
-from flatplank_analysis.report.tables import all_tables, radius_values
+from flatplank_analysis.report.radii import radius_values
+from flatplank_analysis.report.tables import all_tables
 
 SLIPS = (-0.02, -0.01, 0.0, 0.01, 0.02)
 

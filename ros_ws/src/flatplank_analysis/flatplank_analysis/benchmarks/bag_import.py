@@ -7,10 +7,7 @@ and drops them. The cache is not used.
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 from mcap.reader import make_reader
@@ -18,6 +15,7 @@ from mcap.reader import make_reader
 from ..data.bags.topics import RUN_TOPIC, topic_map
 from ..data.readers.bag import import_bag
 from ..errors import FlatplankError
+from .command import command
 
 
 def bags_of(folder: Path) -> list[Path]:
@@ -61,19 +59,7 @@ def measure(folder: Path, repeats: int = 3) -> dict[str, float]:
     }
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the numbers."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="campaign folder with bags")
-    parser.add_argument("--json", action="store_true")
-    chosen = parser.parse_args(arguments)
-    numbers = measure(chosen.folder)
-    if chosen.json:
-        print(json.dumps(numbers))
-        return
-    for name, value in numbers.items():
-        print(f"{name:24s} {value:.6g}")
-
+main = command(__doc__, lambda chosen: measure(chosen.folder), folder=Path)
 
 if __name__ == "__main__":
     main()

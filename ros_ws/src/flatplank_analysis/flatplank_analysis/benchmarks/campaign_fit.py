@@ -8,12 +8,9 @@ The tables (44,000 samples each) are written to a temporary folder first; writin
 
 from __future__ import annotations
 
-import argparse
-import json
 import resource
 import tempfile
 import time
-from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -27,6 +24,7 @@ from ..identify.campaign import fit_campaign
 from ..identify.fit_file import FitFile
 from ..identify.runs import StepRun, step_run
 from .campaigns import SLIPS, Truth, simulate_runs
+from .command import command
 
 RADIUS = 0.311
 STEP = 1.5
@@ -119,20 +117,7 @@ def measure(runs: int = 800, workers: int = 2) -> dict[str, float]:
     return numbers
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the numbers."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=800)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--json", action="store_true")
-    chosen = parser.parse_args(arguments)
-    numbers = measure(chosen.runs, chosen.workers)
-    if chosen.json:
-        print(json.dumps(numbers))
-        return
-    for name, value in numbers.items():
-        print(f"{name:24s} {value:.6g}")
-
+main = command(__doc__, lambda chosen: measure(chosen.runs, chosen.workers), runs=800, workers=2)
 
 if __name__ == "__main__":
     main()

@@ -6,15 +6,13 @@ python -m flatplank_analysis.benchmarks.magic_formula
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
-from collections.abc import Sequence
 
 import numpy as np
 
 from ..models.magic_formula import DEFAULTS, Coefficients, steady_forces
 from ..models.registry import shipped_tir
+from .command import command
 
 COUNT = 1_000_000
 
@@ -42,17 +40,7 @@ def measure(count: int = COUNT, repeats: int = 3) -> dict[str, float]:
     return {"evaluations": count, "time_s": min(times), "per_second": count / min(times)}
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the numbers."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    numbers = measure()
-    if parser.parse_args(arguments).json:
-        print(json.dumps(numbers))
-        return
-    for name, value in numbers.items():
-        print(f"{name:24s} {value:.6g}")
-
+main = command(__doc__, lambda _: measure())
 
 if __name__ == "__main__":
     main()

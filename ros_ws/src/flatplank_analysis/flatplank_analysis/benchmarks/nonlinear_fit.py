@@ -9,10 +9,8 @@ both times, their ratio, and how far the two optima lie apart.
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -21,6 +19,7 @@ from scipy.optimize import minimize
 from ..identify.carcass_problem import CarcassProblem, carcass_problem, search_carcass
 from ..models.contact import LOWEST_SHARE
 from .campaigns import Truth, simulate_runs
+from .command import command
 
 OPTIONS = {"method": "LSODA", "rtol": 1e-6, "atol": 1e-9}
 """Of solve_ivp: its fastest method here; the default tolerance misses the optimum by 4e-4."""
@@ -104,19 +103,7 @@ def measure(repeats: int = 5, seed: int = 1) -> dict[str, float]:
     }
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the numbers."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--json", action="store_true")
-    chosen = parser.parse_args(arguments)
-    numbers = measure(chosen.repeats)
-    if chosen.json:
-        print(json.dumps(numbers))
-        return
-    for name, value in numbers.items():
-        print(f"{name:24s} {value:.6g}")
-
+main = command(__doc__, lambda chosen: measure(chosen.repeats), repeats=5)
 
 if __name__ == "__main__":
     main()

@@ -14,9 +14,9 @@ from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import PALETTE
 from flatplank_analysis.models.magic_formula import operating_point, steady
 from flatplank_analysis.models.magic_formula.structure import effective_radius
-from flatplank_analysis.report.more_tables import friction_of
+from flatplank_analysis.report.machine_tables import friction_of
+from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult, PointResult
-from flatplank_analysis.report.tables import radius_values
 
 SPEED = 0.03
 

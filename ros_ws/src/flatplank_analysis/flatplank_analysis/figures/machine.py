@@ -14,8 +14,8 @@ from flatplank_analysis.figures.style import INK, PALETTE
 from flatplank_analysis.models.magic_formula import operating_point
 from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.post.settling import ExponentialFit
+from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
-from flatplank_analysis.report.tables import radius_values
 
 
 @maker("radius")

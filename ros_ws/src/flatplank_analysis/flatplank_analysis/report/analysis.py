@@ -19,6 +19,7 @@ from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
 from flatplank_analysis.identify.linear import linear_run
 from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
+from flatplank_analysis.models.contact import TOYO, ContactGeometry
 from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.post.filtering import low_pass
@@ -27,6 +28,7 @@ from flatplank_analysis.post.slip import StepFacts, step_facts
 from flatplank_analysis.report.beside import Beside, beside, lateral_result
 from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.extras import other_measurements
+from flatplank_analysis.report.geometry import geometry_of
 from flatplank_analysis.report.magic import fit_points, mf_curves
 from flatplank_analysis.report.results import (
     CampaignResult,
@@ -70,6 +72,7 @@ class PointJob:
     point: Condition
     runs: Sequence[Run]
     nonlinear: bool = True
+    geometry: ContactGeometry = TOYO
 
 
 def analyse(
@@ -82,7 +85,9 @@ def analyse(
     progress: Progress | None = None,
 ) -> CampaignResult:
     """All results of a campaign. Raises when no run could be used."""
-    work = point_jobs(campaign, nonlinear)
+    extras = other_measurements(campaign)
+    geometry = geometry_of(extras, _tire(campaign))
+    work = point_jobs(campaign, nonlinear, geometry.contact)
     points: list[PointResult] = []
     with open_executor(jobs, scheduler) as executor:
         for done, result in enumerate(executor.map(analyse_point, work), start=1):
@@ -91,14 +96,15 @@ def analyse(
                 campaign.note(problem)
             if progress:
                 progress(done, len(work), result.point.label())
-    extras = other_measurements(campaign)
     if not any(p.conditions or p.radii for p in points) and not extras:
         first = f" (first: {campaign.problems[0]})" if campaign.problems else ""
         raise NothingUsableError(
             f"no run could be used{first}", campaign.path, "see the problems of its files"
         )
     problems = tuple(campaign.problems)
-    result = CampaignResult(campaign.path, _tire(campaign), points, problems, extras)
+    result = CampaignResult(
+        campaign.path, _tire(campaign), points, problems, extras, geometry=geometry
+    )
     return _with_magic(result) if magic else result
 
 
@@ -121,14 +127,16 @@ def _tire(campaign: Campaign) -> str:
     return campaign.tire or next((info.tire for info in campaign.infos if info.tire), "")
 
 
-def point_jobs(campaign: Campaign, nonlinear: bool = True) -> list[PointJob]:
+def point_jobs(
+    campaign: Campaign, nonlinear: bool = True, geometry: ContactGeometry = TOYO
+) -> list[PointJob]:
     """Rolling runs by operating point; free-rolling runs go with the slip runs of their point."""
     groups: dict[Condition, list[Run]] = {}
     for condition, runs in campaign.conditions().items():
         if condition.measurement in ROLLING:
             point = condition.operating_point._replace(measurement="slip")
             groups.setdefault(point, []).extend(runs)
-    return [PointJob(point, tuple(runs), nonlinear) for point, runs in groups.items()]
+    return [PointJob(point, tuple(runs), nonlinear, geometry) for point, runs in groups.items()]
 
 
 def analyse_point(job: PointJob) -> PointResult:
@@ -156,8 +164,8 @@ def analyse_point(job: PointJob) -> PointResult:
         models["linear"] = linear_curves(conditions)
     if job.nonlinear and steps:
         try:
-            carcass = fit_carcass(steps)
-            models["nonlinear"] = nonlinear_curves(carcass, conditions, steps)
+            carcass = fit_carcass(steps, geometry=job.geometry)
+            models["nonlinear"] = nonlinear_curves(carcass, conditions, steps, job.geometry)
         except FlatplankError as error:
             why = str(error)
     steady = points_from_runs(steps) if steps else None
@@ -275,13 +283,16 @@ def linear_curves(conditions: Sequence[ConditionResult]) -> ModelCurves:
 
 
 def nonlinear_curves(
-    fit: CarcassFit, conditions: Sequence[ConditionResult], steps: Sequence[StepRun]
+    fit: CarcassFit,
+    conditions: Sequence[ConditionResult],
+    steps: Sequence[StepRun],
+    geometry: ContactGeometry,
 ) -> ModelCurves:
     """The nonlinear model of every condition: mean of its runs' responses."""
     law = fit.curve.law()
     load = float(np.mean([run.mean_load for run in steps]))
     mu = float(np.max(np.abs(fit.curve.force))) / load
-    model = NonlinearX(lambda _: law, friction=mu)
+    model = NonlinearX(lambda _: law, geometry, mu)
     stiffness = np.array([[fit.c_cx.value]])
     curves, errors = {}, {}
     for c in conditions:

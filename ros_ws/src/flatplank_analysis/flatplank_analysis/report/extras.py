@@ -108,6 +108,7 @@ def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mappin
             "q_ra2": fit.q_ra2,
             "r_0": fit.radius,
             "rmse": fit.rmse,
+            "remark": "" if fit.both else "q_ra2 not determined by one load: held at 0",
         }
     return out
 

@@ -11,8 +11,9 @@ from typing import Any
 from jinja2 import Environment
 
 from flatplank_analysis.figures.spec import Figure
+from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
-from flatplank_analysis.report.tables import Table, radius_values
+from flatplank_analysis.report.table import Table
 
 LONG_TABLE = 30
 """rows from which a table is folded"""
@@ -42,7 +43,14 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
 TABLES_OF = {
     "measurements": ("steps",),
     "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf"),
-    "parameters": ("linear", "carcass", "lateral", "magic_formula", "relative_error"),
+    "parameters": (
+        "linear",
+        "model_parameters",
+        "carcass",
+        "lateral",
+        "magic_formula",
+        "relative_error",
+    ),
     "radius": ("rolling_radius", "radius_sources", "settling"),
     "machine": ("longitudinal_stiffness", "transmission", "friction_torque"),
 }

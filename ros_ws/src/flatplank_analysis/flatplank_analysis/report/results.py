@@ -19,6 +19,7 @@ from flatplank_analysis.identify.mf.points import SteadyPoints
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.post.slip import StepFacts
 from flatplank_analysis.report.beside import Beside
+from flatplank_analysis.report.geometry import Geometry
 from flatplank_analysis.steady.rolling_radius import RadiusRun
 
 
@@ -113,6 +114,7 @@ class CampaignResult:
     """results of other measurements by name: vertical_stiffness, contact_length, ..."""
     magic: MFFit | None = None
     why_no_magic: str = ""
+    geometry: Geometry = field(default_factory=Geometry)
 
     @property
     def conditions(self) -> list[ConditionResult]:

@@ -1,182 +1,83 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of the thesis for any campaign; also as CSV."""
+"""Tables of chapters 6 and 7: steps, models and their parameters; also as CSV."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from flatplank_analysis.data.info import Condition
-from flatplank_analysis.report.results import CampaignResult
-from flatplank_analysis.report.steps import slip_stiffness
-from flatplank_analysis.steady.value import Value, mean_value
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of texts and numbers under a header."""
-
-    name: str
-    title: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str | float]]
-    note: str = ""
-
-    def csv(self) -> str:
-        """All digits."""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(self.header)
-        for row in self.rows:
-            writer.writerow([f"{c:.10g}" if isinstance(c, float) else c for c in row])
-        return stream.getvalue()
-
-
-@dataclass(frozen=True)
-class RadiusValue:
-    """r_e of one operating point from one source."""
-
-    point: Condition
-    source: str
-    measured: Value
-    """as (5.22) gives it [m]"""
-    corrected: Value
-    """at Fx = 0 [m]"""
-    force: float
-    """mean Fx during it [N]"""
-    slip_stiffness: float = math.nan
-    """with which it was corrected [N]"""
-    starts: int = 1
-    """different start angles"""
-
-
-def radius_values(result: CampaignResult) -> list[RadiusValue]:
-    """r_e by operating point and source; corrected with the slip stiffness of that point."""
-    groups: dict[tuple[Condition, str], list] = {}
-    for run in result.radii:
-        point = run.condition.operating_point._replace(measurement="slip")
-        groups.setdefault((point, run.source), []).append(run)
-    stiffness = {p.point: slip_stiffness(p) for p in result.points}
-    known = [v for v in stiffness.values() if math.isfinite(v)]
-    out = []
-    for (point, source), runs in groups.items():
-        c = stiffness.get(point, math.nan)
-        if not math.isfinite(c) and known:
-            c = sum(known) / len(known)
-        corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
-        force = mean_value(_per_start([r.force for r in runs], [r.start for r in runs])).value
-        note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
-        angles = [r.start for r in runs]
-        measured = mean_value(_per_start([r.radius for r in runs], angles))
-        known_c = mean_value(_per_start(corrected, angles), note)
-        starts = len({r.start for r in runs})
-        out.append(RadiusValue(point, source, measured, known_c, force, c, starts))
-    return out
-
-
-def _per_start(values: Sequence[float], starts: Sequence[int]) -> list[float]:
-    """Values, or the means of the start angles where these have different numbers of runs."""
-    groups: dict[int, list[float]] = {}
-    for value, start in zip(values, starts, strict=True):
-        groups.setdefault(start, []).append(value)
-    if len({len(g) for g in groups.values()}) < 2:
-        return list(values)
-    return [sum(g) / len(g) for g in groups.values()]
+from flatplank_analysis.identify.results import Estimate
+from flatplank_analysis.report.machine_tables import MACHINE_TABLES
+from flatplank_analysis.report.radii import radius_table, source_table
+from flatplank_analysis.report.results import CampaignResult, ConditionResult
+from flatplank_analysis.report.table import POINT_COLUMNS, Cell, Table, point_cells, point_table
+from flatplank_analysis.steady.contact import friction
 
 
 def all_tables(result: CampaignResult) -> list[Table]:
     """What there is to tell, in the order of the report."""
     tables = [step_table(result), linear_table(result), *rmse_tables(result)]
-    tables += [carcass_table(result), magic_table(result), relative_error_table(result)]
-    tables += [radius_table(result), settling_table(result)]
-    # they use what stands here
-    from flatplank_analysis.report.more_tables import MORE
-
-    tables += [make(result) for make in MORE]
+    makers = (geometry_table, carcass_table, magic_table, relative_error_table, radius_table)
+    makers += (settling_table, *MACHINE_TABLES, source_table)
+    tables += [make(result) for make in makers]
     return [t for t in tables if len(t.rows)]
 
 
-def point_cells(point: Condition) -> list[str | float]:
-    """The operating point as the first cells of a row."""
-    values = (point.fz, point.pressure, point.alpha_deg, point.gamma_deg)
-    return [f"{v:.10g}" for v in values]
-
-
-POINT_COLUMNS = ("Fz [N]", "p [bar]", "α [°]", "γ [°]")
+def remark_of(*estimates: Estimate) -> str:
+    """What stands in the way of these numbers; empty when nothing does."""
+    told = []
+    for e in estimates:
+        if not e.determined:
+            told.append(e.note or "not determined")
+        elif e.at_bound:
+            told.append(f"{e.name} at its {e.at_bound} bound")
+    return "; ".join(dict.fromkeys(told))
 
 
 def step_table(result: CampaignResult) -> Table:
     """Table 6.3."""
-    rows = [
-        [
-            *point_cells(c.condition),
-            f"{100.0 * c.condition.kappa:.10g}",
-            100.0 * c.facts.kappa_before,
-            100.0 * c.facts.kappa_actual,
-            100.0 * c.facts.load_change,
-            1e3 * c.facts.speed_before,
-            1e3 * c.facts.speed_after,
-            str(len(c.names)),
-            c.max_scatter(),
-            "yes" if c.linear.settled else "no",
-        ]
-        for c in result.conditions
-    ]
-    header = (
-        *POINT_COLUMNS,
-        "κ desired [%]",
-        "κ before [%]",
-        "κ actual [%]",
-        "ΔFz [%]",
-        "V before [mm/s]",
-        "V after [mm/s]",
-        "runs",
-        "largest std of Fx [N]",
-        "settled",
+    columns = (
+        ("κ desired [%]", lambda c: f"{100.0 * c.condition.kappa:.10g}"),
+        ("κ before [%]", lambda c: 100.0 * c.facts.kappa_before),
+        ("κ actual [%]", lambda c: 100.0 * c.facts.kappa_actual),
+        ("ΔFz [%]", lambda c: 100.0 * c.facts.load_change),
+        ("V before [mm/s]", lambda c: 1e3 * c.facts.speed_before),
+        ("V after [mm/s]", lambda c: 1e3 * c.facts.speed_after),
+        ("runs", lambda c: str(len(c.names))),
+        ("largest std of Fx [N]", lambda c: c.max_scatter()),
+        ("settled", lambda c: "yes" if c.linear.settled else "no"),
     )
+    rows = [(c.condition, c) for c in result.conditions]
     note = "Slip from turned angle and travelled road; the standard deviation is over the runs."
-    return Table("steps", "Steps as they were (Table 6.3)", header, rows, note)
+    return point_table("steps", "Steps as they were (Table 6.3)", rows, columns, note)
 
 
 def linear_table(result: CampaignResult) -> Table:
     """Figure 7.3 and Table 7.1 as numbers."""
-    rows = []
-    for c in result.conditions:
-        fit = c.linear
-        rows.append(
-            [
-                *point_cells(c.condition),
-                f"{100.0 * c.condition.kappa:.10g}",
-                fit.sigma.value,
-                fit.sigma.std_error,
-                1e-3 * fit.slip_stiffness.value,
-                1e-3 * fit.slip_stiffness.std_error,
-                fit.steady_force.value,
-                fit.steady_force.std_error,
-                fit.correlation,
-                fit.rmse_transient,
-            ]
-        )
-    header = (
-        *POINT_COLUMNS,
-        "κ [%]",
-        "σx [m]",
-        "± [m]",
-        "C′Fκ [kN]",
-        "± [kN]",
-        "Fx,ss [N]",
-        "± [N]",
-        "corr(σ, F)",
-        "RMSE [N]",
+    columns = (
+        ("κ [%]", lambda c: f"{100.0 * c.condition.kappa:.10g}"),
+        ("σx [m]", lambda c: c.linear.sigma.value),
+        ("± [m]", lambda c: c.linear.sigma.std_error),
+        ("C′Fκ [kN]", lambda c: 1e-3 * c.linear.slip_stiffness.value),
+        ("± [kN]", lambda c: 1e-3 * c.linear.slip_stiffness.std_error),
+        ("Fx,ss [N]", lambda c: c.linear.steady_force.value),
+        ("± [N]", lambda c: c.linear.steady_force.std_error),
+        ("corr(σ, F)", lambda c: c.linear.correlation),
+        ("RMSE [N]", lambda c: c.linear.rmse_transient),
+        ("remark", _linear_remark),
     )
     note = (
         "Linear transient model (7.11) of the mean of the runs. The asymptote is fitted together "
         "with σx; ± is one standard error with autocorrelated noise. RMSE over the transient part."
     )
-    return Table("linear", "Linear transient model (Table 7.1)", header, rows, note)
+    rows = [(c.condition, c) for c in result.conditions]
+    return point_table("linear", "Linear transient model (Table 7.1)", rows, columns, note)
+
+
+def _linear_remark(c: ConditionResult) -> str:
+    told = remark_of(c.linear.sigma, c.linear.slip_stiffness, c.linear.steady_force)
+    late = "" if c.linear.settled else "not settled: the asymptote is an extrapolation"
+    return "; ".join(text for text in (told, late) if text)
 
 
 def rmse_tables(result: CampaignResult) -> list[Table]:
@@ -185,7 +86,7 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
     levels = sorted({c.condition.kappa for c in result.conditions})
     out = []
     for name in names:
-        rows = []
+        rows: list[list[Cell]] = []
         for point in result.points:
             model = point.models.get(name)
             if model is None:
@@ -199,59 +100,69 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
     return out
 
 
+def geometry_table(result: CampaignResult) -> Table:
+    """Table 7.2: what the nonlinear model knows beside the carcass stiffness."""
+    fits = [p.carcass for p in result.points if p.carcass is not None]
+    if not fits:
+        return Table("model_parameters", "", (), ())
+    g, c = result.geometry, result.geometry.contact
+    deep = [s for s in result.conditions if _deep(s)]
+    mu = friction(
+        [s.linear.steady_force.value for s in deep],
+        [s.facts.fz_after for s in deep],
+    )
+    rows: list[list[Cell]] = [
+        ["m_c", 1.0, "kg", "not fitted: quasi-static, as if it were 0"],
+        ["r_0", c.free_radius, "m", g.source("free_radius")],
+        ["μ", mu, "-", "mean |Fx,ss|/Fz at ±10 % (the fits: largest of their point)"],
+        ["q_ra1", c.q_ra1, "-", g.source("q_ra1")],
+        ["q_ra2", c.q_ra2, "-", g.source("q_ra2")],
+        ["C_z0", c.vertical_stiffness, "N/m", g.source("vertical_stiffness")],
+        ["p_Fz1", c.pressure_effect, "-", g.source("pressure_effect")],
+    ]
+    nominal = result.nominal()
+    if nominal is not None and nominal.carcass is not None:
+        fit = nominal.carcass
+        tied = fit.slip_stiffness.value / (2.0 * fit.half_length**2)
+        rows.append(["c_px", tied, "N/m²", "tied: 2 c_px a² = C_Fκ at the nominal point"])
+    note = "At the nominal pressure. A number that was not measured is the thesis's."
+    title = "Parameters of the nonlinear model (Table 7.2)"
+    return Table("model_parameters", title, ("parameter", "value", "unit", "from"), rows, note)
+
+
+def _deep(c: ConditionResult) -> bool:
+    straight = not c.condition.alpha_deg and not c.condition.gamma_deg
+    return straight and math.isclose(abs(c.condition.kappa), 0.1, abs_tol=1e-6)
+
+
 def carcass_table(result: CampaignResult) -> Table:
     """Figures 7.24, 7.25 as numbers."""
-    rows = []
-    for point in result.points:
-        fit = point.carcass
-        if fit is None:
-            continue
-        rows.append(
-            [
-                *point_cells(point.point),
-                1e-3 * fit.c_cx.value,
-                1e-3 * fit.c_cx.std_error,
-                1e-3 * fit.slip_stiffness.value,
-                fit.sigma_x.value,
-                fit.sigma_x.std_error,
-                1e3 * fit.half_length,
-                100.0 * fit.model_bias["c_cx"],
-                100.0 * fit.model_bias["sigma_x"],
-                1e-3 * fit.without_bias()["c_cx"],
-                fit.without_bias()["sigma_x"],
-                fit.c_cx.at_bound or "no",
-            ]
-        )
-    header = (
-        *POINT_COLUMNS,
-        "c_cx [kN/m]",
-        "± [kN/m]",
-        "CFκ [kN]",
-        "σx (7.27) [m]",
-        "± [m]",
-        "a [mm]",
-        "model's bias of c_cx [%]",
-        "of σx [%]",
-        "c_cx without it [kN/m]",
-        "σx without it [m]",
-        "at bound",
+    columns = (
+        ("c_cx [kN/m]", lambda f: 1e-3 * f.c_cx.value),
+        ("± [kN/m]", lambda f: 1e-3 * f.c_cx.std_error),
+        ("CFκ [kN]", lambda f: 1e-3 * f.slip_stiffness.value),
+        ("σx (7.27) [m]", lambda f: f.sigma_x.value),
+        ("± [m]", lambda f: f.sigma_x.std_error),
+        ("a [mm]", lambda f: 1e3 * f.half_length),
+        ("model's bias of c_cx [%]", lambda f: 100.0 * f.model_bias["c_cx"]),
+        ("of σx [%]", lambda f: 100.0 * f.model_bias["sigma_x"]),
+        ("c_cx without it [kN/m]", lambda f: 1e-3 * f.without_bias()["c_cx"]),
+        ("σx without it [m]", lambda f: f.without_bias()["sigma_x"]),
+        ("at bound", lambda f: f.c_cx.at_bound or "no"),
+        ("remark", lambda f: remark_of(f.c_cx, f.slip_stiffness, f.sigma_x)),
     )
     note = (
         "Nonlinear contact patch model, one carcass stiffness per operating point (7.25, 7.26). "
         "The model's own bias is what it finds too much on a tread of bristles at small slip."
     )
-    return Table("carcass", "Carcass stiffness", header, rows, note)
+    rows = [(p.point, p.carcass) for p in result.points if p.carcass is not None]
+    return point_table("carcass", "Carcass stiffness", rows, columns, note)
 
 
 def magic_table(result: CampaignResult) -> Table:
     """Table I.1 with standard errors and what is not determined."""
-    fit = result.magic
-    rows = []
-    for e in fit.estimates.values() if fit else ():
-        remark = "" if e.determined else (e.note or "not determined")
-        if e.at_bound and e.determined:
-            remark = f"at its {e.at_bound} bound"
-        rows.append([e.name, e.value, e.std_error, remark])
+    fitted: Sequence[Estimate] = list(result.magic.estimates.values()) if result.magic else ()
+    rows = [[e.name, e.value, e.std_error, remark_of(e)] for e in fitted]
     note = "Fitted in stages, then jointly per output; fitted.tir beside this page has them all."
     header = ("coefficient", "value", "±", "remark")
     return Table("magic_formula", "Magic Formula (Table I.1)", header, rows, note)
@@ -263,33 +174,6 @@ def relative_error_table(result: CampaignResult) -> Table:
     rows = [[name, 100.0 * value] for name, value in errors.items()]
     note = "Over the steady points that the coefficients were fitted to."
     return Table("relative_error", "Relative error (7.28)", ("output", "e_r [%]"), rows, note)
-
-
-def radius_table(result: CampaignResult) -> Table:
-    """Figures 6.1, 6.2 as numbers, sources side by side."""
-    rows = [
-        [
-            *point_cells(v.point),
-            v.source.replace("_", " "),
-            1e3 * v.measured.value,
-            1e3 * v.measured.std_error,
-            v.force,
-            1e3 * v.corrected.value,
-            str(v.measured.runs),
-        ]
-        for v in radius_values(result)
-    ]
-    header = (
-        *POINT_COLUMNS,
-        "source",
-        "r_e [mm]",
-        "± [mm]",
-        "Fx [N]",
-        "r_e at Fx = 0 [mm]",
-        "runs",
-    )
-    note = "By (5.22). A force F makes a slip F/C_Fκ: r_e at Fx = 0 is r_e (1 + F/C_Fκ)."
-    return Table("rolling_radius", "Effective rolling radius", header, rows, note)
 
 
 def settling_table(result: CampaignResult) -> Table:

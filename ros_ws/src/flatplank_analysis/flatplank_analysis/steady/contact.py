@@ -19,6 +19,8 @@ class ContactLength:
     """r_0 [m]"""
     rmse: float
     """[m]"""
+    both: bool = True
+    """False: one load cannot tell q_ra1 and q_ra2 apart, q_ra2 is held at 0"""
 
     def half_length(self, fz: np.ndarray | float, stiffness: np.ndarray | float) -> np.ndarray:
         """a [m] at load [N] and vertical stiffness [N/m]."""
@@ -41,7 +43,7 @@ def fit_contact_length(
     found, *_ = np.linalg.lstsq(basis, half_length, rcond=None)
     error = float(np.sqrt(np.mean((basis @ found - half_length) ** 2)))
     q_ra2 = float(found[1]) if found.size > 1 else 0.0
-    return ContactLength(float(found[0]), q_ra2, radius, error)
+    return ContactLength(float(found[0]), q_ra2, radius, error, found.size > 1)
 
 
 def friction(steady_forces: np.ndarray, loads: np.ndarray) -> float:

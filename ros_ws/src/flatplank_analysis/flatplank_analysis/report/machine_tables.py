@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables beside the models: side force, stiffness at rest, wheel drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.report.beside import LateralResult
+from flatplank_analysis.report.results import CampaignResult, PointResult
+from flatplank_analysis.report.table import Table, point_table
+from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
+from flatplank_analysis.steady.value import Value, mean_value
+
+
+def friction_of(result: CampaignResult) -> FrictionTorque | None:
+    """M_F from the unloaded turns of the campaign."""
+    found = result.extras.get("friction_torque")
+    if not found:
+        return None
+    return FrictionTorque(found["speed"], found["torque"], found["scatter"])
+
+
+def friction_table(result: CampaignResult) -> Table:
+    """Figure 5.3 as numbers."""
+    curve = friction_of(result)
+    rows = [] if curve is None else np.column_stack([curve.speed, curve.torque, curve.scatter])
+    return Table(
+        "friction_torque",
+        "Friction of the wheel drive",
+        ("motor speed [rad/s]", "friction torque [N m]", "± of a sample [N m]"),
+        [list(map(float, r)) for r in rows],
+        "Motor torque of unloaded turns, mean per speed.",
+    )
+
+
+def efficiencies(states: Sequence[DriveState], curve: FrictionTorque | None) -> Value:
+    """eta by (5.3), mean of the driving runs."""
+    return mean_value([s.efficiency(curve) for s in states] if curve else [])
+
+
+def transmission_table(result: CampaignResult) -> Table:
+    """Figures 5.4 and 5.13 as numbers."""
+    curve = friction_of(result)
+    groups: dict = {}
+    for run in (r for p in result.points for r in p.beside.drive):
+        groups.setdefault(run.condition, []).append(run.state)
+    rows = [(c, (c, groups[c])) for c in sorted(groups, key=lambda c: c.sort_key)]
+
+    def friction(states: Sequence[DriveState]) -> float:
+        return curve(float(np.mean([s.motor_velocity for s in states]))) if curve else math.nan
+
+    columns = (
+        ("κ [%]", lambda r: f"{100.0 * r[0].kappa:.10g}"),
+        ("M_M [N m]", lambda r: float(np.mean([s.motor_torque for s in r[1]]))),
+        ("M_T / i [N m]", lambda r: float(np.mean([s.tire_torque for s in r[1]]))),
+        ("M_F [N m]", lambda r: friction(r[1])),
+        ("η [%]", lambda r: 100.0 * efficiencies(r[1], curve).value),
+        ("± [%]", lambda r: 100.0 * efficiencies(r[1], curve).std_error),
+        ("runs", lambda r: str(len(r[1]))),
+    )
+    lack = "" if curve else " No unloaded turn was measured: without M_F there is no efficiency."
+    note = (
+        "Over the last half metre; η = M_T / (M_M − M_F) (5.3) of driving runs: the slewing drive "
+        f"locks itself, so a braking tire takes no motor torque.{lack}"
+    )
+    title = "Wheel drive: torque and efficiency"
+    return point_table("transmission", title, rows, columns, note)
+
+
+def stiffness_table(result: CampaignResult) -> Table:
+    """Longitudinal stiffness of the standing tire beside that of the rolling one."""
+    found = [
+        (p.point, (mean_value(p.beside.rest_stiffness), rolling_stiffness(p)))
+        for p in result.points
+    ]
+    rows = [(point, it) for point, it in found if it[0].runs or math.isfinite(it[1])]
+    columns = (
+        ("C_x at rest [kN/m]", lambda r: 1e-3 * r[0].value),
+        ("± [kN/m]", lambda r: 1e-3 * r[0].std_error),
+        ("runs", lambda r: str(r[0].runs)),
+        ("C_x rolling [kN/m]", lambda r: 1e-3 * r[1]),
+        ("rest / rolling", lambda r: r[0].value / r[1]),
+    )
+    note = (
+        "At rest: the plank moves and the wheel is still held, while Fx is small. "
+        "Rolling: C_Fκ / σx by (7.27). Play between road and plank makes the first one too small."
+    )
+    title = "Longitudinal stiffness"
+    return point_table("longitudinal_stiffness", title, rows, columns, note)
+
+
+def rolling_stiffness(point: PointResult) -> float:
+    """C_x = C_Fk / sigma_x (7.7) of the carcass fit [N/m], NaN without one."""
+    fit = point.carcass
+    if fit is None or not (fit.sigma_x.determined and fit.slip_stiffness.determined):
+        return math.nan
+    return fit.slip_stiffness.value / fit.sigma_x.value
+
+
+@dataclass(frozen=True)
+class LateralRow:
+    """A lateral transient and the half contact length of its point [m]."""
+
+    found: LateralResult
+    a: float
+
+    @property
+    def spring(self) -> float:
+        """c_cy by (7.27) in y with sigma_c = a [N/m]; NaN when the run does not tell it."""
+        fit = self.found.fit
+        known = fit.settled and fit.sigma.determined and fit.slip_stiffness.determined
+        beyond = fit.sigma.value - self.a
+        return fit.slip_stiffness.value / beyond if known and beyond > 0.0 else math.nan
+
+    @property
+    def remark(self) -> str:
+        """What stands in the way of these numbers."""
+        fit = self.found.fit
+        told = [e.note for e in (fit.sigma, fit.slip_stiffness) if not e.determined]
+        told += [] if fit.settled else ["not settled: the asymptote is an extrapolation"]
+        return "; ".join(dict.fromkeys(told))
+
+
+def lateral_table(result: CampaignResult) -> Table:
+    """Side force from the start of rolling."""
+    columns = (
+        ("σy [m]", lambda r: r.found.fit.sigma.value if not _open(r) else math.nan),
+        ("± [m]", lambda r: r.found.std_error[0]),
+        ("C′Fα [kN/rad]", lambda r: 1e-3 * r.found.fit.slip_stiffness.value),
+        ("± [kN/rad]", lambda r: 1e-3 * r.found.std_error[1] / abs(r.found.fit.kappa)),
+        ("Fy,ss [N]", lambda r: -r.found.fit.steady_force.value),
+        ("± [N]", lambda r: r.found.std_error[1]),
+        ("c_cy [kN/m]", lambda r: 1e-3 * r.spring),
+        ("runs", lambda r: str(r.found.runs)),
+        ("settled", lambda r: "yes" if r.found.fit.settled else "no"),
+        ("remark", lambda r: r.remark),
+    )
+    note = (
+        "The slip angle is set before the road moves: its step is the start. Linear model of Fy "
+        "over tan α up to the slip step, mean of the runs, by itself at every angle. c_cy by "
+        "(7.27) in y with σ_c = a; `flatplank fit --model lateral` takes all angles together."
+    )
+    rows = [
+        (p.point, LateralRow(found, result.geometry.half_length(p.point.fz, p.point.pressure)))
+        for p in result.points
+        if (found := p.beside.lateral) is not None
+    ]
+    return point_table("lateral", "Lateral transient", rows, columns, note)
+
+
+def _open(row: LateralRow) -> bool:
+    return not row.found.fit.sigma.determined
+
+
+MACHINE_TABLES = (lateral_table, stiffness_table, friction_table, transmission_table)

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Effective rolling radius by operating point and source, and why the sources differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from flatplank_analysis.data.info import Condition
+from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report.steps import slip_stiffness
+from flatplank_analysis.report.table import Table, point_table
+from flatplank_analysis.steady.value import Value, mean_value
+
+FLAT = 2e-4
+"""Radii that differ by less agree [-]"""
+
+
+@dataclass(frozen=True)
+class RadiusValue:
+    """r_e of one operating point from one source."""
+
+    point: Condition
+    source: str
+    measured: Value
+    """as (5.22) gives it [m]"""
+    corrected: Value
+    """at Fx = 0 [m]"""
+    force: float
+    """mean Fx during it [N]"""
+    slip_stiffness: float = math.nan
+    """with which it was corrected [N]"""
+    starts: int = 1
+    """different start angles"""
+
+
+def radius_values(result: CampaignResult) -> list[RadiusValue]:
+    """r_e by operating point and source; corrected with the slip stiffness of that point."""
+    groups: dict[tuple[Condition, str], list] = {}
+    for run in result.radii:
+        point = run.condition.operating_point._replace(measurement="slip")
+        groups.setdefault((point, run.source), []).append(run)
+    stiffness = {p.point: slip_stiffness(p) for p in result.points}
+    known = [v for v in stiffness.values() if math.isfinite(v)]
+    out = []
+    for (point, source), runs in groups.items():
+        c = stiffness.get(point, math.nan)
+        if not math.isfinite(c) and known:
+            c = sum(known) / len(known)
+        corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
+        force = mean_value(_per_start([r.force for r in runs], [r.start for r in runs])).value
+        note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
+        angles = [r.start for r in runs]
+        measured = mean_value(_per_start([r.radius for r in runs], angles))
+        known_c = mean_value(_per_start(corrected, angles), note)
+        starts = len({r.start for r in runs})
+        out.append(RadiusValue(point, source, measured, known_c, force, c, starts))
+    return out
+
+
+def _per_start(values: Sequence[float], starts: Sequence[int]) -> list[float]:
+    """Values, or the means of the start angles where these have different numbers of runs."""
+    groups: dict[int, list[float]] = {}
+    for value, start in zip(values, starts, strict=True):
+        groups.setdefault(start, []).append(value)
+    if len({len(g) for g in groups.values()}) < 2:
+        return list(values)
+    return [sum(g) / len(g) for g in groups.values()]
+
+
+def radius_table(result: CampaignResult) -> Table:
+    """Figures 6.1, 6.2 as numbers, sources side by side."""
+    columns = (
+        ("source", lambda v: v.source.replace("_", " ")),
+        ("r_e [mm]", lambda v: 1e3 * v.measured.value),
+        ("± [mm]", lambda v: 1e3 * v.measured.std_error),
+        ("Fx [N]", lambda v: v.force),
+        ("r_e at Fx = 0 [mm]", lambda v: 1e3 * v.corrected.value),
+        ("runs", lambda v: str(v.measured.runs)),
+        ("remark", lambda v: v.corrected.note),
+    )
+    rows = [(v.point, v) for v in radius_values(result)]
+    note = "By (5.22). A force F makes a slip F/C_Fκ: r_e at Fx = 0 is r_e (1 + F/C_Fκ)."
+    return point_table("rolling_radius", "Effective rolling radius", rows, columns, note)
+
+
+@dataclass(frozen=True)
+class RadiusPair:
+    """Two sources of r_e at one operating point."""
+
+    one: RadiusValue
+    other: RadiusValue
+
+    @property
+    def whole(self) -> float:
+        """Relative difference."""
+        return self.one.measured.value / self.other.measured.value - 1.0
+
+    @property
+    def left(self) -> float:
+        """What the force does not explain of it."""
+        return self.one.corrected.value / self.other.corrected.value - 1.0
+
+    @property
+    def as_force(self) -> float:
+        """The remainder as an error of Fx [N]."""
+        return self.left * max(self.one.slip_stiffness, self.other.slip_stiffness)
+
+
+def source_table(result: CampaignResult) -> Table:
+    """The thesis asks why r_e differs between its sources."""
+    groups: dict[Condition, list[RadiusValue]] = {}
+    for value in radius_values(result):
+        groups.setdefault(value.point, []).append(value)
+    rows = [
+        (point, RadiusPair(one, other))
+        for point, values in groups.items()
+        for i, one in enumerate(values)
+        for other in values[i + 1 :]
+    ]
+    columns = (
+        ("sources", lambda p: f"{p.one.source} − {p.other.source}".replace("_", " ")),
+        ("difference [%]", lambda p: 100.0 * p.whole),
+        ("by the force [%]", lambda p: 100.0 * (p.whole - p.left)),
+        ("left [%]", lambda p: 100.0 * p.left),
+        ("left as force [N]", lambda p: p.as_force),
+        ("reading", lambda p: _reading(p.one, p.other, p.left)),
+    )
+    note = (
+        "First source less the second. By the force: Fx differs, and F makes a slip F/C_Fκ. What "
+        "is left would need an error of Fx of that size, or belongs to the encoders."
+    )
+    return point_table("radius_sources", "Why rolling radii differ", rows, columns, note)
+
+
+def _reading(one: RadiusValue, other: RadiusValue, left: float) -> str:
+    """What is behind the remainder, as far as these runs tell."""
+    if not math.isfinite(left):
+        return "no slip stiffness: the force's share is not known"
+    error = math.hypot(_relative(one), _relative(other))
+    if abs(left) < FLAT or (error > 0.0 and abs(left) < 2.0 * error):
+        return "the force explains it"
+    if "flexplates_off" in (one.source, other.source):
+        return "free wheel: told by the wheel encoder, the others by the motor's"
+    fewest = min(one, other, key=lambda v: v.starts)
+    if fewest.starts < 3:
+        return (
+            f"{fewest.source.replace('_', ' ')} from {fewest.starts} of three start angles: "
+            "an Fx error that turns with the wheel stays in it"
+        )
+    return "not told by the force: look at zero and gain of Fx"
+
+
+def _relative(value: RadiusValue) -> float:
+    error = value.measured.std_error
+    return error / value.measured.value if math.isfinite(error) else 0.0
