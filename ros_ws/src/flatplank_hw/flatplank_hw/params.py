@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import yaml
 
-SHELL_KEYS = frozenset({"use_sim_time", "autostart"})
+SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority"})
 """Keys of a parameter file that belong to the node around a core, not to the core."""
 
 P = TypeVar("P")

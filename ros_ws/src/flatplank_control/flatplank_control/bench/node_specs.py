@@ -19,14 +19,16 @@ class NodeSpec(NamedTuple):
     package: str
     executable: str
     name: str
+    in_loop: bool = False
+    """its answer is due within the cycle"""
 
 
 NODES = (
-    NodeSpec("flatplank_hw", "measurement_hub", "measurement_hub"),
-    NodeSpec("flatplank_hw", "encoders", "encoders"),
-    NodeSpec("flatplank_hw", "wheel_drive", "wheel_drive"),
-    NodeSpec("flatplank_control", "free_rolling_controller", "free_rolling_controller"),
-    NodeSpec("flatplank_control", "slip_sequencer", "slip_sequencer"),
+    NodeSpec("flatplank_hw", "measurement_hub", "measurement_hub", True),
+    NodeSpec("flatplank_hw", "encoders", "encoders", True),
+    NodeSpec("flatplank_hw", "wheel_drive", "wheel_drive", True),
+    NodeSpec("flatplank_control", "free_rolling_controller", "free_rolling_controller", True),
+    NodeSpec("flatplank_control", "slip_sequencer", "slip_sequencer", True),
     NodeSpec("flatplank_control", "recorder", "recorder"),
     NodeSpec("flatplank_control", "measurement_runner", "measurement_runner"),
 )
@@ -42,16 +44,16 @@ class AxisNodes(NamedTuple):
 
 AXIS_NODES: dict[str, AxisNodes] = {
     "vertical": AxisNodes(
-        NodeSpec("flatplank_hw", "wheel_drive", "vertical_drive"),
-        NodeSpec("flatplank_control", "load_controller", "load_controller"),
+        NodeSpec("flatplank_hw", "wheel_drive", "vertical_drive", True),
+        NodeSpec("flatplank_control", "load_controller", "load_controller", True),
     ),
     "steer": AxisNodes(
-        NodeSpec("flatplank_hw", "wheel_drive", "steer_drive"),
-        NodeSpec("flatplank_control", "axis_hold", "steering_hold"),
+        NodeSpec("flatplank_hw", "wheel_drive", "steer_drive", True),
+        NodeSpec("flatplank_control", "axis_hold", "steering_hold", True),
     ),
     "camber": AxisNodes(
-        NodeSpec("flatplank_hw", "wheel_drive", "camber_drive"),
-        NodeSpec("flatplank_control", "axis_hold", "camber_hold"),
+        NodeSpec("flatplank_hw", "wheel_drive", "camber_drive", True),
+        NodeSpec("flatplank_control", "axis_hold", "camber_hold", True),
     ),
 }
 """axis that may be driven beside the wheel -> its nodes"""

@@ -15,6 +15,9 @@ from flatplank_hw.params import load_parameters
 from flatplank_hw.plant import PlantConfig
 from flatplank_hw.share import config_file
 
+LOOP_PRIORITY = 20
+"""SCHED_FIFO of the nodes in the loop, below the bus process and the emulator"""
+
 FOLLOW_UNTIL = 0.25
 """the wheel makes up a late start before the earliest slip at 0.3 m [m]"""
 
@@ -43,13 +46,19 @@ class BenchSetup:
         """The processes of this bench, the owner of the bus last."""
         bus = BUSES[self.kind]
         more = [node for axis in self.axes for node in AXIS_NODES[axis]]
-        return (*NODES, *more, NodeSpec("flatplank_hw", bus, bus))
+        return (*NODES, *more, NodeSpec("flatplank_hw", bus, bus, True))
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""
         path = config_file(node.package, f"{node.name}.yaml")
         own = load_parameters(path, node.name) if path else {}
-        return {**own, **self._shared(node.name), **self.parameters.get(node.name, {})}
+        shared = {**self._shared(node.name), **self._scheduling(node)}
+        return {**own, **shared, **self.parameters.get(node.name, {})}
+
+    def _scheduling(self, node: NodeSpec) -> dict[str, int]:
+        """A bench that runs by the clock must not wait for other work of the computer."""
+        by_the_clock = self.kind != "sim" or self.pace == "realtime"
+        return {"fifo_priority": LOOP_PRIORITY} if node.in_loop and by_the_clock else {}
 
     def _shared(self, name: str) -> dict[str, Any]:
         rate = float(self.rate_hz)

@@ -98,7 +98,7 @@ MENU: dict[str, Item] = {
     ),
     "road_speed_error": Item(
         ("road_speed_error",), "1", 1e-3, 5e-4, 0.02,
-        _defect("road_speed_error", "unseen"), _kernel("scale_error"),
+        _defect("road_speed_error", "unseen", relative=0.0), _kernel("scale_error"),
     ),
     "speed_droop": Item(
         ("speed_droop", "carcass_softening"), "1/N", 8e-7, 2e-7, 5e-6, None, _kernel("droop"),

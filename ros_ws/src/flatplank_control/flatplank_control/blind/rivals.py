@@ -68,10 +68,10 @@ def lmfit_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
     """All numbers jointly with lmfit's Levenberg-Marquardt; its own standard errors."""
     import lmfit
 
-    from flatplank_analysis.discovery.fit import _Task
+    from flatplank_analysis.discovery.fit import Task
 
     terms = [*fit.terms, term]
-    task = _Task(fitter, fit.base, terms)
+    task = Task(fitter, fit.base, terms)
     z = np.clip(task.pack(fit.base, terms), task.lower + 1e-9, task.upper - 1e-9)
     runs = fitter.model.runs
     given = lmfit.Parameters()

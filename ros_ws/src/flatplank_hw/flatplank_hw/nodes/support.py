@@ -10,7 +10,7 @@ from inspect import iscoroutinefunction
 from typing import Any
 
 import rclpy
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException, ParameterException
@@ -21,7 +21,9 @@ from std_srvs.srv import Trigger
 
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
+from flatplank_hw.params import SHELL_KEYS
 from flatplank_hw.parent import end_with_parent
+from flatplank_hw.realtime import NOT_ALLOWED, prepare_threads
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
@@ -48,6 +50,15 @@ class BenchNode(LifecycleNode):
         super().__init__(name, **kwargs)
         declare(self, self.PARAMETERS)
         self.declare_parameter("autostart", True)
+        self.declare_parameter(
+            "fifo_priority",
+            0,
+            ParameterDescriptor(
+                description="SCHED_FIFO of this node where it is allowed; 0: ordinary scheduling",
+                integer_range=[IntegerRange(from_value=0, to_value=49)],
+                read_only=True,
+            ),
+        )
         self.add_on_set_parameters_callback(self._check)
         self._links: list[tuple[Callable[[], int], str]] = []
         self._teardown: list[Callable[[], None]] = []
@@ -134,7 +145,7 @@ class BenchNode(LifecycleNode):
 
     def _check(self, parameters) -> SetParametersResult:
         try:
-            values = {p.name: p.value for p in parameters if p.name != "autostart"}
+            values = {p.name: p.value for p in parameters if p.name not in SHELL_KEYS}
             self.changed(read(self, self.PARAMETERS, values))
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -170,6 +181,14 @@ def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields:
     return response
 
 
+def prepare_node(node: Any) -> None:
+    """Let the node keep up with the bus, and say so when it may not."""
+    wanted = node.has_parameter("fifo_priority") and node.get_parameter("fifo_priority").value
+    came = prepare_threads(wanted or 0)
+    if wanted and came == NOT_ALLOWED:
+        node.get_logger().warning(came)
+
+
 def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     """Start a node, spin it until it is told to end, and let it finish its work.
 
@@ -201,6 +220,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
         failed = node.trigger_configure() != ok or node.trigger_activate() != ok
     executor = StreamExecutor()
     executor.add_node(node)
+    prepare_node(node)
     try:
         while not failed and rclpy.ok() and not told_to_end:
             executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)

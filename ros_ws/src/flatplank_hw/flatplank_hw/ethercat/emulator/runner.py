@@ -12,7 +12,7 @@ from flatplank_hw.ethercat.emulator.bench import EmulatedBench
 from flatplank_hw.ethercat.emulator.control import ControlServer
 from flatplank_hw.ethercat.emulator.port import Port
 from flatplank_hw.ethercat.emulator.wire import Wire
-from flatplank_hw.ethercat.realtime import prepare
+from flatplank_hw.realtime import prepare
 
 STALL_NS = 3_000_000
 SILENT_CYCLES = 5

@@ -18,7 +18,7 @@ from flatplank_hw.ethercat.master.interface import (
 from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.loop import BusLoop, Timing
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.ethercat.realtime import prepare
+from flatplank_hw.realtime import prepare
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
