@@ -16,6 +16,10 @@ REQUIRED: dict[str, tuple[str, ...]] = {
     "free_rolling": ("time", "plank_position", "fx"),
     "cleat": ("time", "plank_position", "fx"),
     "stiffness": ("fz", "loaded_radius"),
+    "stiffness_vertical": ("fz", "loaded_radius"),
+    "stiffness_longitudinal": ("plank_position", "wheel_angle", "fx", "fz"),
+    "stiffness_lateral": ("plank_position", "fx", "fy", "fz"),
+    "locked_wheel": ("plank_position", "fx", "fz"),
     "unloaded_turn": ("motor_velocity", "motor_torque"),
     "footprint": ("fz", "half_length"),
 }

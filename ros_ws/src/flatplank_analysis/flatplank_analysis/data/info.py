@@ -12,10 +12,8 @@ from typing import Any, NamedTuple
 
 from flatplank_analysis.errors import FlatplankError
 
-#: kinds of measurement that the bench makes
 STEPS = ("step", "constant")
 """waveforms that hold one slip to the end of the run"""
-MEASUREMENTS = ("slip", "free_rolling", "stiffness", "footprint", "unloaded_turn", "cleat")
 
 
 class Condition(NamedTuple):

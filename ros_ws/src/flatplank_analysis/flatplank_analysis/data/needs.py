@@ -123,17 +123,23 @@ def _combined(infos: Infos) -> str:
 
 @need("C_z, PFZ1", "vertical stiffness, over pressure")
 def _vertical(infos: Infos) -> str:
-    runs = [i for i in infos if i.measurement == "stiffness"]
+    runs = [i for i in infos if i.measurement in ("stiffness", "stiffness_vertical")]
     if not runs:
         return "a vertical stiffness run at two pressures"
     return "" if _levels(runs, "pressure") >= 2 else "a vertical stiffness run at another pressure"
 
 
+@need("C_x, C_y at rest", "stiffness of the standing tire along and across")
+def _standing(infos: Infos) -> str:
+    kinds = {i.measurement for i in infos}
+    lack = [k for k in ("stiffness_longitudinal", "stiffness_lateral") if k not in kinds]
+    return f"a run of the kind {' and one of '.join(lack)}" if lack else ""
+
+
 @need("q_ra1, q_ra2", "contact length")
 def _contact(infos: Infos) -> str:
-    lack = 2 - _levels([i for i in infos if i.measurement == "footprint"], "fz")
-    tables = [i for i in infos if i.measurement == "footprint"]
-    return "" if lack <= 0 or tables else "footprints at two loads or more"
+    tables = any(i.measurement == "footprint" for i in infos)
+    return "" if tables else "footprints at two loads or more"
 
 
 @need("M_F, eta", "friction and efficiency of the wheel drive")

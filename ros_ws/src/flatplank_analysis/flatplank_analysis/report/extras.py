@@ -17,7 +17,12 @@ from flatplank_analysis.post.gridding import SPACING, on_grid
 from flatplank_analysis.post.settling import fit_exponential
 from flatplank_analysis.report.waveforms import waveform_run
 from flatplank_analysis.steady.contact import fit_contact_length
-from flatplank_analysis.steady.stiffness import vertical_stiffness
+from flatplank_analysis.steady.stiffness import (
+    locked_friction,
+    standing_lateral_stiffness,
+    static_longitudinal_stiffness,
+    vertical_stiffness,
+)
 from flatplank_analysis.steady.transmission import friction_torque
 
 FREE_RADIUS = 0.3173
@@ -27,6 +32,14 @@ Found = dict[str, Any]
 Extra = Callable[[Campaign, list[MeasurementTable], Mapping[str, Any]], Found]
 #: kind of measurement -> what is made of it, in this order
 EXTRAS: dict[str, Extra] = {}
+STANDING: dict[str, tuple[str, Callable[[MeasurementTable], float]]] = {
+    "stiffness_longitudinal": ("C_x", static_longitudinal_stiffness),
+    "stiffness_lateral": ("C_y", standing_lateral_stiffness),
+    "locked_wheel": ("μ", locked_friction),
+}
+"""kind of measurement -> what a standing tire tells, and how"""
+KINDS = {"stiffness_vertical": "stiffness"} | dict.fromkeys(STANDING, "standing")
+"""kinds of measurement that are evaluated under another key of `EXTRAS`"""
 
 
 def extra(measurement: str) -> Callable[[Extra], Extra]:
@@ -52,7 +65,9 @@ def other_measurements(campaign: Campaign) -> Found:
 
 def kind_of(info: RunInfo) -> str:
     """Key of `EXTRAS`: the measurement, or `waveform` for slip that is no forward step."""
-    return "waveform" if info.measurement == "slip" and not info.is_step else info.measurement
+    if info.measurement == "slip" and not info.is_step:
+        return "waveform"
+    return KINDS.get(info.measurement, info.measurement)
 
 
 def _each(
@@ -85,6 +100,23 @@ def _stiffness(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -
         for table, c in _each(campaign, tables, vertical_stiffness)
     ]
     return {"vertical_stiffness": runs} if runs else {}
+
+
+@extra("standing")
+def _standing(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+    """C_x, C_y, friction of the standing tire, one row per run."""
+
+    def one(table: MeasurementTable) -> dict[str, Any]:
+        quantity, tell = STANDING[table.info.measurement]
+        value = tell(table)
+        if not np.isfinite(value):
+            what = f"{quantity} cannot be told: the force hardly changes over the travel"
+            raise FlatplankError(what, table.info.file, "let the road go on until the tire slides")
+        facts = {n: getattr(table.info, n) for n in ("name", "fz", "pressure", "gamma_deg")}
+        return {"quantity": quantity, "value": value} | facts
+
+    rows = [value for _, value in _each(campaign, tables, one)]
+    return {"standing": rows} if rows else {}
 
 
 @extra("footprint")

@@ -11,7 +11,7 @@ import numpy as np
 
 from flatplank_analysis.report.beside import LateralResult
 from flatplank_analysis.report.results import CampaignResult, PointResult
-from flatplank_analysis.report.table import Table, point_table
+from flatplank_analysis.report.table import Cell, Table, point_table
 from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
 from flatplank_analysis.steady.value import Value, mean_value
 
@@ -74,8 +74,7 @@ def transmission_table(result: CampaignResult) -> Table:
 def stiffness_table(result: CampaignResult) -> Table:
     """Longitudinal stiffness of the standing tire beside that of the rolling one."""
     found = [
-        (p.point, (mean_value(p.beside.rest_stiffness), rolling_stiffness(p)))
-        for p in result.points
+        (p.point, (mean_value(_at_rest(result, p)), rolling_stiffness(p))) for p in result.points
     ]
     rows = [(point, it) for point, it in found if it[0].runs or math.isfinite(it[1])]
     columns = (
@@ -86,11 +85,40 @@ def stiffness_table(result: CampaignResult) -> Table:
         ("rest / rolling", lambda r: r[0].value / r[1]),
     )
     note = (
-        "At rest: the plank moves and the wheel is still held, while Fx is small. "
+        "At rest: the road moves and the wheel is held, while Fx is small. "
         "Rolling: C_Fκ / σx by (7.27). Play between road and plank makes the first one too small."
     )
     title = "Longitudinal stiffness"
     return point_table("longitudinal_stiffness", title, rows, columns, note)
+
+
+def _at_rest(result: CampaignResult, point: PointResult) -> list[float]:
+    """C_x of slip runs that began under a held wheel, and of standing runs at this point."""
+    c = point.point
+    here = (c.fz, c.pressure, c.gamma_deg)
+    standing = [
+        r["value"]
+        for r in result.extras.get("standing", [])
+        if r["quantity"] == "C_x" and (r["fz"], r["pressure"], r["gamma_deg"]) == here
+    ]
+    return [*point.beside.rest_stiffness, *([] if c.alpha_deg else standing)]
+
+
+def standing_table(result: CampaignResult) -> Table:
+    """What the standing tire told: vertical stiffness, C_x, C_y, friction, run by run."""
+    rows: list[list[Cell]] = []
+    for r in result.extras.get("vertical_stiffness", []):
+        parts = f"loading {1e-3 * r['loading']:.4g}, unloading {1e-3 * r['unloading']:.4g} kN/m"
+        rows.append([r["run"], "-", f"{r['pressure']:g}", "C_z", 1e-3 * r["mean"], "kN/m", parts])
+    for r in result.extras.get("standing", []):
+        unit, factor = ("-", 1.0) if r["quantity"] == "μ" else ("kN/m", 1e-3)
+        cells = [r["name"], f"{r['fz']:g}", f"{r['pressure']:g}", r["quantity"]]
+        rows.append([*cells, factor * r["value"], unit, ""])
+    header = ("run", "Fz [N]", "p [bar]", "quantity", "value", "unit", "remark")
+    note = (
+        "Slopes of the force over the travel before the tire slides; friction of a locked wheel."
+    )
+    return Table("standing", "Standing tire (Appendix G)", header, rows, note)
 
 
 def rolling_stiffness(point: PointResult) -> float:
@@ -156,4 +184,10 @@ def _open(row: LateralRow) -> bool:
     return not row.found.fit.sigma.determined
 
 
-MACHINE_TABLES = (lateral_table, stiffness_table, friction_table, transmission_table)
+MACHINE_TABLES = (
+    lateral_table,
+    stiffness_table,
+    standing_table,
+    friction_table,
+    transmission_table,
+)

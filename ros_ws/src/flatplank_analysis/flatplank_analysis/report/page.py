@@ -52,7 +52,7 @@ TABLES_OF = {
         "relative_error",
     ),
     "radius": ("rolling_radius", "radius_sources", "settling"),
-    "machine": ("longitudinal_stiffness", "transmission", "friction_torque"),
+    "machine": ("longitudinal_stiffness", "standing", "transmission", "friction_torque"),
 }
 
 

@@ -16,7 +16,7 @@ from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.mf.points import SteadyPoints, steady_points
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.parallel import Executor
-from flatplank_analysis.report.extras import FREE_RADIUS, other_measurements
+from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.results import PointResult
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 
@@ -99,6 +99,10 @@ def _points_of(found: Mapping[str, Any]) -> list[SteadyPoints]:
     if prints is not None:
         measured, pressure = {"a": prints["half_length"]}, 1e5 * prints["pressure"]
         out.append(steady_points(measured, fz=prints["fz"], pressure=pressure))
+    side = [r for r in found.get("standing", []) if r["quantity"] == "C_y"]
+    if side:
+        fz, bar, value = (np.array([r[k] for r in side]) for k in ("fz", "pressure", "value"))
+        out.append(steady_points({"cy": value}, fz=fz, pressure=1e5 * bar))
     return out
 
 
@@ -152,12 +156,17 @@ def radius_points(
 
 
 def _deflection(run: dict) -> SteadyPoints:
-    """rho = r_0 - r_l of a stiffness run, inside its window."""
+    """rho = r_0 - r_l of a stiffness run, inside its window.
+
+    r_0 is where the run's own line reaches Fz = 0: 1 mm of a radius from elsewhere would be 6 % of
+    the stiffness.
+    """
     radius, force = np.asarray(run["loaded_radius"]), np.asarray(run["fz"])
     inside = (radius >= run["window"][0]) & (radius <= run["window"][1]) & (force > 0.0)
+    free = float(np.mean(radius[inside] + force[inside] / run["mean"]))
     number = np.zeros(int(inside.sum()))
     return steady_points(
-        {"rho": FREE_RADIUS - radius[inside]},
+        {"rho": free - radius[inside]},
         fz=force[inside],
         pressure=1e5 * run["pressure"],
         run=number,

@@ -31,6 +31,8 @@ def remark_of(*estimates: Estimate) -> str:
             told.append(e.note or "not determined")
         elif e.at_bound:
             told.append(f"{e.name} at its {e.at_bound} bound")
+        elif e.note:
+            told.append(e.note)
     return "; ".join(dict.fromkeys(told))
 
 

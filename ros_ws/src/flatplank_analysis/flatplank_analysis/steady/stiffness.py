@@ -94,3 +94,31 @@ def static_longitudinal_stiffness(
     if good.sum() < 3 or np.ptp(travel[good]) < 2e-4:
         return math.nan
     return float(abs(np.polyfit(travel[good], force[good], 1)[0]))
+
+
+def standing_lateral_stiffness(
+    table: MeasurementTable, share: tuple[float, float] = (0.05, 0.2)
+) -> float:
+    """C_y of the standing tire [N/m]: the road creeps under the steered, held wheel.
+
+    Slope of Fy over the travel across the wheel while the whole force lies within `share` of Fz.
+    NaN without such a part.
+    """
+    side = math.sin(math.radians(table.info.alpha_deg))
+    load = float(np.mean(table["fz"]))
+    size = np.hypot(table["fx"] - table["fx"][0], table["fy"] - table["fy"][0])
+    beyond = np.flatnonzero(size > share[1] * load)
+    last = int(beyond[0]) if beyond.size else size.size
+    first = int(np.argmax(size[:last] > share[0] * load)) if last else 0
+    travel, force = side * table["plank_position"][first:last], table["fy"][first:last]
+    if travel.size < 5 or np.ptp(travel) < 1e-4:
+        return math.nan
+    return float(abs(np.polyfit(travel, force, 1)[0]))
+
+
+def locked_friction(table: MeasurementTable) -> float:
+    """mu of the sliding locked wheel [-]: mean over the second half of the travel."""
+    x = table["plank_position"]
+    force = np.hypot(table["fx"], table["fy"]) if table.has("fy") else np.abs(table["fx"])
+    sliding = x > 0.5 * (x[0] + x[-1])
+    return float(np.mean(force[sliding] / table["fz"][sliding])) if sliding.any() else math.nan

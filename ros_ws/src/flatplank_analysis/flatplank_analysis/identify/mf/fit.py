@@ -123,7 +123,7 @@ def _obstacle(stage: Stage, output: str, free: Sequence[str], data: SteadyPoints
     if not free:
         return f"all coefficients of {output} are fixed"
     if len(data) < 2:
-        return f"no measurement of {output}"
+        return f"{'one' if len(data) else 'no'} measurement of {output}"
     for axis in (*stage.needs, *stage.each.get(output, ())):
         if len(levels_of(data, axis)) < 2:
             told = describe_levels(data, axis)
@@ -285,6 +285,7 @@ def _estimates(
     open_mask: np.ndarray,
 ) -> tuple[Estimate, ...]:
     out, place = [], 0
+    spare = len(np.unique(problem.points.run)) - int(np.count_nonzero(~open_mask))
     for i, name in enumerate(problem.free):
         value, unit = float(solution.x[i]), problem.limit(name).unit
         if held[i]:
@@ -298,6 +299,8 @@ def _estimates(
         error, dof = float(cover.std_error[place]), float(cover.dof[place])
         is_open = bool(open_mask[place])
         note = "not determined by these data" if is_open else ""
+        if not is_open and spare < 1 and name not in problem.priors:
+            error, note = float("nan"), "as many coefficients as runs: no error without repeats"
         out.append(Estimate(name, value, unit, error, dof, determined=not is_open, note=note))
         place += 1
     return tuple(out)
