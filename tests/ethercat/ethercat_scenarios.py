@@ -7,9 +7,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-WITHIN_MS = 100.0
-"""from the fault to the last motion of the wheel's shaft, in bench time"""
-
 
 @dataclass(frozen=True)
 class Scenario:

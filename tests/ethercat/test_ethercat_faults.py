@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from ethercat_rig import ATTEMPTS, Bench, Stalls
-from ethercat_scenarios import SCENARIOS, WITHIN_MS, Scenario
+from ethercat_contract import Contract
+from ethercat_rig import Bench, undisturbed
+from ethercat_scenarios import SCENARIOS, Scenario
 
 pytestmark = pytest.mark.usefixtures("minute")
 
@@ -22,40 +23,24 @@ def bench() -> Iterator[Bench]:
     rig.close()
 
 
-def break_it(bench: Bench, scenario: Scenario) -> dict[str, Any]:
+def break_it(bench: Bench, scenario: Scenario, contract: Contract) -> dict[str, Any]:
     """Inject the fault, insist on motion, mend it, insist again; what was seen."""
     node, emulator, client = bench.node, bench.emulator, bench.client
-    before, enables = client.diagnostics(), emulator.wheel()["enables"]
+    before = client.diagnostics()
     emulator.send(scenario.fault, **scenario.arguments)
     node.cycles(scenario.cycles)
     during, axis = client.diagnostics(), node.last.axes[0]
-    emulator.send("mend")
-    if scenario.again:
-        node.run(lambda i: i.health == 0, what="bus well again")
-    node.cycles(40)
+    contract.recovers()
+    contract.rests()
     client.events()
     return {
         "before": before,
         "during": during,
         "after": client.diagnostics(),
         "axis": axis,
-        "wheel": emulator.wheel(),
-        "enables": enables,
         "seen": set(node.seen),
         "events": str(bench.events),
     }
-
-
-def check_motion(scenario: Scenario, seen: dict[str, Any]) -> None:
-    """At the shaft of the plant."""
-    wheel = seen["wheel"]
-    assert wheel["enables"] == seen["enables"], "enabled by itself"
-    if scenario.stops:
-        print(f"{scenario.name}: the wheel rests after {wheel['ran_on_ms']:g} ms")
-        assert not wheel["moving"] and not wheel["enabled"]
-        assert wheel["ran_on_ms"] <= WITHIN_MS
-    else:
-        assert wheel["moving"] and wheel["enabled"]
 
 
 def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
@@ -80,18 +65,10 @@ def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: s.name)
 def test_fault(bench: Bench, scenario: Scenario) -> None:
-    for _ in range(ATTEMPTS):
-        bench.revive()
-        stalls = Stalls(bench)
-        seen = break_it(bench, scenario)
-        if not stalls:
-            break
-    check_motion(scenario, seen)
+    undisturbed(bench, lambda: one_fault(bench, scenario))
+
+
+def one_fault(bench: Bench, scenario: Scenario) -> None:
+    with Contract(bench, scenario.name, scenario.stops) as contract:
+        seen = break_it(bench, scenario, contract)
     check_signature(scenario, seen)
-
-
-def test_next_measurement_runs_after_a_reset(bench: Bench) -> None:
-    bench.revive()
-    assert bench.emulator.wheel()["moving"]
-    bench.node.rest()
-    assert not bench.emulator.wheel()["moving"]

@@ -67,6 +67,7 @@ class EmulatedBench:
         self.coupling.publish(self.inputs, self.now)
         for slave in self.slaves:
             slave.tick(self.now)
+        self.witness.states(self.now, all([slave.operational for slave in self.slaves]))
 
     def at(self, cycle: int, action: Callable[[], None]) -> None:
         """Do something when the bench reaches a cycle, at once when it is past."""

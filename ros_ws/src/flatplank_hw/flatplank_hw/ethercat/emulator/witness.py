@@ -28,7 +28,10 @@ class Witness:
         """bench time at which the last fault was injected [ns]"""
         self.last_frame = -1
         """bench time of the last process data frame [ns]"""
+        self.left_op = -1
+        """bench time at which a slave has last left OP [ns]; -1: never"""
         self.now = 0
+        self._in_op = False
         self._position: list[int | None] = [None] * len(AXES)
 
     def see(self, now: int, inputs: BusInputs, wheel_speed: float | None = None) -> None:
@@ -52,6 +55,12 @@ class Witness:
                 self.enables[i] += 1
             self.enabled[i] = on
 
+    def states(self, now: int, in_op: bool) -> None:
+        """Whether all slaves are in OP."""
+        if self._in_op and not in_op:
+            self.left_op = now
+        self._in_op = in_op
+
     def fault(self, now: int) -> None:
         """A fault is being injected."""
         self.last_fault = now
@@ -74,5 +83,6 @@ class Witness:
             "now_ns": self.now,
             "fault_ns": self.last_fault,
             "last_frame_ns": self.last_frame,
+            "left_op_ns": self.left_op,
             "axes": axes,
         }
