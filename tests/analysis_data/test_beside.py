@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
 from steptable import step_table
 
+from flatplank_analysis.cli import fit as cli_fit
 from flatplank_analysis.cli import report as cli_report
 from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
@@ -165,6 +167,22 @@ def test_the_force_explains_the_radius_of_the_controller(tables):
     share = column(table, "by the force [%]")[0]
     assert share == pytest.approx(column(table, "difference [%]")[0], rel=0.1)
     assert abs(share) == pytest.approx(100.0 * 50.0 / 9e4, rel=0.1)
+
+
+def test_verb_fit_in_y(tmp_path, capsys):
+    angles = (0.0, 2.0, 5.0)
+    tables = [_run(0.02, start, alpha) for alpha in angles for start in (1, 2)]
+    folder = export_campaign(tables, tmp_path / "side")
+    assert cli_fit.main([str(folder), "--model", "lateral", "--jobs", "1", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (fit,) = found["conditions"]
+    assert fit["condition"]["alpha_deg"] is None and fit["condition"]["fz"] == 3700.0
+    assert fit["sigma_y"]["value"] == pytest.approx(SIGMA_Y, rel=0.1)
+    assert fit["cornering_stiffness"]["value"] == pytest.approx(STIFFNESS_Y, rel=0.02)
+    assert fit["c_cy"]["determined"] and fit["c_cy"]["unit"] == "N/m"
+    assert found["geometry"]["q_ra1"]["source"].startswith("not measured")
+    assert cli_fit.main([str(folder), "--model", "lateral", "--jobs", "1"]) == 0
+    assert "sigma_y" in capsys.readouterr().out
 
 
 def test_one_report_of_two_folders(folder, tmp_path, capsys):

@@ -22,13 +22,18 @@ from flatplank_analysis.identify.repeats import LinearCondition
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.parallel import open_executor
-from flatplank_analysis.report.steps import extra_points, read_steps
+from flatplank_analysis.report.geometry import geometry_of_campaigns
+from flatplank_analysis.report.steps import extra_points, read_group, read_lateral, read_steps
 
 FORMAT = "flatplank-fit/1"
+READERS = {"lateral": read_lateral}
+"""model -> how its runs are read, `read_group` for the others"""
+CARCASS = ("nonlinear", "lateral")
+GEOMETRY = ("free_radius", "vertical_stiffness", "pressure_effect", "q_ra1", "q_ra2")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank fit DIR... --model linear|nonlinear|mf [--json]`."""
+    """`flatplank fit DIR... --model linear|nonlinear|lateral|mf [--json]`."""
     parser = common.campaign_parser("fit", __doc__, several=True)
     parser.add_argument("--model", choices=sorted(FITTERS), help="default: linear")
     parser.add_argument("--settings", metavar="FILE", help="fit file: free, fixed, bounds, prior")
@@ -45,7 +50,8 @@ def _run(arguments: argparse.Namespace) -> int:
     settings = _settings(arguments)
     campaigns = _campaigns(arguments, settings)
     with open_executor(arguments.jobs, arguments.scheduler) as executor:
-        steps, radii = read_steps(campaigns, executor)
+        steps, radii = read_steps(campaigns, executor, READERS.get(settings.model, read_group))
+        settings, told = _with_geometry(settings, campaigns)
         extra = extra_points(campaigns, steps, radii) if settings.model == "mf" else []
         result = fit_campaign(steps, settings, extra=extra, mapper=executor.map)
     problems = [p for campaign in campaigns for p in campaign.problems]
@@ -58,14 +64,31 @@ def _run(arguments: argparse.Namespace) -> int:
             "model": settings.model,
             "campaigns": [c.path for c in campaigns],
             "runs": len(steps),
-        }
+        } | ({"geometry": told} if told else {})
         found = {k: v for k, v in result.to_json().items() if k not in ("model", "problems")}
         told = [str(p) for p in problems] + list(getattr(result, "problems", ()))
         tail = {"problems": told, "seconds": round(time.perf_counter() - begin, 3)}
         common.print_json(head | found | tail)
     else:
         SHOW[type(result)](result)
+        _say([f"{k} = {v['value']:.5g}: {v['source']}" for k, v in told.items()])
     return 0
+
+
+def _with_geometry(
+    settings: FitFile, campaigns: Sequence[Campaign]
+) -> tuple[FitFile, dict[str, dict[str, Any]]]:
+    """Contact geometry of the carcass fits: the fit file's, else what was measured; and whose."""
+    if settings.model not in CARCASS:
+        return settings, {}
+    found = geometry_of_campaigns(campaigns)
+    numbers = dataclasses.asdict(found.contact) | dict(settings.geometry)
+    told = {
+        k: {"value": v, "source": "fit file" if k in settings.geometry else found.source(k)}
+        for k, v in numbers.items()
+        if k in GEOMETRY
+    }
+    return dataclasses.replace(settings, geometry=numbers), told
 
 
 def _settings(arguments: argparse.Namespace) -> FitFile:
@@ -116,15 +139,25 @@ def _linear_rows(fit: LinearCondition) -> list[tuple[str, ...]]:
 
 
 def _carcass_rows(fit: CarcassFit) -> list[tuple[str, ...]]:
-    estimates = (fit.c_cx, fit.slip_stiffness, fit.sigma_x)
-    return [_row(fit.condition.label(), "", estimate) for estimate in estimates]
+    return [
+        _row(fit.condition.label(), "", e, _bias(fit, e.name) if e.determined else "")
+        for e in fit.estimates
+    ]
 
 
-def _row(condition: str, slip: str, e: Estimate) -> tuple[str, ...]:
+def _bias(fit: CarcassFit, name: str) -> str:
+    """The model's own bias, beside the number that has it."""
+    if name not in fit.model_bias:
+        return ""
+    share, without = 100.0 * fit.model_bias[name], fit.without_bias()[name]
+    return f"the model's own bias on bristles {share:+.1f} %: {without:.5g} without it"
+
+
+def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str, ...]:
     if not e.determined:
         remark = e.note or "not determined"
     else:
-        remark = f"at its {e.at_bound} bound" if e.at_bound else e.note
+        remark = f"at its {e.at_bound} bound" if e.at_bound else e.note or beside
     return (condition, slip, e.name, f"{e.value:.5g}", f"{e.std_error:.2g}", e.unit, remark)
 
 

@@ -47,7 +47,7 @@ class Condition(NamedTuple):
     def label(self) -> str:
         """Short text for tables and figures."""
         text = f"Fz {self.fz:g} N, {self.pressure:g} bar"
-        if self.alpha_deg:
+        if self.alpha_deg and not math.isnan(self.alpha_deg):
             text += f", α {self.alpha_deg:g}°"
         if self.gamma_deg:
             text += f", γ {self.gamma_deg:g}°"

@@ -15,11 +15,17 @@ from ..models.tir import read_tir
 from .carcass import fit_carcass
 from .carcass_report import CarcassFit
 from .fit_file import FitFile
+from .lateral import fit_lateral_carcass
 from .mf.fit import MFFit, fit_magic_formula
 from .mf.points import SteadyPoints, merge, points_from_runs, steady_points
 from .repeats import LinearCondition, fit_linear
 from .runs import StepRun, by_condition
 
+PER_CONDITION: dict[str, Callable[..., LinearCondition | CarcassFit]] = {
+    "linear": fit_linear,
+    "nonlinear": fit_carcass,
+    "lateral": fit_lateral_carcass,
+}
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 """`map` or anything like it (`executor.map`, a cluster's)."""
 
@@ -80,7 +86,7 @@ def fit_campaign(
 def _per_condition(
     runs: Sequence[StepRun], settings: FitFile, extra: Sequence[SteadyPoints], mapper: Mapper
 ) -> ConditionFits:
-    options = settings.carcass_options() if settings.model == "nonlinear" else {}
+    options = {} if settings.model == "linear" else settings.carcass_options()
     tasks = [
         _Task(settings.model, tuple(members), options) for members in by_condition(runs).values()
     ]
@@ -95,9 +101,7 @@ def _per_condition(
 def _run_task(task: _Task) -> LinearCondition | CarcassFit | str:
     """Fit one condition; a bad one is a line of text, so that the others go on."""
     try:
-        if task.model == "linear":
-            return fit_linear(task.runs)
-        return fit_carcass(task.runs, **task.options)
+        return PER_CONDITION[task.model](task.runs, **task.options)
     except FlatplankError as error:
         return str(error)
 
@@ -137,6 +141,7 @@ Fitter = Callable[[Sequence[StepRun], FitFile, Sequence[SteadyPoints], Mapper], 
 FITTERS: dict[str, Fitter] = {
     "linear": _per_condition,
     "nonlinear": _per_condition,
+    "lateral": _per_condition,
     "mf": _magic_formula,
 }
 """Model name to its fit; another model is one line here."""

@@ -33,7 +33,7 @@ def fit_carcass(
     if len({r.condition for r in runs}) != 1 or len({r.level for r in runs}) < 3:
         raise FlatplankError(
             "the carcass stiffness needs three or more slip levels of one condition",
-            str(runs[0].condition) if runs else "",
+            runs[0].place if runs else "",
             "add slip levels",
         )
     runs = balanced(runs)

@@ -14,7 +14,7 @@ from .carcass_problem import CarcassProblem
 from .linear import LinearFit
 from .noise import ARNoise
 from .quality import is_transient
-from .results import Confusion, Estimate, to_plain
+from .results import Confusion, Estimate, plain_condition, to_plain
 from .runs import StepRun
 from .steady_curve import SteadyCurve, slope_lack
 
@@ -40,6 +40,11 @@ class CarcassFit:
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
 
+    @property
+    def estimates(self) -> tuple[Estimate, Estimate, Estimate]:
+        """Carcass stiffness, slip stiffness, relaxation length; in y under names of their own."""
+        return (self.c_cx, self.slip_stiffness, self.sigma_x)
+
     def without_bias(self) -> dict[str, float]:
         """c_cx and sigma_x less the model's own bias, by the names of `model_bias`."""
         values = {"c_cx": self.c_cx.value, "sigma_x": self.sigma_x.value}
@@ -49,10 +54,8 @@ class CarcassFit:
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
         return {
-            "condition": str(self.condition),
-            "c_cx": self.c_cx.to_json(),
-            "slip_stiffness": self.slip_stiffness.to_json(),
-            "sigma_x": self.sigma_x.to_json(),
+            "condition": plain_condition(self.condition),
+            **{e.name: e.to_json() for e in self.estimates},
             "model_bias": to_plain(self.model_bias),
             "without_bias": to_plain(self.without_bias()),
             "half_length": self.half_length,

@@ -12,7 +12,7 @@ import numpy as np
 from .linear import LinearFit, linear_run
 from .mean_response import balanced, has_mean, mean_response
 from .noise import ARNoise, fit_noise, repeat_differences
-from .results import Confusion, Estimate, to_plain
+from .results import Confusion, Estimate, plain_condition, to_plain
 from .runs import StepRun, by_level
 
 QUANTITIES = ("sigma", "slip_stiffness", "steady_force")
@@ -57,7 +57,7 @@ class LinearCondition:
         """Plain values."""
         runs = [{"run": n} | f.to_json() for n, f in zip(self.names, self.fits, strict=True)]
         return {
-            "condition": str(self.condition),
+            "condition": plain_condition(self.condition),
             "levels": [level.to_json() for level in self.levels],
             "runs": runs,
             "scatter": to_plain(self.scatter),

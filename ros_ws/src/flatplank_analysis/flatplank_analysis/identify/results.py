@@ -93,6 +93,12 @@ def t_quantile(probability: float, dof: float) -> float:
     return float(stdtrit(min(max(dof, 1.0), 1e6), probability))
 
 
+def plain_condition(condition: Any) -> Any:
+    """A condition as JSON has it: its fields by name, or its text."""
+    fields_of = getattr(condition, "_asdict", None)
+    return to_plain(fields_of()) if fields_of else str(condition)
+
+
 def to_plain(value: Any) -> Any:
     """Dataclasses, arrays and NaN as JSON has them (NaN and infinity become None)."""
     if hasattr(value, "to_json") and not isinstance(value, (Fit, Estimate, Confusion)):

@@ -54,6 +54,12 @@ class StepRun:
         """Mean load after the step [N]."""
         return float(np.mean(self.fz[self.distance >= 0.0]))
 
+    @property
+    def place(self) -> str:
+        """The operating point in words."""
+        label = getattr(self.condition, "label", None)
+        return label() if label else str(self.condition)
+
     def after_step(self, values: np.ndarray) -> np.ndarray:
         """The part of a column that follows the step."""
         return values[self.distance >= 0.0]

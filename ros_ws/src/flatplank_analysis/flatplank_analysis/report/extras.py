@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -52,10 +52,15 @@ def extra(measurement: str) -> Callable[[Extra], Extra]:
     return register
 
 
-def other_measurements(campaign: Campaign) -> Found:
-    """Results by name; a run that cannot be used is noted among the campaign's problems."""
+def other_measurements(campaign: Campaign, kinds: Sequence[str] = ()) -> Found:
+    """Results by name; a run that cannot be used is noted among the campaign's problems.
+
+    `kinds`: keys of `EXTRAS`, all without it.
+    """
     found: Found = {}
     for kind, function in EXTRAS.items():
+        if kinds and kind not in kinds:
+            continue
         runs = campaign.where(lambda info, kind=kind: kind_of(info) == kind)
         tables = list(runs.tables())
         if tables:

@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.models.contact import TOYO, ContactGeometry, known_geometry
+from flatplank_analysis.report.extras import other_measurements
 
 MEASURED = "measured in this campaign"
 
@@ -30,6 +32,15 @@ class Geometry:
     def half_length(self, fz: float, bar: float) -> float:
         """a [m] at load [N] and pressure [bar]."""
         return float(self.contact.half_length(fz, 1e5 * bar))
+
+
+def geometry_of_campaigns(campaigns: Sequence[Campaign]) -> Geometry:
+    """From what the campaigns together have of the tire at rest."""
+    found: dict[str, Any] = {}
+    for campaign in campaigns:
+        found |= other_measurements(campaign, ("stiffness", "footprint"))
+    tires = [info.tire for campaign in campaigns for info in campaign.infos if info.tire]
+    return geometry_of(found, tires[0] if tires else "")
 
 
 def geometry_of(extras: Mapping[str, Any], tire: str) -> Geometry:

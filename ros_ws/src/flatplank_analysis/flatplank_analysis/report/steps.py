@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from flatplank_analysis.data.campaign import Campaign, Run
 from flatplank_analysis.data.info import Condition
 from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.mf.points import SteadyPoints, steady_points
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.parallel import Executor
@@ -35,6 +36,23 @@ COLUMNS = (
 Group = tuple[list[StepRun], list[RadiusRun], list[Problem]]
 
 
+def read_lateral(runs: Sequence[Run]) -> Group:
+    """Lateral runs, from the start of rolling to the slip step, of some runs."""
+    starts: list[StepRun] = []
+    problems: list[Problem] = []
+    for run in runs:
+        if run.info.measurement != "slip":
+            continue
+        try:
+            table, remarks = run.read(COLUMNS)
+            problems += remarks
+            if table.has("fy"):
+                starts.append(lateral_run(table))
+        except FlatplankError as error:
+            problems.append(problem_of(error, run.info.file))
+    return starts, [], problems
+
+
 def read_group(runs: Sequence[Run]) -> Group:
     """Step runs and rolling radii of some runs; what cannot be used is among the problems."""
     steps: list[StepRun] = []
@@ -53,7 +71,9 @@ def read_group(runs: Sequence[Run]) -> Group:
 
 
 def read_steps(
-    campaigns: Sequence[Campaign], executor: Executor
+    campaigns: Sequence[Campaign],
+    executor: Executor,
+    read: Callable[[Sequence[Run]], Group] = read_group,
 ) -> tuple[list[StepRun], list[RadiusRun]]:
     """All step runs of campaigns, read in parallel by operating point."""
     steps: list[StepRun] = []
@@ -63,7 +83,7 @@ def read_steps(
         for run in campaign.runs:
             if run.info.kind in ("slip", "free_rolling"):
                 groups.setdefault(run.info.condition.operating_point, []).append(run)
-        for found, rolled, problems in executor.map(read_group, list(groups.values())):
+        for found, rolled, problems in executor.map(read, list(groups.values())):
             steps += found
             radii += rolled
             for problem in problems:
