@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import math
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -17,27 +15,20 @@ import pytest
 import yaml
 from bench_graph import loopback, next_domain
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from emulated_graph import EmulatedGraph, emulated_graph, table_of
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_analysis.data import Campaign, MeasurementTable
-from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Cycle, Twin
-from flatplank_control.nodes.client import BenchClient
 from flatplank_hw.bus.image import Digital
 from flatplank_hw.drive.cia402 import State
-from flatplank_hw.ethercat.namespace import BenchNamespace, NamespaceError
-from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import (
-    PlankSwitch,
     SdoRead,
     SdoWrite,
     SetOperationMode,
     SetSlipStep,
     SetValue,
-    StartRecording,
-    StopRecording,
 )
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
@@ -50,8 +41,13 @@ ENABLED, FAULT = State.OPERATION_ENABLED, State.FAULT
 BUS_LOST = 1
 """stop reason"""
 RECORDS = {
-    "rolled": {"measurement": "free_rolling"},
-    "slipped": {"measurement": "slip", "kappa": KAPPA, "effective_rolling_radius": RADIUS},
+    "rolled": {"fz": FZ, "measurement": "free_rolling"},
+    "slipped": {
+        "fz": FZ,
+        "measurement": "slip",
+        "kappa": KAPPA,
+        "effective_rolling_radius": RADIUS,
+    },
 }
 SEEDS = range(2, 10)
 PIECE = 0.01
@@ -62,93 +58,10 @@ RESOLUTION = 0.03
 """one step of the wheel's encoder over a piece [rad/m]; of forces hardly anything [N]"""
 
 
-class EmulatedGraph:
-    """The nodes, a client, and the latest samples."""
-
-    def __init__(self, client: BenchClient, nodes: BenchProcesses) -> None:
-        self.client = client
-        self.nodes = nodes
-        self.latest: dict[type, object] = {}
-        for kind, topic in {
-            BusInputs: "/bus/inputs",
-            EncoderState: "/encoders/state",
-            HubState: "/measurement_hub/state",
-            DriveStatus: "/wheel_drive/status",
-            DiagnosticArray: "/diagnostics",
-        }.items():
-            client.node.create_subscription(
-                kind, topic, lambda message, kind=kind: self.latest.update({kind: message}), STREAM
-            )
-
-    def until(self, kind: type, condition: Callable[[object], bool], seconds: float) -> object:
-        """The first sample that fulfils a condition; bench time, which the emulated bus keeps."""
-        self.latest.pop(kind, None)
-        start = None
-        while True:
-            self.client.spin(1.0)
-            message = self.latest.pop(kind, None)
-            if message is None:
-                continue
-            if condition(message):
-                return message
-            now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-            start = now if start is None else start
-            assert now - start < seconds, message
-
-    def ask(self, kind: type, name: str, /, **fields) -> object:
-        """A service that must say yes."""
-        answer = self.client.call(kind, name, timeout=20.0, **fields)
-        assert getattr(answer, "accepted", getattr(answer, "success", True)), (name, answer)
-        return answer
-
-    def record(self, name: str, distance: float, prepare: Callable[[], None]) -> str:
-        """One run: drive on, recorder on, plank forward and at rest again; its bag."""
-        start = self.until(EncoderState, lambda _: True, 1.0).plank_position
-        prepare()
-        self.ask(SetBool, "/wheel_drive/enable", data=True)
-        self.until(DriveStatus, lambda s: s.state == ENABLED, 2.0)
-        self.ask(
-            StartRecording,
-            "/recorder/start",
-            name=name,
-            record=yaml.safe_dump({"tire": "TOY", "fz": FZ, **RECORDS[name]}),
-            at_once=True,
-        )
-        self.plank(1)
-        self.until(EncoderState, lambda s: s.plank_position > start + distance, 10.0)
-        self.plank(0)
-        self.until(EncoderState, lambda s: not s.plank_moving, 5.0)
-        bag = self.ask(StopRecording, "/recorder/stop", status="complete").path
-        self.ask(SetBool, "/wheel_drive/enable", data=False)
-        self.until(DriveStatus, lambda s: s.state != ENABLED, 2.0)
-        return bag
-
-    def plank(self, direction: int) -> None:
-        self.ask(
-            PlankSwitch,
-            "/simulated_plant/plank",
-            direction=direction,
-            fast=True,
-            stop_at=math.nan,
-        )
-
-
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedGraph]:
-    """A running emulated bench in a domain of its own."""
-    try:
-        BenchNamespace().close()
-    except NamespaceError as error:
-        pytest.skip(str(error))
-    environment = loopback(next_domain())
-    for key, value in environment.items():
-        monkeypatch.setenv(key, value)
-    setup = BenchSetup(kind="emulated", data=str(tmp_path / "data"))
-    nodes = BenchProcesses(setup, environment=environment, log=tmp_path / "nodes.log")
-    with nodes, BenchClient() as client:
-        client.wait_connected(nodes.running, timeout=90.0)
-        yield EmulatedGraph(client, nodes)
-    assert not nodes.running
+    with emulated_graph(tmp_path, monkeypatch) as graph:
+        yield graph
 
 
 def free_rolling(graph: EmulatedGraph) -> None:
@@ -215,11 +128,7 @@ def on_the_plant(seed: int) -> list[np.ndarray]:
 
 def rows_of(bag: str) -> np.ndarray:
     """What the analysis reads from the bag: plank, wheel angle, Fx."""
-    campaign = Campaign.load(bag)
-    assert not campaign.problems, campaign.problems
-    table: MeasurementTable = campaign.runs[0].table()
-    record = yaml.safe_load((Path(bag) / "run.yaml").read_text(encoding="utf-8"))
-    assert (record["status"], record["cycles_lost"]) == ("complete", 0), record
+    table = table_of(bag)
     return np.column_stack([table[k] for k in ("plank_position", "wheel_angle", "fx")])
 
 
@@ -279,31 +188,13 @@ def emergency_stop(graph: EmulatedGraph) -> None:
     reached(ENABLED)
 
 
-def bus_process_killed(graph: EmulatedGraph) -> None:
-    """An enabled drive is told, and the node ends, since no bus comes back by itself."""
-    node = graph.nodes.running["ethercat_bus"]
-    (master,) = (pid for pid, words in below(node.pid) if "flatplank_hw.ethercat.master" in words)
-    os.kill(master, signal.SIGKILL)
-    graph.until(DriveStatus, lambda s: s.stop_reason == BUS_LOST, 2.0)
-    assert node.wait(30.0) == 1
-    assert "the bus process has ended" in graph.nodes.log.read_text()
-
-
-def below(pid: int) -> Iterator[tuple[int, list[str]]]:
-    """Processes that a process has started, with their command lines."""
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        words = Path(f"/proc/{child}/cmdline").read_text().split("\0")
-        yield int(child), words
-        yield from below(int(child))
-
-
 def test_the_bench_measures_on_ethercat_as_on_the_simulated_plant(
     bench: EmulatedGraph, tmp_path: Path
 ) -> None:
     bench.ask(SetValue, "/simulated_plant/load_to", value=FZ)
     bench.until(HubState, lambda s: abs(s.fz_filtered - FZ) < 0.02 * FZ, 30.0)
-    rolled = bench.record("rolled", ROLL, lambda: free_rolling(bench))
-    slipped = bench.record("slipped", SLIP, lambda: slip_step(bench))
+    rolled = bench.record("rolled", RECORDS["rolled"], ROLL, lambda: free_rolling(bench))
+    slipped = bench.record("slipped", RECORDS["slipped"], SLIP, lambda: slip_step(bench))
     sdo(bench)
     emergency_stop(bench)
     diagnostics = bench.until(DiagnosticArray, lambda _: True, 5.0)
@@ -311,7 +202,6 @@ def test_the_bench_measures_on_ethercat_as_on_the_simulated_plant(
     values = {pair.key: pair.value for pair in status.values}
     assert status.level == DiagnosticStatus.OK and values["health"] == "OK", status
     assert int(values["sent"]) == int(values["received"]) + int(values["lost"])
-    bus_process_killed(bench)
     plants = np.array([in_pieces(*on_the_plant(seed)) for seed in SEEDS])
     assert_same(in_pieces(rows_of(rolled), rows_of(slipped)), plants)
 

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A graph on real EtherCAT frames for tests: its client, and the processes behind its bus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+import yaml
+from bench_graph import loopback, next_domain
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from std_srvs.srv import SetBool
+
+from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.nodes.client import BenchClient
+from flatplank_hw.drive.cia402 import State
+from flatplank_hw.ethercat.namespace import BenchNamespace, NamespaceError
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.srv import PlankSwitch, StartRecording, StopRecording
+
+
+def below(pid: int) -> Iterator[tuple[int, list[str]]]:
+    """Processes that a process has started, with their command lines."""
+    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+        words = Path(f"/proc/{child}/cmdline").read_text().split("\0")
+        yield int(child), words
+        yield from below(int(child))
+
+
+class EmulatedGraph:
+    """The nodes, a client, and the latest samples."""
+
+    def __init__(self, client: BenchClient, nodes: BenchProcesses) -> None:
+        self.client = client
+        self.nodes = nodes
+        self.latest: dict[type, object] = {}
+        for kind, topic in {
+            BusInputs: "/bus/inputs",
+            EncoderState: "/encoders/state",
+            HubState: "/measurement_hub/state",
+            DriveStatus: "/wheel_drive/status",
+            DiagnosticArray: "/diagnostics",
+        }.items():
+            client.node.create_subscription(
+                kind, topic, lambda message, kind=kind: self.latest.update({kind: message}), STREAM
+            )
+
+    def until(self, kind: type, condition: Callable[[object], bool], seconds: float) -> object:
+        """The first sample that fulfils a condition; bench time, which the emulated bus keeps."""
+        self.latest.pop(kind, None)
+        start = None
+        while True:
+            self.client.spin(1.0)
+            message = self.latest.pop(kind, None)
+            if message is None:
+                continue
+            if condition(message):
+                return message
+            now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+            start = now if start is None else start
+            assert now - start < seconds, message
+
+    def ask(self, kind: type, name: str, /, **fields) -> object:
+        """A service that must say yes."""
+        answer = self.client.call(kind, name, timeout=20.0, **fields)
+        assert getattr(answer, "accepted", getattr(answer, "success", True)), (name, answer)
+        return answer
+
+    def enable(self, on: bool = True) -> None:
+        self.ask(SetBool, "/wheel_drive/enable", data=on)
+        enabled = State.OPERATION_ENABLED
+        self.until(DriveStatus, lambda s: (s.state == enabled) is on, 2.0)
+
+    def now(self) -> Time:
+        """Stamp of the bus."""
+        return self.until(BusInputs, lambda _: True, 1.0).header.stamp
+
+    def start_recording(self, name: str, record: dict) -> None:
+        self.ask(
+            StartRecording,
+            "/recorder/start",
+            name=name,
+            record=yaml.safe_dump({"tire": "TOY", **record}),
+            at_once=True,
+            after=self.now(),
+        )
+
+    def stop_recording(self) -> str:
+        """The closed bag."""
+        stop = {"status": "complete", "up_to": self.now()}
+        return self.ask(StopRecording, "/recorder/stop", **stop).path
+
+    def record(self, name: str, record: dict, distance: float, prepare: Callable[[], None]) -> str:
+        """One run: drive on, recorder on, plank forward and at rest again; its bag."""
+        start = self.until(EncoderState, lambda _: True, 1.0).plank_position
+        prepare()
+        self.enable()
+        self.start_recording(name, record)
+        self.plank(1)
+        self.until(EncoderState, lambda s: s.plank_position > start + distance, 10.0)
+        self.plank(0)
+        self.until(EncoderState, lambda s: not s.plank_moving, 5.0)
+        bag = self.stop_recording()
+        self.enable(False)
+        return bag
+
+    def plank(self, direction: int) -> None:
+        self.ask(
+            PlankSwitch,
+            "/simulated_plant/plank",
+            direction=direction,
+            fast=True,
+            stop_at=math.nan,
+        )
+
+    def process(self, word: str) -> tuple[int, list[str]]:
+        """The process behind the bus that has a word in its command line, and that line."""
+        node = self.nodes.running["ethercat_bus"]
+        (found,) = (
+            (pid, words)
+            for pid, words in below(node.pid)
+            if word in words and Path(words[0]).name.startswith("python")
+        )
+        return found
+
+
+@contextmanager
+def emulated_graph(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedGraph]:
+    """A running emulated bench in a domain of its own, or a skipped test that says why."""
+    try:
+        BenchNamespace().close()
+    except NamespaceError as error:
+        pytest.skip(str(error))
+    environment = loopback(next_domain())
+    for key, value in environment.items():
+        monkeypatch.setenv(key, value)
+    setup = BenchSetup(kind="emulated", data=str(tmp_path / "data"))
+    nodes = BenchProcesses(setup, environment=environment, log=tmp_path / "nodes.log")
+    with nodes, BenchClient() as client:
+        client.wait_connected(nodes.running, timeout=90.0)
+        yield EmulatedGraph(client, nodes)
+    assert not nodes.running
+
+
+def table_of(bag: str) -> MeasurementTable:
+    """What the analysis reads from a closed bag without a lost cycle."""
+    campaign = Campaign.load(bag)
+    assert not campaign.problems, campaign.problems
+    record = yaml.safe_load((Path(bag) / "run.yaml").read_text(encoding="utf-8"))
+    assert (record["status"], record["cycles_lost"]) == ("complete", 0), record
+    return campaign.runs[0].table(check=False)
