@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -158,7 +159,8 @@ def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str,
         remark = e.note or "not determined"
     else:
         remark = f"at its {e.at_bound} bound" if e.at_bound else e.note or beside
-    return (condition, slip, e.name, f"{e.value:.5g}", f"{e.std_error:.2g}", e.unit, remark)
+    error = f"{e.std_error:.2g}" if e.determined and math.isfinite(e.std_error) else "-"
+    return (condition, slip, e.name, f"{e.value:.5g}", error, e.unit, remark)
 
 
 def _magic_formula(result: MFFit) -> None:

@@ -65,6 +65,15 @@ def columns_present(table: MeasurementTable) -> Iterator[Problem]:
 
 
 @check
+def slip_channels(table: MeasurementTable) -> Iterator[Problem]:
+    """A slip step without these is kept for what it can tell, but no model is fitted to it."""
+    for name in ("wheel_angle", "fz") if table.info.measurement == "slip" else ():
+        if name not in table and len(table.columns) > len(REQUIRED["slip"]):
+            remedy = f"add '{name}', or map a foreign name to it"
+            yield Problem(table.info.file, f"no column '{name}': no fit", "", remedy, fatal=False)
+
+
+@check
 def not_a_number(table: MeasurementTable) -> Iterator[Problem]:
     """No NaN where a value is needed; a column that is NaN throughout was not measured."""
     needed = REQUIRED.get(table.info.measurement, ())

@@ -92,7 +92,7 @@ class MeasurementTable:
             raise FlatplankError(
                 f"no column '{name}'",
                 self.info.file,
-                f"needed here; the file has {', '.join(self.columns)}",
+                f"add it, or map a foreign name to it; the file has {', '.join(self.columns)}",
             ) from None
 
     def get(self, name: str) -> np.ndarray:

@@ -261,6 +261,8 @@ def _report(
         open_mask |= np.isin(names, twin.statement.names)
     stated = np.array([name in problem.priors for name in names])
     open_mask = (open_mask & ~stated)[~held]
+    # a small part in a direction that is wide open is an error beyond all that matters, too
+    open_mask |= (cover.std_error > problem.sizes[~held]) & ~stated[~held]
     estimates = _estimates(problem, solution, cover, held, open_mask)
     error = residual * problem.error_scale()
     fit = Fit(

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a campaign lacks is told: by `table` before a fit, and beside the numbers of a fit."""
+
+from __future__ import annotations
+
+from steptable import step_table
+
+from flatplank_analysis.cli import fit as cli_fit
+from flatplank_analysis.cli import table as cli_table
+from flatplank_analysis.data import MeasurementTable
+from flatplank_analysis.data.exporters import export_campaign
+
+
+def test_a_slip_run_without_wheel_angle_is_told_by_table(tmp_path, capsys):
+    whole = step_table(0.02, 1)
+    columns = {k: v for k, v in whole.columns.items() if not k.startswith("wheel")}
+    folder = export_campaign([MeasurementTable(columns, whole.info)], tmp_path / "blind")
+    assert cli_table.main([str(folder)]) == 0
+    said = capsys.readouterr().err
+    assert "no column 'wheel_angle': no fit; add 'wheel_angle'" in said and "(run kept)" in said
+    assert cli_fit.main([str(folder), "--model", "linear", "--jobs", "1"]) == 2
+    assert "no column 'wheel_angle'" in capsys.readouterr().err
+
+
+def test_numbers_that_are_not_determined_have_no_error_beside_them(tmp_path, capsys):
+    tables = [step_table(k, s, file=f"{k}_{s}.parquet") for k in (0.0, 0.02) for s in (1, 2)]
+    folder = export_campaign(tables, tmp_path / "two")
+    assert cli_fit.main([str(folder), "--model", "mf", "--jobs", "1"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    fitted = {row[0]: row for row in rows if row and row[0].startswith(("P", "B", "D", "F", "Q"))}
+    assert {"PCX1", "PKX1", "DREFF"} <= set(fitted)
+    for row in fitted.values():
+        assert row[2] == "-" and " ".join(row[-6:]).endswith(("by these data", "on its bound")), (
+            row
+        )
