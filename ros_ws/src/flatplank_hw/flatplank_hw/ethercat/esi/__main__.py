@@ -14,9 +14,9 @@ from flatplank_hw.ethercat.writer import write_bus
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
     """Command line."""
-    parser = argparse.ArgumentParser(prog="esi", description="Makers' ESI files into the bus file")
-    parser.add_argument("file", help="ESI file (XML)")
-    parser.add_argument("--type", default="", help="type name of the device")
+    parser = argparse.ArgumentParser(prog="esi", description="ESI and ENI files into the bus file")
+    parser.add_argument("file", help="ESI or ENI file (XML)")
+    parser.add_argument("--type", default="", help="type name; in an ENI file the slave's name")
     parser.add_argument("--product", type=lambda t: int(t, 0), help="product code")
     parser.add_argument("--revision", type=lambda t: int(t, 0), help="revision; default: newest")
     parser.add_argument("--bus", help="bus file to start from")

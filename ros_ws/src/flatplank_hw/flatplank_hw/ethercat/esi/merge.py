@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
-from flatplank_hw.ethercat.esi.read import EsiDevice, EsiError
+from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError
 from flatplank_hw.ethercat.strict import nearest
 
 CIA402 = {
@@ -48,6 +48,7 @@ def slave_from_device(
         outputs=_named(device.outputs, channels, echo=bool(axis)),
         inputs=_named(device.inputs, channels, echo=False),
         write_assignment=not device.fixed_assignment,
+        write_mapping=device.write_mapping,
         sdos=device.sdos,
     )
 
