@@ -19,6 +19,8 @@ ARGUMENTS = {
     "pace": ("realtime", "realtime, lockstep or hold (simulated plant)"),
     "rate_hz": ("250", "bus rate [Hz]"),
     "batch": ("1", "bus cycles per message"),
+    "interface": ("", "network interface of the bus, in the lab"),
+    "bus": ("", "bus file of the EtherCAT bus; empty: ours, with placeholders"),
     "data": ("data", "folder for the bags"),
     "axes": ("", "driven beside the wheel: vertical,steer,camber"),
 }
@@ -34,6 +36,8 @@ def make_nodes(context):
         pace=value["pace"],
         rate_hz=int(value["rate_hz"]),
         batch=int(value["batch"]),
+        interface=value["interface"],
+        bus_file=value["bus"],
         data=value["data"],
         axes=tuple(a for a in value["axes"].split(",") if a),
     )

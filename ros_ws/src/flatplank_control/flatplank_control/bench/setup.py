@@ -36,6 +36,8 @@ class BenchSetup:
     pace: str = "realtime"
     interface: str = ""
     """network interface of the bus, in the lab"""
+    bus_file: str = ""
+    """of the EtherCAT bus; empty: one of ours with the axes that are driven"""
     data: str = "data"
     axes: tuple[str, ...] = ()
     """driven beside the wheel: keys of AXIS_NODES"""
@@ -78,6 +80,7 @@ class BenchSetup:
                 "rate_hz": self.rate_hz,
                 "batch": self.batch,
                 "interface": self.interface,
+                "bus_file": self.bus_file or ("bench_five_axes" if self.axes else "bench"),
                 "emulated": self.kind == "emulated",
                 "tire": self.tire,
                 "preset": self.preset,

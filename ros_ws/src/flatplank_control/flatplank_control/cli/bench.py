@@ -40,6 +40,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--axes", default="", help="driven beside the wheel: vertical,steer,camber")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
+    p.add_argument("--bus", default="", help="bus file of --lab or --emulated-bus; default: ours")
     p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
     return p
 
@@ -64,6 +65,7 @@ def setup_of(options: argparse.Namespace) -> BenchSetup:
         batch=options.batch,
         pace=options.pace,
         interface=options.interface,
+        bus_file=options.bus,
         data=str(options.data),
         axes=axes_of(options.axes),
     )
