@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Takes one handler out at a time, in a copy, and shows which fault tests notice.
 
-`python tests/ethercat/ethercat_mutations.py [NAME ...]`; prints the table of docs/ethercat.md.
+`python tests/ethercat/ethercat_mutations.py [NAME ...]` prints what notices;
+`python tests/ethercat/ethercat_mutations.py --docs FILE` writes the table of all faults.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 import shutil
@@ -13,224 +15,71 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
+
+from ethercat_contract import WITHIN_MS
+from ethercat_handlers import MUTATIONS, Mutation
+from ethercat_others import OTHERS
+from ethercat_scenarios import SCENARIOS
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = "ros_ws/src/flatplank_hw"
 CODE = "flatplank_hw/ethercat"
+HEAD = """# Faults of the EtherCAT bus, one by one
+
+Written by `python tests/ethercat/ethercat_mutations.py --docs docs/ethercat-faults.md`; what the
+tests assert is explained in [ethercat.md](ethercat.md#faults). *At rest*: from the fault to the
+last motion of the wheel's shaft, in bench time, at most {bound:g} ms; *turns*: the wheel may turn
+on, and does. *Noticed*: the fault's test fails when this handler is taken out. After each fault on
+a running bus nothing is enabled by itself, and the wheel turns again after an explicit reset.
+
+"""
 
 
-class Mutation(NamedTuple):
-    """A handler that is taken out."""
+class Seen(NamedTuple):
+    """What a run of the tests shows."""
 
-    name: str
-    file: str
-    old: str
-    new: str
-    select: str
-    """tests to run (-k)"""
+    failed: list[str]
+    rests: dict[str, float]
+    """fault -> ms from it to the last motion of the wheel"""
+    summary: str
 
 
-MUTATIONS = (
-    Mutation(
-        "guard ignores the health of the bus",
-        "master/guard.py",
-        "if inputs is None or health not in (Health.OK, Health.DEGRADED):",
-        "if inputs is None:",
-        "fault and (answers or counter or cut)",
-    ),
-    Mutation(
-        "guard does not latch",
-        "master/guard.py",
-        "self.latched[axis] = cause",
-        "self.latched.pop(axis, None)",
-        "fault and (eight or answers or emergency)",
-    ),
-    Mutation(
-        "guard ignores the emergency stop contact",
-        "master/guard.py",
-        "if not inputs.digital & Digital.EMERGENCY_STOP_OK:",
-        "if False:",
-        "emergency_stop or (fault and contact)",
-    ),
-    Mutation(
-        "guard ignores old commands",
-        "master/guard.py",
-        "if cycle - command.cycle > self.timeout:",
-        "if False:",
-        "node_silent",
-    ),
-    Mutation(
-        "guard ignores limit switches",
-        "master/guard.py",
-        "closed & _LIMITS.get(axis, 0)",
-        "False",
-        "fault and limit",
-    ),
-    Mutation(
-        "a stop is lifted without a reset",
-        "master/guard.py",
-        "if reset and not self._reset_seen.get(axis, True) and not cause:",
-        "if not cause:",
-        "fault and (eight or answers or contact)",
-    ),
-    Mutation(
-        "single losses are not tolerated",
-        "master/health.py",
-        "TOLERATED = 2",
-        "TOLERATED = 0",
-        "fault and lost",
-    ),
-    Mutation(
-        "losses are never called lost",
-        "master/health.py",
-        "TOLERATED = 2",
-        "TOLERATED = 10**9",
-        "fault and (eight or counter or answers)",
-    ),
-    Mutation(
-        "the working counter is not compared",
-        "master/health.py",
-        "good = seen.arrived and seen.counter == self.expected",
-        "good = seen.arrived",
-        "fault and counter",
-    ),
-    Mutation(
-        "the echo is not compared",
-        "master/health.py",
-        "if seen.arrived and not seen.echo_ok:",
-        "if False:",
-        "fault and held",
-    ),
-    Mutation(
-        "AL states are not read",
-        "master/loop.py",
-        "self.monitor.states(self.soem.states())\n        elif",
-        "pass\n        elif",
-        "fault and SAFEOP",
-    ),
-    Mutation(
-        "the socket is not reopened",
-        "master/soem.py",
-        "        self._master.close()\n        self.open()",
-        "        return",
-        "(fault and held) or foreign",
-    ),
-    Mutation(
-        "slaves in SAFEOP are not brought back",
-        "master/soem.py",
-        'if slave.state & 0x0F == STATES["SAFEOP"]:',
-        "if False:",
-        "fault and maker",
-    ),
-    Mutation(
-        "slaves that lost their state are not configured again, nor is the bus scanned",
-        "master/ladder.py",
-        "return Rung.RECONFIGURE\n        return Rung.RESCAN",
-        "return Rung.NONE\n        return Rung.NONE",
-        "fault and (PREOP or INIT or restarts)",
-    ),
-    Mutation(
-        "no full scan",
-        "master/ladder.py",
-        "return Rung.RESCAN",
-        "return Rung.NONE",
-        "long_cut or another_slave",
-    ),
-    Mutation(
-        "identities are not checked",
-        "master/identity.py",
-        "same = (vendor, product) == (spec.vendor, spec.product)",
-        "same = True",
-        "identity or another_slave",
-    ),
-    Mutation(
-        "no lock on the interface",
-        "master/interface.py",
-        "fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)",
-        "pass",
-        "second_master",
-    ),
-    Mutation(
-        "watchdogs are not set",
-        "master/soem.py",
-        "ticks = self.bus.watchdog_ms * 1_000_000 // WATCHDOG_DIVIDER_NS",
-        "ticks = 0",
-        "killed or frozen",
-    ),
-    Mutation(
-        "the death of the node is not noticed",
-        "master/loop.py",
-        "while self.running and not self.link.parent_gone:",
-        "while self.running:",
-        "node_killed",
-    ),
-    Mutation(
-        "the bus ends without stopping the axes",
-        "master/loop.py",
-        "            self.turn()\n        self._stop_axes()",
-        "            self.turn()",
-        "stopping_the_bus",
-    ),
-    Mutation(
-        "no images while the bus process is silent",
-        "master/client.py",
-        "return [self._invent(now)]",
-        "return []",
-        "bus_process_killed",
-    ),
-    Mutation(
-        "SDO time-out of the library",
-        "master/soem.py",
-        "SDO_TIMEOUT_US = 20_000",
-        "SDO_TIMEOUT_US = 700_000",
-        "sdo_services",
-    ),
-    Mutation(
-        "mailboxes are not looked into",
-        "master/soem.py",
-        "            self._master.slaves[number].mbx_receive()",
-        "            return",
-        "fault and message",
-    ),
-    Mutation(
-        "a reset in a burst gets lost",
-        "master/inbox.py",
-        "shown.add(axis)",
-        "pass",
-        "burst",
-    ),
-)
+def tests(folder: Path, select: str) -> Seen:
+    """Run some of the tests on the copy in a folder."""
+    words = [sys.executable, "-m", "pytest", "tests/ethercat", "-q", "-s", "-k", select]
+    words += ["-m", "not long", "-p", "no:cacheprovider", "-c", str(ROOT / "pyproject.toml")]
+    result = subprocess.run(
+        [*words, "--rootdir", str(folder)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": f"{folder / PACKAGE}:{folder / 'tests/ethercat'}"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    out = result.stdout
+    failed = re.findall(r"^(?:FAILED|ERROR) \S+::(.+?)(?: - .*)?$", out, re.M)
+    if "Timeout" in out + result.stderr:
+        failed.append("the run does not end")
+    rests = re.findall(r"^\W*(.+): the wheel rests after (\S+) ms$", out, re.M)
+    summary = out.strip().splitlines()[-1:] or [result.stderr[-200:]]
+    return Seen(failed, {name: float(ms) for name, ms in rests}, summary[0])
 
 
-def run(mutation: Mutation, folder: Path) -> str:
-    """Names of the tests that fail, or what went wrong."""
+def run(mutation: Mutation, folder: Path) -> list[str]:
+    """Names of the tests that fail without a handler."""
     path = folder / PACKAGE / CODE / mutation.file
     text = path.read_text()
     if text.count(mutation.old) != 1:
-        return f"NOT APPLIED: found {text.count(mutation.old)} times"
+        return []
     path.write_text(text.replace(mutation.old, mutation.new))
     try:
-        words = [sys.executable, "-m", "pytest", "tests/ethercat", "-q", "-k", mutation.select]
-        words += ["-m", "not long", "-p", "no:cacheprovider", "-c", str(ROOT / "pyproject.toml")]
-        paths = f"{folder / PACKAGE}:{folder / 'tests/ethercat'}"
-        result = subprocess.run(
-            [*words, "--rootdir", str(folder)],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": paths},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        return tests(folder, mutation.select).failed
     finally:
         path.write_text(text)
         bury(folder)
-    failed = re.findall(r"^(?:FAILED|ERROR) \S+::(.+?)(?: - .*)?$", result.stdout, re.M)
-    if "Timeout" in result.stdout + result.stderr:
-        failed.append("the run does not end")
-    summary = result.stdout.strip().splitlines()[-1:] or [result.stderr[-200:]]
-    return "; ".join(failed) if failed else f"NOT NOTICED ({summary[0]})"
 
 
 def bury(folder: Path) -> None:
@@ -244,21 +93,58 @@ def bury(folder: Path) -> None:
             os.kill(int(entry.name), signal.SIGKILL)
 
 
-def main(names: list[str]) -> int:
-    """One row per mutation; exit code 1 when one is not noticed."""
-    wanted = [m for m in MUTATIONS if not names or any(n in m.name for n in names)]
-    good = True
+def faults() -> Iterator[tuple[str, list[str]]]:
+    """Test, and the first cells of its row; name first."""
+    for s in SCENARIOS:
+        yield f"test_fault[{s.name}]", [s.name, s.cause, s.signature]
+    for o in OTHERS:
+        cause = o.cause if o.when != "at the start" else f"{o.cause}, {o.when}"
+        yield o.test, [o.name, cause, o.signature]
+
+
+def table(rests: dict[str, float], noticed: dict[str, list[str]]) -> str:
+    """Markdown."""
+    still = {s.name for s in SCENARIOS if not s.stops} | {"second master"}
+    lines = ["| fault | cause | signature | at rest | noticed |", "|---|---|---|---|---|"]
+    for test, cells in faults():
+        name = cells[0]
+        rest = "turns" if name in still else f"{rests[name]:g} ms" if name in rests else "-"
+        names = [m for m, failed in noticed.items() if any(f.startswith(test) for f in failed)]
+        lines.append("| " + " | ".join([*cells, rest, "; ".join(names) or "-"]) + " |")
+    missed = [name for name, failed in noticed.items() if not failed]
+    lines += ["", f"{len(noticed)} handlers were taken out; noticed by no test: "]
+    lines[-1] += ", ".join(missed) or "none."
+    other = {m: failed for m, failed in noticed.items() if m not in "\n".join(lines)}
+    lines += [f"Noticed by other tests: {m} ({', '.join(f)})." for m, f in other.items() if f]
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Exit code 1 when a handler is missed by nobody."""
+    p = argparse.ArgumentParser(description=__doc__)
+    p.add_argument("names", nargs="*", help="parts of names of handlers; default: all")
+    p.add_argument("--docs", type=Path, help="write the table of all faults to this file")
+    o = p.parse_args(arguments)
+    wanted = [m for m in MUTATIONS if not o.names or any(n in m.name for n in o.names)]
+    noticed: dict[str, list[str]] = {}
     with tempfile.TemporaryDirectory(prefix="fp-mutants-") as name:
         folder = Path(name)
         shutil.copytree(ROOT / PACKAGE, folder / PACKAGE, symlinks=True)
         shutil.copytree(ROOT / "tests/ethercat", folder / "tests/ethercat")
-        print("| handler taken out | tests that fail |\n|---|---|")
+        well = tests(folder, "fault or processes") if o.docs else Seen([], {}, "")
+        if well.failed:
+            print(f"fails with all handlers in place: {well.failed}", file=sys.stderr)
         for mutation in wanted:
-            outcome = run(mutation, folder)
-            good &= not outcome.startswith("NOT")
-            print(f"| {mutation.name} | {outcome} |", flush=True)
-    return 0 if good else 1
+            noticed[mutation.name] = run(mutation, folder)
+            print(
+                f"{mutation.name}: {'; '.join(noticed[mutation.name]) or 'NOT NOTICED'}",
+                flush=True,
+            )
+    if o.docs:
+        text = HEAD.format(bound=WITHIN_MS) + table(well.rests, noticed)
+        o.docs.write_text(text, encoding="utf-8")
+    return 0 if all(noticed.values()) and not well.failed else 1
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(sys.argv[1:]))
+    raise SystemExit(main())

@@ -9,6 +9,7 @@ import gc
 import os
 import select
 import subprocess
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -32,12 +33,17 @@ ATTEMPTS = 4
 _UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
 
 
-def be_quick(on: bool) -> None:
-    """Real-time scheduling for the node by hand, where allowed, and no garbage collector: no stall
-    of its own may spoil a test."""
+def be_first(on: bool) -> None:
+    """Real-time scheduling for this thread, where allowed."""
     policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK if on else os.SCHED_OTHER
     with contextlib.suppress(PermissionError):
         os.sched_setscheduler(0, policy, os.sched_param(30 if on else 0))
+
+
+def be_quick(on: bool) -> None:
+    """Real-time scheduling for the node by hand, where allowed, and no garbage collector: no stall
+    of its own may spoil a test."""
+    be_first(on)
     if on:
         gc.collect()
         gc.freeze()
@@ -221,6 +227,27 @@ class Bench:
         ready.register(process.stdout)
         self.node.run(lambda _inputs: bool(ready.poll(0)), seconds=20.0, what="process is done")
         return process.stdout.readline()
+
+    def ask_sdo(self) -> str:
+        """How a read of the drive's name ends, while the node goes on answering.
+
+        Another thread asks, with the node's own priority: it must not keep the interpreter's lock
+        from the node.
+        """
+        said: list[str] = []
+
+        def ask() -> None:
+            be_first(True)
+            try:
+                said.append(self.client.sdo_read("wheel_drive", 0x1008).decode())
+            except LookupError as error:
+                said.append(str(error))
+
+        thread = threading.Thread(target=ask)
+        thread.start()
+        self.node.run(lambda _inputs: bool(said), what="SDO answered")
+        thread.join()
+        return said[0]
 
     def close(self) -> None:
         """End everything."""

@@ -34,8 +34,33 @@ class Scenario:
     """shown by the axis"""
     events: tuple[str, ...] = ()
     """parts of events that must have come"""
-    again: bool = True
-    """the bus is well again by itself after mending"""
+    sdo: str = ""
+    """how an SDO to the drive ends while the fault is there; empty: none is asked"""
+
+    @property
+    def cause(self) -> str:
+        """For a reader."""
+        words = " ".join(f"{key}={_plain(value)}" for key, value in self.arguments.items())
+        return f"`{self.fault} {words}`".replace(" `", "`") + f" for {self.cycles} cycles"
+
+    @property
+    def signature(self) -> str:
+        """For a reader: what tells this fault from the others."""
+        parts = [*self.health, *(f"never {name}" for name in self.never)]
+        parts += [f"'{self.reason}'"] if self.reason else []
+        parts += [f"`{name}` grows" for name in self.grows]
+        parts += [f"recovery {name}" for name in self.rungs]
+        if self.stops:
+            parts += [f"held: {self.held}"] if self.held else []
+            parts += [f"error 0x{self.error_code:04X}"]
+        parts += [f"SDO: '{self.sdo}'"] if self.sdo else []
+        parts += [f"event {text}" for text in self.events]
+        return ", ".join(parts)
+
+
+def _plain(value: Any) -> str:
+    """Codes as in the makers' books."""
+    return f"0x{value:04X}" if type(value) is int and value > 0xFF else str(value)
 
 
 def _cut(after: str, seen: str) -> Scenario:
@@ -105,12 +130,12 @@ SCENARIOS = (
     ),
     Scenario(
         "a wire that passes nothing", "wire_dead", {}, cycles=60,
-        health=("LOST",), reason="no answer for", rungs=("ACKNOWLEDGE",), held="BUS",
+        health=("LOST",), reason="cycles; coupler: no answer", rungs=("ACKNOWLEDGE",), held="BUS",
         error_code=0x7500,
     ),
     Scenario(
         "link down on the far side", "link_down", {}, cycles=60,
-        health=("LOST",), reason="no answer for", rungs=("ACKNOWLEDGE",), held="BUS",
+        health=("LOST",), reason="no link: check the cable", rungs=("ACKNOWLEDGE",), held="BUS",
         error_code=0x7500,
     ),
     Scenario(
@@ -170,14 +195,15 @@ SCENARIOS = (
     # mailbox
     Scenario(
         "mailbox hangs", "mailbox_hang", {"slave": "wheel_drive"}, stops=False, never=("LOST",),
+        sdo="no answer within 20 ms",
     ),
     Scenario(
         "mailbox refuses", "mailbox_abort", {"slave": "wheel_drive"}, stops=False,
-        never=("LOST",),
+        never=("LOST",), sdo="refused, 0x08000000",
     ),
     Scenario(
         "mailbox answers late", "mailbox_late", {"slave": "wheel_drive", "ms": 60.0}, stops=False,
-        never=("LOST",),
+        never=("LOST",), sdo="no answer within 20 ms",
     ),
     Scenario(
         "emergency message alone", "emergency", {"slave": "wheel_drive", "code": 0x4210},

@@ -28,6 +28,7 @@ def break_it(bench: Bench, scenario: Scenario, contract: Contract) -> dict[str, 
     node, emulator, client = bench.node, bench.emulator, bench.client
     before = client.diagnostics()
     emulator.send(scenario.fault, **scenario.arguments)
+    sdo = bench.ask_sdo() if scenario.sdo else ""
     node.cycles(scenario.cycles)
     during, axis = client.diagnostics(), node.last.axes[0]
     contract.recovers()
@@ -39,6 +40,7 @@ def break_it(bench: Bench, scenario: Scenario, contract: Contract) -> dict[str, 
         "after": client.diagnostics(),
         "axis": axis,
         "seen": set(node.seen),
+        "sdo": sdo,
         "events": str(bench.events),
     }
 
@@ -59,6 +61,7 @@ def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
         if scenario.held is not None:
             assert seen["during"]["held"].get("wheel", "") == scenario.held
         assert seen["axis"].error_code == scenario.error_code
+    assert scenario.sdo in seen["sdo"]
     for text in scenario.events:
         assert text in seen["events"]
 

@@ -178,6 +178,7 @@ def test_link_down_on_the_near_side(bench: Bench) -> None:
         bench.node.run(lambda i: i.health == Health.LOST, what="LOST")
         bench.node.cycles(75)
         contract.rests(since="last_frame_ns")
+        assert f"sudo ip link set {MASTER} up" in bench.client.diagnostics()["reason"]
         bench.namespace.run("ip", "link", "set", MASTER, "up")
 
 

@@ -46,6 +46,8 @@ class HealthMonitor:
     in_a_row: int = 0
     faulty: tuple[SlaveState, ...] = ()
     """slaves that were not in OP when last looked at"""
+    link: str = ""
+    """what is wrong with the interface itself, when last looked at"""
     reason: str = ""
     history: dict[str, int] = field(default_factory=dict)
     """cycles spent in each health"""
@@ -85,6 +87,8 @@ class HealthMonitor:
                 if seen.arrived
                 else f"no answer for {self.in_a_row} cycles"
             )
+            if self.link and not seen.arrived:
+                self.reason += f"; {self.link}"
             if self.faulty:
                 self.reason += "; " + describe(self.faulty)
             return Health.LOST

@@ -15,6 +15,8 @@ from flatplank_hw.ethercat.master.errors import BusError
 
 NAME_LIMIT = 15
 ETHERCAT = 0x88A4
+SIOCGIFFLAGS = 0x8913
+IFF_UP, IFF_RUNNING = 0x01, 0x40
 
 
 def check_interface(name: str) -> None:
@@ -28,6 +30,16 @@ def check_interface(name: str) -> None:
     known = [n for _, n in socket.if_nameindex()]
     if name not in known:
         raise BusError(f"interface '{name}' is not there; found: {', '.join(known) or 'none'}")
+
+
+def link_trouble(name: str) -> str:
+    """Why nothing can come from an interface by itself; empty when its link is up."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
+        raw = fcntl.ioctl(control, SIOCGIFFLAGS, name.encode().ljust(16, b"\0") + bytes(24))
+    flags = int.from_bytes(raw[16:18], sys.byteorder)
+    if not flags & IFF_UP:
+        return f"the interface is down: sudo ip link set {name} up"
+    return "" if flags & IFF_RUNNING else "no link: check the cable to the first slave"
 
 
 def check_permission() -> None:

@@ -14,6 +14,7 @@ from flatplank_hw.ethercat.master.health import HealthMonitor, Seen
 from flatplank_hw.ethercat.master.histogram import Histogram
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
 from flatplank_hw.ethercat.master.inbox import Inbox
+from flatplank_hw.ethercat.master.interface import link_trouble
 from flatplank_hw.ethercat.master.ladder import Ladder, Rung
 from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.pacing import CycleClock
@@ -27,6 +28,8 @@ MAILBOX_POLL_S = 0.008
 """one mailbox is looked into so often, in turn [s]"""
 SILENT = 25
 """cycles without an answer after which the wire counts as silent"""
+LINK_POLL = 5
+"""on a silent wire the interface itself is looked at every so many cycles"""
 STOP_S = 0.4
 """longest time that the axes get to stop before the bus is taken down [s]"""
 TURNING = 2000
@@ -158,6 +161,8 @@ class BusLoop:
         for request in self.link.requests():
             self._serve(request)
         bad = self.health not in (Health.OK, Health.DEGRADED)
+        if bad and not self._arrived and self.monitor.in_a_row % LINK_POLL == 0:
+            self.monitor.link = link_trouble(self.soem.interface)
         if self._look_at_states(cycle):
             self.monitor.states(self.soem.states())
         elif cycle % self._mailbox_poll == 0 and self._mailboxes and self._arrived and not bad:
