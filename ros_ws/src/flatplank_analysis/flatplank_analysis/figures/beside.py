@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -12,13 +13,11 @@ from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import PALETTE
-from flatplank_analysis.models.magic_formula import operating_point, steady
+from flatplank_analysis.models.magic_formula import Coefficients, steady
 from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.report.machine_tables import friction_of
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult, PointResult
-
-SPEED = 0.03
 
 
 @maker("machine")
@@ -36,13 +35,12 @@ def transmission(result: CampaignResult) -> Iterator[Figure]:
         pieces.panel("slip κ [%]", "motor torque M_M [N m]", torque),
         pieces.panel("slip κ [%]", "efficiency η [%]", efficiency),
     ]
-    there = [p for p in panels if p is not None]
-    if there:
-        caption = (
-            "Mean over the last half metre of each run. Efficiency (5.3) of driving runs, with "
-            "the friction of unloaded turns."
-        )
-        yield Figure("transmission", "Torque of the wheel drive", caption, there, "5.4, 5.13")
+    caption = (
+        "Mean over the last half metre of each run. Efficiency (5.3) of driving runs, with the "
+        "friction of unloaded turns."
+    )
+    title = "Torque of the wheel drive"
+    yield from pieces.figure("transmission", title, caption, panels, "5.4, 5.13")
 
 
 def _over_slip(point: PointResult, label: str, read) -> Series | None:
@@ -82,8 +80,7 @@ def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
         pieces.panel("side slip angle α [°]", "relaxation length σy [m]", [sigma]),
     ]
     caption = "Mean of all runs of an operating point up to the slip step; dashed: first order."
-    there = [p for p in panels if p is not None]
-    yield Figure("lateral_start", "Lateral transient", caption, there)
+    yield from pieces.figure("lateral_start", "Lateral transient", caption, panels)
 
 
 @maker("parameters")
@@ -105,16 +102,26 @@ def magic_lateral(result: CampaignResult) -> Iterator[Figure]:
     for (fz, bar, gamma), color in zip(shown, PALETTE, strict=False):
         alpha, force, load = np.array(sorted(shown[fz, bar, gamma])).T
         label = f"{fz:g} N, {bar:g} bar, γ {gamma:g}°"
-        series.append(Series(label, alpha, force, "points", color))
-        fine = np.linspace(alpha.min(), alpha.max(), 201)
-        angles = np.radians(fine), math.radians(gamma)
-        o = operating_point(c, float(load.mean()), 0.0, *angles, 1e5 * bar, SPEED)
-        curve = np.broadcast_to(steady(c, o).fy, fine.shape)
-        series.append(Series(label, fine, curve, "curve", color, legend=False))
+        there = partial(_side_force, c, float(load.mean()), gamma, bar)
+        series += pieces.with_model(
+            label, color, (alpha, force), (alpha.min(), alpha.max()), there
+        )
     if series:
         caption = "Points: mean of the last half metre at κ = 0. Lines: the fitted coefficients."
         panel = Panel("side slip angle α [°]", "steady Fy [N]", series)
         yield Figure("magic_formula_fy", "Magic Formula, Fy", caption, (panel,), "7.27")
+
+
+def _side_force(
+    c: Coefficients, fz: float, gamma: float, bar: float, alpha: np.ndarray
+) -> np.ndarray:
+    return steady(c, pieces.at_point(c, fz, 0.0, alpha, gamma, bar)).fy
+
+
+def _radius_mm(
+    c: Coefficients, fz: float, gamma: float, bar: float, alpha: np.ndarray
+) -> np.ndarray:
+    return 1e3 * effective_radius(c, pieces.at_point(c, fz, 0.0, alpha, gamma, bar), 0.0)
 
 
 @maker("radius")
@@ -139,12 +146,9 @@ def modelled_radius_angles(result: CampaignResult) -> Iterator[Figure]:
         x, y = np.array(mine).T
         if np.ptp(x) == 0.0:
             continue
-        series.append(Series(f"γ = {gamma:g}°", x, y, "points", color))
-        fine = np.linspace(x.min(), x.max(), 101)
-        tilt = math.radians(gamma)
-        o = operating_point(c, base.fz, 0.0, np.radians(fine), tilt, 1e5 * base.pressure, SPEED)
-        curve = 1e3 * np.broadcast_to(effective_radius(c, o, 0.0), fine.shape)
-        series.append(Series("model", fine, curve, "curve", color, legend=False))
+        there = partial(_radius_mm, c, base.fz, gamma, base.pressure)
+        label = f"γ = {gamma:g}°"
+        series += pieces.with_model(label, color, (x, y), (x.min(), x.max()), there)
     if series:
         caption = "Points: measured, at Fx = 0, all sources. Lines: the fitted coefficients."
         panel = Panel("side slip angle α [°]", "effective rolling radius [mm]", series)

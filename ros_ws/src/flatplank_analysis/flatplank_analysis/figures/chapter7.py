@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
+from flatplank_analysis.data.info import Condition
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import INK, PALETTE
-from flatplank_analysis.models.magic_formula import operating_point, steady
+from flatplank_analysis.models.magic_formula import Coefficients, steady
 from flatplank_analysis.report.results import CampaignResult, PointResult
 
 OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
@@ -81,21 +82,13 @@ def _parameters(points, name: str, title: str, source: str) -> Iterator[Figure]:
         fits = [c.linear for c in conditions]
         left.append(pieces.estimate_points(label, kappa, [f.sigma for f in fits]))
         stiffness = pieces.estimate_points(label, kappa, [f.slip_stiffness for f in fits])
-        if stiffness is not None:
-            right.append(_scaled(stiffness, 1e-3))
+        right.append(pieces.scaled(stiffness, 1e-3))
     panels = [
         pieces.panel("slip κ [%]", "relaxation length σx [m]", left),
         pieces.panel("slip κ [%]", "local slip stiffness C′Fκ [kN]", right),
     ]
-    there = [p for p in panels if p is not None]
-    if there:
-        caption = "One fit of (7.11) per slip level; bars are standard errors."
-        yield Figure(name, title, caption, there, source)
-
-
-def _scaled(series: Series, factor: float) -> Series:
-    error = None if series.error is None else series.error * factor
-    return Series(series.label, series.x, series.y * factor, series.style, series.color, error)
+    caption = "One fit of (7.11) per slip level; bars are standard errors."
+    yield from pieces.figure(name, title, caption, panels, source)
 
 
 @maker("parameters")
@@ -111,18 +104,16 @@ def parameters_over_factor(result: CampaignResult) -> Iterator[Figure]:
             label = f"κ = {pieces.percent(kappa)}"
             left.append(pieces.estimate_points(label, x, [c.linear.sigma for _, c in known]))
             series = pieces.estimate_points(label, x, [c.linear.slip_stiffness for _, c in known])
-            right.append(None if series is None else _scaled(series, 1e-3))
+            right.append(pieces.scaled(series, 1e-3))
         axis = f"{symbol} [{unit}]"
         panels = [
             pieces.panel(axis, "relaxation length σx [m]", left),
             pieces.panel(axis, "local slip stiffness C′Fκ [kN]", right),
         ]
-        shown = [p for p in panels if p is not None]
-        if shown:
-            name = f"small_slip_over_{factor.removesuffix('_deg')}"
-            title = f"Small slip over {symbol}"
-            caption = "Linear model at the smallest slips; bars are standard errors."
-            yield Figure(name, title, caption, shown, "7.9, 7.16")
+        name = f"small_slip_over_{factor.removesuffix('_deg')}"
+        title = f"Small slip over {symbol}"
+        caption = "Linear model at the smallest slips; bars are standard errors."
+        yield from pieces.figure(name, title, caption, panels, "7.9, 7.16")
 
 
 @maker("parameters")
@@ -197,22 +188,17 @@ def magic_curves(result: CampaignResult) -> Iterator[Figure]:
         force = np.array([c.linear.steady_force.value for c in conditions])
         load = float(np.mean([c.facts.fz_after for c in conditions]))
         label = pieces.level("fz", point.point.fz)
-        series.append(Series(label, 100.0 * kappa, force, "points", color))
-        fine = np.linspace(kappa.min(), kappa.max(), 201)
-        o = operating_point(
-            coefficients,
-            load,
-            fine,
-            math.radians(point.point.alpha_deg),
-            math.radians(point.point.gamma_deg),
-            1e5 * point.point.pressure,
-            0.03,
-        )
-        curve = np.broadcast_to(steady(coefficients, o).fx, fine.shape)
-        series.append(Series(label, 100.0 * fine, curve, "curve", color, legend=False))
+        there = partial(_force, coefficients, load, point.point)
+        reach = (100.0 * kappa.min(), 100.0 * kappa.max())
+        series += pieces.with_model(label, color, (100.0 * kappa, force), reach, there)
     caption = "Points: asymptotes of the runs. Lines: the fitted Magic Formula at the mean load."
     panel = Panel("slip κ [%]", "steady Fx [N]", series)
     yield Figure("magic_formula_fx", "Magic Formula, Fx", caption, (panel,), "7.26")
+
+
+def _force(c: Coefficients, fz: float, point: Condition, percent: np.ndarray) -> np.ndarray:
+    angles = (point.alpha_deg, point.gamma_deg)
+    return steady(c, pieces.at_point(c, fz, 0.01 * percent, *angles, point.pressure)).fx
 
 
 @maker("parameters")
@@ -229,12 +215,11 @@ def carcass(result: CampaignResult) -> Iterator[Figure]:
             pieces.panel(
                 f"{symbol} [{unit}]",
                 "carcass stiffness c_cx [kN/m]",
-                [stiffness and _scaled(stiffness, 1e-3)],
+                [pieces.scaled(stiffness, 1e-3)],
             ),
             pieces.panel(f"{symbol} [{unit}]", "relaxation length σx by (7.27) [m]", [sigma]),
         ]
-        there = [p for p in panels if p is not None]
-        if there:
-            name = f"carcass_over_{factor.removesuffix('_deg')}"
-            caption = "Nonlinear model, one value per operating point; bars are standard errors."
-            yield Figure(name, f"Carcass stiffness over {symbol}", caption, there, "7.24, 7.25")
+        name = f"carcass_over_{factor.removesuffix('_deg')}"
+        caption = "Nonlinear model, one value per operating point; bars are standard errors."
+        title = f"Carcass stiffness over {symbol}"
+        yield from pieces.figure(name, title, caption, panels, "7.24, 7.25")

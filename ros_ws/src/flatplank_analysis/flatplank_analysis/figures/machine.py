@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from flatplank_analysis.data.info import Condition
+from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import INK, PALETTE
-from flatplank_analysis.models.magic_formula import operating_point
+from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.post.settling import ExponentialFit
 from flatplank_analysis.report.radii import radius_values
@@ -49,16 +51,18 @@ def modelled_radius(result: CampaignResult) -> Iterator[Figure]:
         mine = [v for v in straight if v.point.pressure == bar]
         x = np.array([v.point.fz for v in mine])
         y = np.array([1e3 * v.corrected.value for v in mine])
-        series.append(Series(f"{bar:g} bar", x, y, "points", color))
-        loads = np.linspace(0.7 * x.min(), 1.2 * x.max(), 101)
-        o = operating_point(c, loads, 0.0, 0.0, 0.0, 1e5 * bar, 0.03)
-        curve = 1e3 * np.broadcast_to(effective_radius(c, o, 0.0), loads.shape)
-        series.append(Series("model", loads, curve, "curve", color, legend=False))
+        there = partial(_radius_mm, c, bar)
+        reach = (0.7 * x.min(), 1.2 * x.max())
+        series += pieces.with_model(f"{bar:g} bar", color, (x, y), reach, there)
     if series:
         caption = "Points: measured, at Fx = 0. Lines: the fitted coefficients."
         panel = Panel("vertical force Fz [N]", "effective rolling radius [mm]", series)
         title = "Rolling radius, measured and modelled"
         yield Figure("rolling_radius_model", title, caption, (panel,), "7.30")
+
+
+def _radius_mm(c: Coefficients, bar: float, fz: np.ndarray) -> np.ndarray:
+    return 1e3 * effective_radius(c, pieces.at_point(c, fz, 0.0, 0.0, 0.0, bar), 0.0)
 
 
 def _same_load(one: Condition, other: Condition) -> bool:

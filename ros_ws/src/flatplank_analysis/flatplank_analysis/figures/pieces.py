@@ -4,19 +4,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from flatplank_analysis.data.info import Condition
-from flatplank_analysis.figures.spec import Panel, Series
+from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import slip_colors
+from flatplank_analysis.models.magic_formula import (
+    Coefficients,
+    OperatingPoint,
+    operating_point,
+)
 from flatplank_analysis.report.results import CampaignResult, ConditionResult, PointResult
 
 DISPLACEMENT = "road displacement [m]"
 SINCE_STEP = "road displacement since the step [m]"
 FX = "longitudinal force Fx [N]"
 FY = "lateral force Fy [N]"
+SPEED = 0.03
+"""of the road, where a model wants one [m/s]"""
 
 #: what is varied: field of the operating point -> (symbol, unit)
 FACTORS = {
@@ -116,3 +125,45 @@ def panel(x_label: str, y_label: str, series: Iterable[Series | None], **options
     """A panel of what there is, or None."""
     there = [s for s in series if s is not None and len(s.x)]
     return Panel(x_label, y_label, there, **options) if there else None
+
+
+def figure(
+    name: str, title: str, caption: str, panels: Iterable[Panel | None], source: str = ""
+) -> Iterator[Figure]:
+    """A figure of the panels that there are; none without one."""
+    there = [p for p in panels if p is not None]
+    if there:
+        yield Figure(name, title, caption, there, source)
+
+
+def with_model(
+    label: str,
+    color: str,
+    measured: tuple[np.ndarray, np.ndarray],
+    reach: tuple[float, float],
+    model: Callable[[np.ndarray], np.ndarray],
+) -> list[Series]:
+    """Measured points and the model's curve over `reach`, in one colour."""
+    fine = np.linspace(*reach, 201)
+    curve = np.broadcast_to(model(fine), fine.shape)
+    return [
+        Series(label, *measured, "points", color),
+        Series(label, fine, curve, "curve", color, legend=False),
+    ]
+
+
+def at_point(
+    c: Coefficients, fz: Any, kappa: Any, alpha_deg: Any, gamma_deg: float, bar: float
+) -> OperatingPoint:
+    """Operating point of the Magic Formula from what figures show: degrees and bar."""
+    return operating_point(
+        c, fz, kappa, np.radians(alpha_deg), math.radians(gamma_deg), 1e5 * bar, SPEED
+    )
+
+
+def scaled(series: Series | None, factor: float) -> Series | None:
+    """A series in another unit."""
+    if series is None:
+        return None
+    error = None if series.error is None else series.error * factor
+    return replace(series, y=series.y * factor, error=error)
