@@ -87,13 +87,13 @@ def namespaces() -> Finding:
 
 
 def real_time() -> Finding:
-    """SCHED_FIFO for the bus process; tried and undone."""
+    """SCHED_FIFO for the bus process and the nodes in the loop; tried and undone."""
     remedy = "add '@realtime - rtprio 90' to /etc/security/limits.conf and join that group"
     policy, priority = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
     except PermissionError:
-        return Finding(False, "SCHED_FIFO is not allowed: 1 kHz may lose cycles", remedy)
+        return Finding(False, "SCHED_FIFO is not allowed: other work delays commands", remedy)
     os.sched_setscheduler(0, policy, priority)
     return Finding(True, "SCHED_FIFO is allowed", remedy)
 

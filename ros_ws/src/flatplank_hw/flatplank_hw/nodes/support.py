@@ -23,7 +23,7 @@ from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.params import SHELL_KEYS
 from flatplank_hw.parent import end_with_parent
-from flatplank_hw.realtime import NOT_ALLOWED, prepare_threads
+from flatplank_hw.realtime import prepare_threads
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
@@ -182,11 +182,9 @@ def answer(response: Any, accepted: bool, reason: str, cycle: int = 0, **fields:
 
 
 def prepare_node(node: Any) -> None:
-    """Let the node keep up with the bus, and say so when it may not."""
+    """Let the node keep up with the bus; `flatplank doctor` says where it may not."""
     wanted = node.has_parameter("fifo_priority") and node.get_parameter("fifo_priority").value
-    came = prepare_threads(wanted or 0)
-    if wanted and came == NOT_ALLOWED:
-        node.get_logger().warning(came)
+    node.get_logger().debug(prepare_threads(wanted or 0))
 
 
 def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
