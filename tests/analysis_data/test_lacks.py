@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import json
+
+import pytest
 from steptable import step_table
 
 from flatplank_analysis.cli import fit as cli_fit
 from flatplank_analysis.cli import table as cli_table
-from flatplank_analysis.data import MeasurementTable
+from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.data.exporters import export_campaign
+from flatplank_analysis.report.analysis import analyse
 
 
 def test_a_slip_run_without_wheel_angle_is_told_by_table(tmp_path, capsys):
@@ -33,3 +37,19 @@ def test_numbers_that_are_not_determined_have_no_error_beside_them(tmp_path, cap
         assert row[2] == "-" and " ".join(row[-6:]).endswith(("by these data", "on its bound")), (
             row
         )
+
+
+def test_fit_and_report_give_the_same_tire(tmp_path, capsys):
+    """Whatever the order in which the verbs read the runs."""
+    tables = [
+        step_table(k, s, file=f"{k}_{s}.parquet")
+        for k in (-0.05, -0.02, 0.0, 0.02, 0.05)
+        for s in (1, 2)
+    ]
+    folder = export_campaign(tables, tmp_path / "five")
+    told = analyse(Campaign.load(folder)).magic
+    assert cli_fit.main([str(folder), "--model", "mf", "--jobs", "1", "--json"]) == 0
+    fitted = json.loads(capsys.readouterr().out)["coefficients"]
+    assert told is not None and told.estimates
+    for name, estimate in told.estimates.items():
+        assert fitted[name] == pytest.approx(estimate.value, rel=1e-9, abs=1e-12), name

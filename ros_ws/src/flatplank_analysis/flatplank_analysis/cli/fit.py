@@ -15,7 +15,7 @@ from typing import Any
 from flatplank_analysis.cli import common
 from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.identify.campaign import FITTERS, ConditionFits, fit_campaign
+from flatplank_analysis.identify.campaign import FITTERS, ConditionFits, carcass_fits, fit_campaign
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.fit_file import FitFile, read_fit_file
 from flatplank_analysis.identify.mf.fit import MFFit
@@ -29,7 +29,7 @@ from flatplank_analysis.report.steps import extra_points, read_group, read_later
 FORMAT = "flatplank-fit/1"
 READERS = {"lateral": read_lateral}
 """model -> how its runs are read, `read_group` for the others"""
-CARCASS = ("nonlinear", "lateral")
+CARCASS = ("nonlinear", "lateral", "mf")
 GEOMETRY = ("free_radius", "vertical_stiffness", "pressure_effect", "q_ra1", "q_ra2")
 
 
@@ -53,7 +53,11 @@ def _run(arguments: argparse.Namespace) -> int:
     with open_executor(arguments.jobs, arguments.scheduler) as executor:
         steps, radii = read_steps(campaigns, executor, READERS.get(settings.model, read_group))
         settings, told = _with_geometry(settings, campaigns)
-        extra = extra_points(campaigns, steps, radii) if settings.model == "mf" else []
+        if settings.model == "mf":
+            fits = carcass_fits(steps, settings, executor.map)
+            extra = extra_points(campaigns, steps, radii, fits)
+        else:
+            extra = []
         result = fit_campaign(steps, settings, extra=extra, mapper=executor.map)
     problems = [p for campaign in campaigns for p in campaign.problems]
     common.tell(problems)

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-
 from ..errors import FlatplankError
 from ..models.registry import shipped_tir
 from ..models.tir import read_tir
@@ -17,7 +15,7 @@ from .carcass_report import CarcassFit
 from .fit_file import FitFile
 from .lateral import fit_lateral_carcass
 from .mf.fit import MFFit, fit_magic_formula
-from .mf.points import SteadyPoints, merge, points_from_runs, steady_points
+from .mf.points import SteadyPoints, merge, points_from_runs, stiffness_points
 from .repeats import LinearCondition, fit_linear
 from .runs import StepRun, by_condition
 
@@ -112,28 +110,17 @@ def _magic_formula(
     tir = read_tir(settings.tire) if settings.tire else shipped_tir()
     parts = list(mapper(points_from_runs, by_condition(runs).values()))
     if "stiffness" in settings.stages:
-        parts += _stiffness(runs, mapper)
+        parts += stiffness_points(carcass_fits(runs, settings, mapper))
     return fit_magic_formula(merge([*parts, *extra]), tir, settings.mf_settings())
 
 
-def _stiffness(runs: Sequence[StepRun], mapper: Mapper) -> list[SteadyPoints]:
-    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7) of every condition."""
-    groups = by_condition(runs)
-    tasks = [_Task("nonlinear", tuple(members), {}) for members in groups.values()]
-    fits = [f for f in mapper(_run_task, tasks) if isinstance(f, CarcassFit)]
-    chosen = [f for f in fits if f.c_cx.determined]
-    if not chosen:
-        return []
-    members = [groups[f.condition] for f in chosen]
-    return [
-        steady_points(
-            {"cx": np.array([f.slip_stiffness.value / f.sigma_x.value for f in chosen])},
-            fz=np.array([np.mean([r.mean_load for r in m]) for m in members]),
-            pressure=np.array([m[0].pressure for m in members]),
-            alpha=np.array([m[0].alpha for m in members]),
-            gamma=np.array([m[0].gamma for m in members]),
-        )
-    ]
+def carcass_fits(
+    runs: Sequence[StepRun], settings: FitFile, mapper: Mapper = map
+) -> list[CarcassFit]:
+    """Nonlinear fits of the conditions that have enough slips."""
+    options = settings.carcass_options()
+    tasks = [_Task("nonlinear", tuple(m), options) for m in by_condition(runs).values()]
+    return [f for f in mapper(_run_task, tasks) if isinstance(f, CarcassFit)]
 
 
 Fitter = Callable[[Sequence[StepRun], FitFile, Sequence[SteadyPoints], Mapper], Any]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,15 @@ from .quality import is_transient
 from .results import Confusion, Estimate, plain_condition, to_plain
 from .runs import StepRun
 from .steady_curve import SteadyCurve, slope_lack
+
+
+class Operating(NamedTuple):
+    """Means over the runs of a fit; SI."""
+
+    fz: float
+    pressure: float
+    alpha: float
+    gamma: float
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,7 @@ class CarcassFit:
     rmse: dict[float, float]
     """Per nominal slip: root-mean-square error in the transient part [N]."""
     runs: int
+    at: Operating
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
 
@@ -97,6 +107,14 @@ def report(
         curve=replace(problem.curve, std_error=_curve_errors(state)),
         rmse=_rmse_per_level(runs, fits, problem, problem.measured + state.error),
         runs=len(runs),
+        at=Operating(
+            *(
+                float(np.mean(values))
+                for values in zip(
+                    *((r.mean_load, r.pressure, r.alpha, r.gamma) for r in runs), strict=True
+                )
+            )
+        ),
         confusions=_confusions(runs, problem.curve, edge),
         converged=done,
         **estimates,

@@ -59,10 +59,12 @@ def confusions(
     sizes: np.ndarray,
     correlation: np.ndarray,
     candidates: Candidates,
+    errors: np.ndarray | None = None,
 ) -> tuple[list[Confusion], np.ndarray]:
     """Statements for every open direction and every strongly correlated pair.
 
-    Returns them with a mask (p,) of the parameters that are not determined.
+    `errors` (p,): standard errors; a small part in a wide open direction is one beyond all that
+    matters, too. Returns them with a mask (p,) of the parameters that are not determined.
     """
     found: list[Confusion] = []
     open_mask = np.zeros(len(names), bool)
@@ -72,6 +74,12 @@ def confusions(
         open_mask[index] = True
         offers = candidates() if offers is None else offers
         found.append(_statement(names, index, 1.0, direction, sizes, offers, jacobian))
+    wide = np.zeros(len(names), bool) if errors is None else (errors > sizes) & ~open_mask
+    for i in np.flatnonzero(wide):
+        open_mask[i] = True
+        offers = candidates() if offers is None else offers
+        alone = np.eye(len(names))[i]
+        found.append(_statement(names, np.array([i]), 1.0, alone, sizes, offers, jacobian))
     found = _merged(found)
     for i, j in _pairs(correlation, open_mask):
         offers = candidates() if offers is None else offers

@@ -10,7 +10,7 @@ import numpy as np
 
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
-from flatplank_analysis.identify.mf.points import SteadyPoints, merge, steady_points
+from flatplank_analysis.identify.mf.points import SteadyPoints, merge, stiffness_points
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.mf_tyre import MFTyre
 from flatplank_analysis.models.registry import shipped_tir
@@ -26,23 +26,11 @@ def fit_points(points: Sequence[PointResult], extra: Sequence[SteadyPoints]) -> 
     parts = [p.steady for p in points if p.steady is not None]
     if max((len(p.conditions) for p in points), default=0) < MIN_LEVELS:
         return f"fewer than {MIN_LEVELS} slip levels at every operating point"
-    stiffness = [_stiffness_point(p) for p in points if p.carcass and p.carcass.c_cx.determined]
+    stiffness = stiffness_points([p.carcass for p in points if p.carcass])
     try:
         return fit_magic_formula(merge([*parts, *stiffness, *extra]), shipped_tir())
     except FlatplankError as error:
         return str(error)
-
-
-def _stiffness_point(point: PointResult) -> SteadyPoints:
-    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7)."""
-    fit = point.carcass
-    return steady_points(
-        {"cx": np.array([fit.slip_stiffness.value / fit.sigma_x.value])},
-        fz=np.array([np.mean([_load(c) for c in point.conditions])]),
-        pressure=1e5 * point.point.pressure,
-        alpha=math.radians(point.point.alpha_deg),
-        gamma=math.radians(point.point.gamma_deg),
-    )
 
 
 def _load(c: ConditionResult) -> float:

@@ -13,6 +13,7 @@ from flatplank_analysis.data.campaign import Campaign, Run
 from flatplank_analysis.data.info import Condition
 from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.mf.points import SteadyPoints, steady_points
 from flatplank_analysis.identify.runs import StepRun, step_run
@@ -96,10 +97,15 @@ def read_steps(
 
 
 def extra_points(
-    campaigns: Sequence[Campaign], steps: Sequence[StepRun], radii: Sequence[RadiusRun]
+    campaigns: Sequence[Campaign],
+    steps: Sequence[StepRun],
+    radii: Sequence[RadiusRun],
+    fits: Sequence[CarcassFit],
 ) -> list[SteadyPoints]:
     """Rolling radius at Fx = 0, half contact length and deflection, as points of a fit."""
-    out = radius_points(radii, small_slip_stiffness(steps))
+    known = {f.condition: f.slip_stiffness for f in fits if f.slip_stiffness.determined}
+    stiffness = small_slip_stiffness(steps) | {c: e.value for c, e in known.items()}
+    out = radius_points(radii, stiffness)
     for campaign in campaigns:
         out += _points_of(other_measurements(campaign))
     return out

@@ -253,7 +253,9 @@ def _report(
     correlation = np.eye(len(names))
     correlation[np.ix_(~held, ~held)] = cover.correlation
     told = np.vstack([jac, known])
-    found, open_mask = confusions(names, told, problem.sizes, correlation, offers)
+    errors = np.zeros(len(names))
+    errors[~held] = cover.std_error
+    found, open_mask = confusions(names, told, problem.sizes, correlation, offers, errors)
     twin = twin_of(problem, solution)
     if twin is not None:
         found = [c for c in found if set(c.names) != set(twin.statement.names)]
@@ -261,8 +263,6 @@ def _report(
         open_mask |= np.isin(names, twin.statement.names)
     stated = np.array([name in problem.priors for name in names])
     open_mask = (open_mask & ~stated)[~held]
-    # a small part in a direction that is wide open is an error beyond all that matters, too
-    open_mask |= (cover.std_error > problem.sizes[~held]) & ~stated[~held]
     estimates = _estimates(problem, solution, cover, held, open_mask)
     error = residual * problem.error_scale()
     fit = Fit(

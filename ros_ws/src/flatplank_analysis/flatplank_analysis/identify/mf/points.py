@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import FlatplankError
 from ...models.magic_formula import Coefficients, OperatingPoint, operating_point
+from ..carcass_report import CarcassFit
 from ..mean_response import asymptotes, balanced
 from ..runs import StepRun, by_condition
 
@@ -36,7 +37,7 @@ class SteadyPoints:
         return len(self.fz)
 
     def rows(self, mask: np.ndarray) -> SteadyPoints:
-        """Some of the points."""
+        """Some of the points, by a mask or by their places."""
         axes = {name: getattr(self, name)[mask] for name in (*AXES, "run")}
         return SteadyPoints(**axes, measured={k: v[mask] for k, v in self.measured.items()})
 
@@ -92,6 +93,17 @@ def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
     )
 
 
+def stiffness_points(fits: Sequence[CarcassFit]) -> list[SteadyPoints]:
+    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7) of carcass fits that tell it."""
+    known = [f for f in fits if f.sigma_x.determined and f.slip_stiffness.determined]
+    return [
+        steady_points(
+            {"cx": np.array([f.slip_stiffness.value / f.sigma_x.value])}, **f.at._asdict()
+        )
+        for f in known
+    ]
+
+
 def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
     """Points of several campaigns or kinds of measurement; their runs stay apart."""
     outputs = list(dict.fromkeys(k for part in parts for k in part.measured))
@@ -106,7 +118,10 @@ def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
         index = np.unique(part.run, return_inverse=True)[1]
         numbers.append(index + first)
         first += int(index.max(initial=-1)) + 1
-    return SteadyPoints(**axes, run=np.concatenate(numbers), measured=measured)
+    found = SteadyPoints(**axes, run=np.concatenate(numbers), measured=measured)
+    # The order of the points must not decide between two minima that are equally good.
+    keys = [*(np.nan_to_num(v, nan=-1.0) for v in measured.values()), *axes.values()]
+    return found.rows(np.lexsort(keys))
 
 
 def _tail(run: StepRun, output: str) -> float:
