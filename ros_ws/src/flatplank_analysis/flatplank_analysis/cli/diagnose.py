@@ -62,9 +62,10 @@ def starting_values(path: str | None) -> dict[str, dict[str, float]]:
     except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
         text = " ".join(str(error).split())
         raise FlatplankError(
-            f"no starting values ({text})", path,
+            f"no starting values ({text})",
+            path,
             "make them by flatplank calibrate sheet SHEET.yaml > FILE",
-        ) from None  # fmt: skip
+        ) from None
 
 
 def text_of(result: Diagnosis) -> str:

@@ -23,8 +23,7 @@ SLIPS = (-0.10, -0.02, 0.0, 0.02, 0.10)
 STARTS = (1, 2)
 COLOURS = ("#b2182b", "#ef8a62", "#777777", "#67a9cf", "#2166ac")
 WIDTH, HEIGHT, LEFT, BOTTOM = 560, 220, 56, 34
-OVER = {"wheel angle": ("wheel angle", "wheel angle [rad]"),
-        "time": ("time", "time [s]")}  # fmt: skip
+OVER = {"wheel angle": ("wheel angle", "wheel angle [rad]"), "time": ("time", "time [s]")}
 """coordinates that are drawn as they are; the others over the plank"""
 KINDS = {
     "machine": "a fault of the machine",
@@ -61,10 +60,19 @@ def _table(index: int, kappa: float, start: int) -> MeasurementTable:
         "mz": 20.0 * np.cos(2.0 * np.pi * plank / 0.7),
     }
     info = RunInfo(
-        file=f"stage_{index}", tire="STAGE", kappa=kappa, fz=load, pressure=2.0 + 0.25 * start,
-        alpha_deg=1.0, gamma_deg=2.0, start=start, run_index=index,
-        effective_rolling_radius=radius, step_position=1.0, speed=0.0309,
-    )  # fmt: skip
+        file=f"stage_{index}",
+        tire="STAGE",
+        kappa=kappa,
+        fz=load,
+        pressure=2.0 + 0.25 * start,
+        alpha_deg=1.0,
+        gamma_deg=2.0,
+        start=start,
+        run_index=index,
+        effective_rolling_radius=radius,
+        step_position=1.0,
+        speed=0.0309,
+    )
     return MeasurementTable(columns, info)
 
 
@@ -170,26 +178,28 @@ def text_of(effect: type[Effect]) -> str:
         )
     name = effect.identifier
     shown = ", ".join(f"{p.name} {p.null + p.screen:g} {p.unit}" for p in effect.linear())
-    return "\n".join([
-        f"# {effect.title}",
-        "",
-        f"`{name}`: {KINDS[effect.kind]}; shows over **{effect.coordinate}**.",
-        "",
-        f"**What it is.** {effect.what}",
-        "",
-        f"**How to check it.** {effect.check}",
-        "",
-        f"**What removes it.** {effect.removes}",
-        "",
-        f"![what a fit of the tire leaves of it]({name}.svg)",
-        "",
-        f"What a fit of the tire leaves of it, for {shown}; one line per slip.",
-        "",
-        *rows,
-        "",
-        f"Source: {effect.source}. Made by `flatplank effects --write docs/effects`.",
-        "",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            f"# {effect.title}",
+            "",
+            f"`{name}`: {KINDS[effect.kind]}; shows over **{effect.coordinate}**.",
+            "",
+            f"**What it is.** {effect.what}",
+            "",
+            f"**How to check it.** {effect.check}",
+            "",
+            f"**What removes it.** {effect.removes}",
+            "",
+            f"![what a fit of the tire leaves of it]({name}.svg)",
+            "",
+            f"What a fit of the tire leaves of it, for {shown}; one line per slip.",
+            "",
+            *rows,
+            "",
+            f"Source: {effect.source}. Made by `flatplank effects --write docs/effects`.",
+            "",
+        ]
+    )
 
 
 def index_of(known: Mapping[str, type[Effect]]) -> str:

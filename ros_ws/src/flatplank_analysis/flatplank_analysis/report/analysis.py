@@ -16,17 +16,14 @@ from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
-from flatplank_analysis.identify.linear import linear_run
 from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.contact import TOYO, ContactGeometry
 from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.parallel import open_executor
-from flatplank_analysis.post.filtering import low_pass
-from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of_starts, on_grid, repeat_std
-from flatplank_analysis.post.slip import StepFacts, step_facts
 from flatplank_analysis.report.beside import Beside, beside, lateral_result
 from flatplank_analysis.report.compare import compared, positions
+from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.geometry import geometry_of
 from flatplank_analysis.report.magic import fit_points, mf_curves
@@ -36,30 +33,13 @@ from flatplank_analysis.report.results import (
     ModelCurves,
     PointResult,
 )
+from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
 from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 
-COLUMNS = (
-    "time",
-    "plank_position",
-    "plank_velocity",
-    "wheel_angle",
-    "wheel_velocity",
-    "motor_velocity",
-    "motor_torque",
-    "fx",
-    "fy",
-    "fz",
-    "mz",
-    "loaded_radius",
-)
-SHOWN = ("fx", "fy", "fz", "plank_velocity")
-THIN = 20
-"""every 20th point of the 0.1 mm grid is kept after the filter: 2 mm"""
+COLUMNS = (*STEP_COLUMNS, "motor_torque", "loaded_radius")
 MODEL_SPACING = 0.005
 """grid of the nonlinear model [m]"""
-TAIL = 0.5
-"""road over which a steady lateral force is averaged [m]"""
 ROLLING = ("slip", "free_rolling")
 
 Progress = Callable[[int, int, str], None]
@@ -203,74 +183,6 @@ def _radii(tables: Sequence[MeasurementTable], problems: list[Problem]) -> list[
 def _steps(tables: Sequence[MeasurementTable], problems: list[Problem]) -> list[StepRun]:
     found = [_guarded(problems, step_run, t, file=t.info.file) for t in tables]
     return [s for s in found if s is not None]
-
-
-def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -> ConditionResult:
-    """Mean of the runs, low-passed (section 6.2), and its linear model (7.11, 7.12)."""
-    step = tables[0].info.step_position
-    if not math.isfinite(step):
-        file = tables[0].info.file
-        raise FlatplankError("no step_position", file, "add it to campaign.yaml [m]")
-    gridded = [on_grid(t, SHOWN) for t in tables]
-    starts = [t.info.start for t in tables]
-    mean = mean_of_starts(gridded, starts).map(low_pass)
-    repeats = _repeats(gridded, starts)
-    facts = _mean_facts([step_facts(t) for t in tables])
-    kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else condition.kappa
-    good = np.isfinite(mean["fx"])
-    thin = slice(None, None, THIN)
-    return ConditionResult(
-        condition,
-        [t.info.name for t in tables],
-        facts,
-        step,
-        mean.position[thin],
-        {name: values[thin] for name, values in mean.columns.items()},
-        _scatter(repeats),
-        len(repeats) < len(gridded) or len(set(starts)) == 1,
-        linear_run(mean.position[good] - step, mean["fx"][good], kappa),
-        {t.info.name: _run_fit(t, step) for t in tables},
-        _tail(mean),
-    )
-
-
-def _run_fit(table: MeasurementTable, step: float):
-    facts = step_facts(table)
-    kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else table.info.kappa
-    return linear_run(table["plank_position"] - step, table["fx"], kappa)
-
-
-def _repeats(runs: Sequence[Gridded], starts: Sequence[int]) -> list[Gridded]:
-    """Runs whose scatter is shown: those of the start angle that was repeated, else all."""
-    counts = {s: starts.count(s) for s in starts}
-    most = max(counts, key=lambda s: counts[s])
-    uneven = counts[most] > 2 and len(set(counts.values())) > 1
-    return [r for r, s in zip(runs, starts, strict=True) if s == most or not uneven]
-
-
-def _scatter(gridded: Sequence[Gridded]) -> np.ndarray | None:
-    if len(gridded) < 2:
-        return None
-    smooth = [g.map(low_pass, ["fx"]) for g in gridded]
-    return repeat_std(smooth, "fx")[::THIN]
-
-
-def _tail(mean: Gridded) -> float:
-    if "fy" not in mean.columns:
-        return math.nan
-    last = mean["fy"][np.isfinite(mean["fy"])][-round(TAIL / SPACING) :]
-    return float(last.mean()) if last.size else math.nan
-
-
-def _mean_facts(facts: Sequence[StepFacts]) -> StepFacts:
-    names = [f.name for f in dataclasses.fields(StepFacts)]
-    values = {n: np.array([getattr(f, n) for f in facts]) for n in names}
-    return StepFacts(
-        **{
-            n: float(np.nanmean(v)) if np.isfinite(v).any() else math.nan
-            for n, v in values.items()
-        }
-    )
 
 
 def linear_curves(conditions: Sequence[ConditionResult]) -> ModelCurves:

@@ -12,17 +12,16 @@ import numpy as np
 from ...errors import FlatplankError
 from ...models.magic_formula import Coefficients
 from ...models.tir import TirFile
-from ..information import confusions
-from ..least_squares import Solution, linearise
+from ..least_squares import Solution
 from ..quality import relative_error
 from ..results import Confusion, Estimate, Fit
-from ..uncertainty import Carried, Covariance, run_covariance
-from .candidates import describe_levels, levels_of, proposals
+from .candidates import describe_levels, levels_of
 from .parameters import COEFFICIENTS, Coefficient
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
 from .stages import STAGES, Stage
-from .twins import better_twin, twin_of
+from .statement import Held, report
+from .twins import better_twin
 
 JOINT_ORDER = ("rho", "a", "b", "cx", "cy", "re", "fx", "fy", "mz")
 
@@ -107,7 +106,7 @@ def fit_magic_formula(
     fits: dict[str, Fit] = {}
     earlier: list[Held] = []
     for output in (k for k in JOINT_ORDER if k in solved):
-        fits[output], own = _report(output, *solved[output], earlier)
+        fits[output], own = report(output, *solved[output], earlier)
         earlier.append(own)
     names = [n for v in touched.values() for n in v]
     changed = {n: float(getattr(base, n)) for n in names} | dict(settings.fixed)
@@ -205,115 +204,3 @@ def _jointly(
         base = base.replaced(dict(zip(problem.free, solution.x, strict=True)))
         solved[output] = (problem, solution)
     return base, solved
-
-
-@dataclass(frozen=True)
-class Held:
-    """An output that was fitted before: its coefficients are held in the later ones."""
-
-    problem: OutputProblem
-    x: np.ndarray
-    runs: np.ndarray
-    brought: np.ndarray
-    """Error of the coefficients by run (runs, p); 0 for those on a bound."""
-
-
-def _carried(problem: OutputProblem, x: np.ndarray, earlier: Sequence[Held]) -> Carried | None:
-    """What the errors of earlier outputs do to the rows of this one."""
-    base = problem.base.replaced(dict(zip(problem.free, x, strict=True)))
-    runs, parts = [], []
-    for held in earlier:
-        limits, free = held.problem.limits, held.problem.free
-        moved = replace(problem, base=base, free=free, limits=limits, priors={})
-        rows = _rows(moved, held.x, problem.points)
-        if np.any(rows):
-            runs.append(held.runs)
-            parts.append(held.brought @ rows.T)
-    return Carried(np.concatenate(runs), np.vstack(parts)) if parts else None
-
-
-def _report(
-    output: str, problem: OutputProblem, solution: Solution, earlier: Sequence[Held]
-) -> tuple[Fit, Held]:
-    """Standard errors, bounds, and what the points leave open."""
-    n, names = len(problem.points), problem.free
-    held = solution.at_bound
-    jac, residual = solution.jacobian[:n], solution.residual[:n]
-    weak = np.diag(1.0 / (10.0 * problem.sizes) ** 2)
-    carried = _carried(problem, solution.x, earlier)
-    prior = problem.prior_information(held) + weak[np.ix_(~held, ~held)]
-    cover = run_covariance(jac[:, ~held], residual, problem.points.run, prior, carried)
-
-    def offers() -> list:
-        return proposals(problem.points, lambda p: _rows(problem, solution.x, p))
-
-    # With the coefficients that rest on a bound: holding one of a group that cannot be told apart
-    # makes the others look determined.
-    known = np.sqrt(problem.prior_information(np.zeros_like(held)))
-    correlation = np.eye(len(names))
-    correlation[np.ix_(~held, ~held)] = cover.correlation
-    told = np.vstack([jac, known])
-    errors = np.zeros(len(names))
-    errors[~held] = cover.std_error
-    found, open_mask = confusions(names, told, problem.sizes, correlation, offers, errors)
-    twin = twin_of(problem, solution)
-    if twin is not None:
-        found = [c for c in found if set(c.names) != set(twin.statement.names)]
-        found.append(twin.statement)
-        open_mask |= np.isin(names, twin.statement.names)
-    stated = np.array([name in problem.priors for name in names])
-    open_mask = (open_mask & ~stated)[~held]
-    estimates = _estimates(problem, solution, cover, held, open_mask)
-    error = residual * problem.error_scale()
-    fit = Fit(
-        model=f"mf:{output}",
-        estimates=estimates,
-        correlation=cover.correlation,
-        confusions=tuple(found),
-        rmse=float(np.sqrt(np.mean(error**2))),
-        runs=len(np.unique(problem.points.run)),
-        converged=solution.converged,
-    )
-    brought = np.zeros((len(cover.runs), len(names)))
-    brought[:, ~held] = cover.brought
-    return fit, Held(problem, solution.x, cover.runs, brought)
-
-
-def _estimates(
-    problem: OutputProblem,
-    solution: Solution,
-    cover: Covariance,
-    held: np.ndarray,
-    open_mask: np.ndarray,
-) -> tuple[Estimate, ...]:
-    out, place = [], 0
-    spare = len(np.unique(problem.points.run)) - int(np.count_nonzero(~open_mask))
-    for i, name in enumerate(problem.free):
-        value, unit = float(solution.x[i]), problem.limit(name).unit
-        if held[i]:
-            edge = "lower" if solution.at_lower[i] else "upper"
-            out.append(
-                Estimate(
-                    name, value, unit, at_bound=edge, determined=False, note="rests on its bound"
-                )
-            )
-            continue
-        error, dof = float(cover.std_error[place]), float(cover.dof[place])
-        is_open = bool(open_mask[place])
-        note = "not determined by these data" if is_open else ""
-        if not is_open and spare < 1 and name not in problem.priors:
-            error, note = float("nan"), "as many coefficients as runs: no error without repeats"
-        out.append(Estimate(name, value, unit, error, dof, determined=not is_open, note=note))
-        place += 1
-    return tuple(out)
-
-
-def _rows(problem: OutputProblem, x: np.ndarray, points: SteadyPoints) -> np.ndarray:
-    """Scaled Jacobian rows of points that were not measured (m, p)."""
-
-    def scaled(lanes: np.ndarray) -> np.ndarray:
-        return problem.predict(lanes, points) / problem.error_scale(points)
-
-    low = np.array([problem.limit(n).lower for n in problem.free])
-    high = np.array([problem.limit(n).upper for n in problem.free])
-    return linearise(scaled, x, low, high, problem.sizes)[1]
