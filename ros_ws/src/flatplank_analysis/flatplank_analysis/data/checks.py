@@ -26,8 +26,6 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 ROLLING = ("slip", "free_rolling", "cleat")
 BACKWARD_LIMIT = 2e-3
 """the plank may fall back by this much before it counts as an error [m]"""
-STANDSTILL = 1e-3
-"""slower than this is standstill [m/s]; the slow plank speed is 0.0015 m/s"""
 
 Check = Callable[[MeasurementTable], Iterable[Problem]]
 CHECKS: list[Check] = []

@@ -167,22 +167,6 @@ def format_tir(tir: TirFile) -> str:
     return "\n".join(lines).lstrip("\n") + "\n"
 
 
-def new_tir(values: Mapping[str, float], name: str = "") -> TirFile:
-    """A file from coefficients alone, in SI units, for Magic Formula 6.1."""
-    header = {"FILE_TYPE": Entry("'tir'"), "FILE_VERSION": Entry("3.0")}
-    header["FILE_FORMAT"] = Entry("'ASCII'")
-    units = {"LENGTH": "meter", "FORCE": "newton", "ANGLE": "radians", "MASS": "kg"}
-    units["TIME"] = "second"
-    sections: dict[str, dict[str, Entry]] = {
-        "MDI_HEADER": header,
-        "UNITS": {k: Entry(f"'{v}'") for k, v in units.items()},
-        "MODEL": {"PROPERTY_FILE_FORMAT": Entry("'MF_05'"), "FITTYP": Entry("61")},
-    }
-    if name:
-        header["COMMENT"] = Entry(f"'{name}'")
-    return TirFile(sections).replaced({k: values[k] for k in SECTION_OF if k in values})
-
-
 def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
     c, given = tir.coefficients, tir.values
     if abs(vx) < c.VXLOW:
