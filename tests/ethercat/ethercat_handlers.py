@@ -93,7 +93,7 @@ MUTATIONS = (
         "master/loop.py",
         "self.monitor.states(self.soem.states())\n        elif",
         "pass\n        elif",
-        "fault or frozen or refused_until",
+        "(fault and SAFEOP) or refused_until",
     ),
     Mutation(
         "the socket is not reopened",

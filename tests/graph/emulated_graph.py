@@ -41,6 +41,7 @@ class EmulatedGraph:
         self.client = client
         self.nodes = nodes
         self.latest: dict[type, object] = {}
+        self.arrived = 0
         for kind, topic in {
             BusInputs: "/bus/inputs",
             EncoderState: "/encoders/state",
@@ -48,12 +49,23 @@ class EmulatedGraph:
             DriveStatus: "/wheel_drive/status",
             DiagnosticArray: "/diagnostics",
         }.items():
-            client.node.create_subscription(
-                kind, topic, lambda message, kind=kind: self.latest.update({kind: message}), STREAM
-            )
+            client.node.create_subscription(kind, topic, self._keep, STREAM)
+
+    def _keep(self, message: object) -> None:
+        self.latest[type(message)] = message
+        self.arrived += 1
+
+    def catch_up(self) -> None:
+        """Take what has come while nobody listened."""
+        before = -1
+        while self.arrived != before:
+            before = self.arrived
+            self.client.spin(0.0)
 
     def until(self, kind: type, condition: Callable[[object], bool], seconds: float) -> object:
-        """The first sample that fulfils a condition; bench time, which the emulated bus keeps."""
+        """The first sample from now on that fulfils a condition; bench time, which the emulated
+        bus keeps."""
+        self.catch_up()
         self.latest.pop(kind, None)
         start = None
         while True:

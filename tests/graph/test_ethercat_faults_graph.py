@@ -4,6 +4,7 @@ bag of the run is closed and readable."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 from collections.abc import Callable, Iterator
@@ -19,8 +20,8 @@ from std_srvs.srv import SetBool, Trigger
 from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.safety import RULES
 from flatplank_hw.ethercat.emulator.control import Control
-from flatplank_msgs.msg import BusInputs, DriveStatus, HubState
-from flatplank_msgs.srv import Claim, SetOperationMode, StopRecording
+from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
+from flatplank_msgs.srv import Claim, SetOperationMode, SetWaveform, StopRecording
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
 
@@ -36,6 +37,10 @@ EVERY_DAY = {
 OTHERWISE = {"answers later than a cycle": {"ms": 20.0}}
 """an answer on the emulated bus of a graph may be 12 ms late: it shares the computer with nodes"""
 HEARTBEAT_S = 0.5
+PERIOD_NS = 4_000_000
+ATTEMPTS = 5
+STEP_AHEAD = 0.01
+"""[m]"""
 SHORT = 25
 """cycles of a next measurement"""
 
@@ -62,8 +67,18 @@ class FaultyGraph:
             self.control.close()
 
     def cycles(self, number: int) -> None:
-        first = self.graph.until(BusInputs, lambda _: True, 1.0).cycle
-        self.graph.until(BusInputs, lambda i: i.cycle >= first + number, 5.0)
+        """By the time of the emulator."""
+        end = self.control.send("witness")["now_ns"] + number * PERIOD_NS
+        while self.control.send("witness")["now_ns"] < end:
+            self.graph.client.spin(0.01)
+
+    def everybody_speaks(self) -> None:
+        """Samples of everybody come again; the graph itself goes on counting who was killed for
+        some seconds."""
+        self.graph.client.wait_connected(self.graph.nodes.running, timeout=60.0)
+        for kind in (EncoderState, HubState, DriveStatus):
+            self.graph.until(kind, lambda _: True, 1.0)
+        self.cycles(AFTER)
 
     def ready(self) -> None:
         """Whatever the test before has left: well, reset, at rest, nothing recorded."""
@@ -109,6 +124,22 @@ class FaultyGraph:
         self.cycles(SHORT)
         self.readable(SHORT)
         self.stop()
+
+    def operator_starts_over(self) -> None:
+        """As `measures_again`, by somebody who tries again: a node that was started anew hears the
+        others only after a while."""
+        for _ in range(ATTEMPTS):
+            with contextlib.suppress(AssertionError):
+                self.ready()
+                break
+        for attempt in range(ATTEMPTS):
+            try:
+                self.measures_again(reset=False)
+                return
+            except AssertionError:
+                if attempt == ATTEMPTS - 1:
+                    raise
+                self.ready()
 
     def under_contract(self, name: str, break_it: Callable[[], int], stops: bool = True) -> None:
         """Around a fault, as `ethercat_contract.Contract`; `break_it` returns how many cycles it
@@ -170,6 +201,53 @@ def test_operator_gone(bench: FaultyGraph) -> None:
     assert wheel["enables"] == enables
     bench.readable(AFTER)
     bench.measures_again(reset=True)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "slip_sequencer",
+        *(
+            pytest.param(n, marks=pytest.mark.long)
+            for n in ("measurement_hub", "encoders", "wheel_drive")
+        ),
+    ],
+)
+def test_node_killed(bench: FaultyGraph, name: str) -> None:
+    """The reference, the samples, or the commands themselves are no longer renewed."""
+    graph = bench.graph
+    bench.ready()
+    here = graph.until(EncoderState, lambda _: True, 1.0).plank_position
+    graph.ask(
+        SetWaveform,
+        "/slip_sequencer/set_waveform",
+        name="constant",
+        parameters=["kappa"],
+        values=[0.0],
+        start_position=here + STEP_AHEAD,
+        effective_rolling_radius=0.31,
+    )
+    graph.ask(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
+    graph.enable()
+    graph.plank(1)
+    graph.until(DriveStatus, lambda s: s.velocity > 0.5 * SPEED, 3.0)
+    graph.start_recording(f"killed_{name}", {"measurement": "slip"})
+    bench.cycles(SHORT)
+    enables = bench.witness()["enables"]
+    assert bench.witness()["moving"]
+    node = graph.nodes.running.pop(name)
+    node.kill()
+    bench.control.send("lose_share", share=0.0)  # notes the time
+    node.wait()
+    bench.cycles(AFTER)
+    wheel = bench.witness()
+    graph.nodes.start_node(name)
+    bench.everybody_speaks()
+    check_shaft(f"{name} killed", True, wheel, wheel["ran_on_ms"])
+    graph.plank(0)
+    bench.readable(SHORT)
+    assert bench.witness()["enables"] == enables
+    bench.operator_starts_over()
 
 
 def lost(bench: FaultyGraph, word: str) -> None:
