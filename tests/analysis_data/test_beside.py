@@ -87,6 +87,10 @@ def folder(tmp_path_factory):
     turn = {"motor_velocity": speed, "motor_torque": 1.5 + 0.002 * speed}
     info = RunInfo(file="turn.parquet", tire="TOY", measurement="unloaded_turn")
     tables.append(MeasurementTable(turn, info))
+    load, b = np.array([1850.0, 3700.0, 5550.0]), np.array([0.062, 0.073, 0.079])
+    prints = {"fz": load, "half_length": np.array([0.0496, 0.0708, 0.0872]), "half_width": b}
+    info = RunInfo(file="print.parquet", tire="TOY", measurement="footprint", pressure=2.5)
+    tables.append(MeasurementTable(prints, info))
     tables += [_standing(0.0), _standing(40.0), *(_loading(p) for p in (2.0, 2.5))]
     return export_campaign(tables, tmp_path_factory.mktemp("beside") / "campaign")
 
@@ -136,7 +140,8 @@ def test_table_7_2_says_where_its_numbers_come_from(tables):
     assert rows["C_z0"][1] == pytest.approx(2.0e5, rel=1e-3)
     assert rows["p_Fz1"][1] == pytest.approx(0.5, rel=1e-3)
     assert rows["C_z0"][3] == "measured in this campaign"
-    assert rows["q_ra1"][3].startswith("not measured: Table 7.2")
+    assert rows["q_ra1"][3] == "measured in this campaign"
+    assert rows["m_c"][3].startswith("not fitted")
 
 
 def test_vertical_stiffness_in_the_tire_has_the_free_radius_of_its_own_runs(result):
@@ -145,6 +150,7 @@ def test_vertical_stiffness_in_the_tire_has_the_free_radius_of_its_own_runs(resu
     stiffness = found.estimates["VERTICAL_STIFFNESS"]
     assert stiffness.value == pytest.approx(2.0e5, rel=1e-3)
     assert found.estimates["PFZ1"].value == pytest.approx(0.5, rel=1e-3)
+    assert {"Q_RA1", "Q_RA2", "Q_RB1", "Q_RB2"} <= set(found.estimates)
     # two runs for two coefficients: nothing is left that could tell their error
     assert math.isnan(stiffness.std_error) and "no error without repeats" in stiffness.note
     assert any("one measurement of cy" in text for text in found.skipped)

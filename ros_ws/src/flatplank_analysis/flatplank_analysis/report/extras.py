@@ -132,9 +132,11 @@ def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mappin
     for table in tables:
         bar = table.get("pressure") / 1e5
         bar = np.where(np.isfinite(bar), bar, table.info.pressure)
-        rows += list(zip(table["fz"], bar, table["half_length"], strict=True))
-    fz, bar, a = (np.array(v) for v in zip(*rows, strict=True))
-    out: Found = {"footprints": {"fz": fz, "pressure": bar, "half_length": a}}
+        rows += list(
+            zip(table["fz"], bar, table["half_length"], table.get("half_width"), strict=True)
+        )
+    fz, bar, a, b = (np.array(v) for v in zip(*rows, strict=True))
+    out: Found = {"footprints": {"fz": fz, "pressure": bar, "half_length": a, "half_width": b}}
     cz = np.array([stiffness.get(round(float(p), 3), np.nan) for p in bar])
     known = np.isfinite(cz)
     if known.any():

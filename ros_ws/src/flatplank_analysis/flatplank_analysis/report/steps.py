@@ -123,7 +123,8 @@ def _points_of(found: Mapping[str, Any]) -> list[SteadyPoints]:
     out = [_deflection(run) for run in found.get("vertical_stiffness", [])]
     prints = found.get("footprints")
     if prints is not None:
-        measured, pressure = {"a": prints["half_length"]}, 1e5 * prints["pressure"]
+        measured = {"a": prints["half_length"], "b": prints["half_width"]}
+        pressure = 1e5 * prints["pressure"]
         out.append(steady_points(measured, fz=prints["fz"], pressure=pressure))
     side = [r for r in found.get("standing", []) if r["quantity"] == "C_y"]
     if side:
