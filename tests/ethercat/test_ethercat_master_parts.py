@@ -246,6 +246,14 @@ def test_clock_after_a_long_stall(slip: bool, number: int) -> None:
     assert 0 < clock.due() - now <= PERIOD
 
 
+def test_time_waited_for_the_nodes_is_not_made_up_for() -> None:
+    clock = CycleClock(4_000_000, 0, slip=True)
+    assert clock.advance(4_000_000) == 1
+    clock.excuse(100_000_000)
+    assert clock.advance(108_000_000) == 2
+    assert clock.due() == 112_000_000 and clock.missed == 0
+
+
 def test_histogram() -> None:
     histogram = Histogram()
     for value in range(1, 1001):

@@ -112,11 +112,13 @@ class BusLoop:
         pause = (self.clock.due() - time.perf_counter_ns()) * 1e-9
         if pause > 0:
             time.sleep(pause)
+        waited = self.waiting.waited_ns
         commands = self.waiting.hold(
             self.clock.cycle + 1,
             self.link.await_commands,
             lambda: self.running and not self.link.parent_gone,
         )
+        self.clock.excuse(self.waiting.waited_ns - waited)
         now = time.perf_counter_ns()
         if self._last_start:
             self.cycle_times.add(now - self._last_start)

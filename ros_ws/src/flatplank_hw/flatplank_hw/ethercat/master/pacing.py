@@ -27,6 +27,10 @@ class CycleClock:
         """Wall time of the next cycle [ns]."""
         return self.start + (self.cycle + 1) * self.period
 
+    def excuse(self, waited_ns: int) -> None:
+        """Time in which the bus has waited for its nodes: nothing is late because of it."""
+        self.start += waited_ns
+
     def advance(self, now_ns: int) -> int:
         """Begin the next cycle at wall time `now`; returns its number."""
         late = (now_ns - self.due()) // self.period
