@@ -23,8 +23,9 @@ from .command import command
 
 OPTIONS = {"method": "LSODA", "rtol": 1e-6, "atol": 1e-9}
 """Of solve_ivp: its fastest method here; the default tolerance misses the optimum by 4e-4."""
-STOP = {"xatol": 2e-5, "fatol": 1e-7}
-"""Of minimize, in units of 1e5 N/m and of the cost at the start."""
+STOP = {"xatol": 2e-5, "fatol": 1e-5}
+"""Of minimize, in units of 1e5 N/m and of the cost at the start; a smaller change of the cost is
+grain of the integrator, in which the search ends or not by luck."""
 
 
 def reference_cost(problem: CarcassProblem) -> Callable[[np.ndarray], float]:

@@ -19,6 +19,8 @@ STEP = 1e-4
 """Relative step of the central differences: above the grain of a tabulated law."""
 DAMPING = np.array([1e-3, 1e-1, 1.0, 1e1, 1e3])
 """Tried together, times the current damping."""
+SAME = 0.02
+"""Trials closer to the boldest one than this share of its step are not tried beside it."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,9 @@ def solve(
     while count < iterations and not converged:
         count += 1
         trials = _trials(x, r, jac, damping * DAMPING, lower, upper, scale)
-        best, found, ahead = _look(residuals, trials, lower, upper, scale)
+        kept = _different(trials, x, scale)
+        best, found, ahead = _look(residuals, trials[kept], lower, upper, scale)
+        best = int(kept[best])
         cost = float(r @ r)
         gain = cost - float(found @ found)
         if not gain > 0.0:
@@ -116,6 +120,13 @@ def _differences(out: np.ndarray, width: np.ndarray) -> np.ndarray:
     count = len(width)
     slope = (out[:count] - out[count:]) / np.where(width > 0.0, width, 1.0)[:, None]
     return np.where(width > 0.0, 1.0, 0.0) * slope.T
+
+
+def _different(trials: np.ndarray, x: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Places of the boldest trial and of those that are not nearly the same."""
+    away = np.linalg.norm((trials - trials[0]) / scale, axis=1)
+    reach = np.linalg.norm((trials[0] - x) / scale)
+    return np.flatnonzero((np.arange(len(trials)) == 0) | (away > SAME * reach))
 
 
 def _look(

@@ -20,6 +20,8 @@ except ImportError:
     njit = None
 
 NEWTON = 3
+CLOSE = 1e-9
+"""Change of the slip after which another Newton step would change nothing [-]"""
 
 
 def march(
@@ -71,11 +73,15 @@ def march(
                     if sigma * base > LOWEST_SHARE * a:
                         shrink = 0.5 * limit * a * abs(k - before)
                     error = goal - sigma * (k - before) - late * k - soft * force
-                    k += error / (sigma - min(shrink, 0.5 * sigma) + late + soft * max(slope, 0.0))
+                    rate = sigma - min(shrink, 0.5 * sigma) + late + soft * max(slope, 0.0)
+                    change = error / rate
+                    k += change
                     place = (k - first) / step
                     cell = int(min(max(place, 0.0), last))
                     slope = (forces[cell + 1] - forces[cell]) / step
                     force = forces[cell] + (place - cell) * (forces[cell + 1] - forces[cell])
+                    if abs(change) < CLOSE:
+                        break
                 out[lane, run, i] = force
                 d += share * (force * compliance[lane, run] - d)
     return out
