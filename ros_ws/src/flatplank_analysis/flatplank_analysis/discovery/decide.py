@@ -8,24 +8,36 @@ own scores among repeats, and among conditions, and the effect must have one siz
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import f as f_distribution
+from scipy.stats import t as student
 
+from flatplank_analysis.discovery.dispersion import (
+    Usual,
+    among_conditions,
+    among_repeats,
+    scores_of,
+)
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import Gram, solve
-from flatplank_analysis.discovery.interval import channel_scale, relative_spread
 from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.whitened import Whitened
 
 FAMILY = 0.05
+FORM = 0.03
+"""what the form of the model's law may be wrong by, relative to the whole of an effect"""
+LAW = 0.005
+"""standard deviation of the model's law in a condition, relative to the force: no repeat shows it,
+and an effect that is a share of the force is known no better"""
 STRETCHES = 5
 SAME = 0.015
 """share of the drop by which the size may differ along the run: true effects 0-0.005, false ones
 0.3 and more"""
 PRIOR = 4.0
-"""degrees of freedom that the dispersion among repeats lends to that among conditions"""
+"""degrees of freedom at least that the dispersion among repeats lends to that among conditions"""
 SHARE = 0.003
 """a further effect must bring this share of the chi2 that is explained already"""
 
@@ -90,80 +102,91 @@ def _scale(p) -> float:
     return 0.02 * width if np.isfinite(width) else max(abs(p.null), 1.0)
 
 
-def best_chi2(state: State, fit: Fit) -> float:
-    """Whitened chi2 after one linear step from a plain fit."""
-    gram = state.gram(fit.residual(state.runs.measured), fit.jacobian[fit.loose()])
-    products, scores, energy = gram.total()
-    step, _ = solve(products, scores)
-    return energy - float(step @ scores)
+@dataclass(frozen=True)
+class Judge:
+    """What the tests of all effects that may be added to a state have in common."""
+
+    state: State
+    without: float
+    """smallest whitened chi2 without the effect"""
+    usual: Usual
+    explained: float = 0.0
+    """drop of the effects that were accepted before"""
+
+    def decide(
+        self, found: Whitened, index: int, looked_at: int, plain: Fit | None = None
+    ) -> Decision:
+        """Test effect `index` of a whitened fit.
+
+        looked_at: columns that were looked at to find it; plain: the plain fit with the effect,
+        for the held-out gain.
+        """
+        fit, state = found.fit, self.state
+        term, groups = fit.terms[index], state.runs.groups
+        drop = self.without - found.chi2
+        direction = amplitude(fit, index)
+        own = [i for i in fit.loose() if not _linear(fit, index, *fit.free[i])]
+        pieces = _stretches(state, direction)
+        columns = np.concatenate([fit.jacobian[own], direction[None], pieces, fit.predicted[None]])
+        gram = state.gram(fit.residual(state.runs.measured), columns)
+        base = len(own)
+        k = len([1 for owner, _ in fit.free if owner == index])
+        local, info = scores_of(gram, base)
+        kappa, freedom = self.usual.draw(*among_repeats(groups, local, info))
+        kappa_c, freedom_c = among_conditions(groups, local, info)
+        # an effect that shows in two conditions leaves one degree of freedom: too few to be
+        # judged by themselves, so the dispersion is drawn towards that among repeats
+        lent = max(PRIOR, self.usual.freedom)
+        drawn = (freedom_c * kappa_c + lent * kappa) / (freedom_c + lent)
+        drawn += _of_the_law(state, gram, base) / max(float(info.sum()), 1e-30)
+        stretch_q, stretch_n = _stretch_test(gram, base)
+        condition_q, condition_n = _condition_test(state, local, info)
+        worth = 12.0 if term.effect.kind == "tire" else 6.0
+        wide = 5.0 if term.effect.local else 1.0
+        visible = float(info.sum()) / max(float(gram.products[:, base, base].sum()), 1e-30)
+        # the form of the law is not that of the tire: that is no noise, no repeat shows it, and
+        # the less of an effect is visible, the more of its size it can feign
+        form = FORM**2 / max(visible, 1e-9)
+        variance = max(kappa, drawn) / max(float(info.sum()), 1e-30) + form
+        spread = abs(term.size) * float(student.ppf(0.95, freedom)) * np.sqrt(variance)
+        decision = Decision(
+            term=term,
+            drop=drop,
+            parameters=k,
+            dispersion=kappa,
+            dispersion_conditions=kappa_c,
+            p_repeats=_p_value(drop, k, kappa, freedom),
+            p_conditions=_p_value(drop, k, drawn, freedom_c + lent),
+            level=FAMILY / max(looked_at, 1),
+            matters=term.effect.main_parameter().matters,
+            stretch_q=stretch_q,
+            stretch_limit=worth * stretch_n + wide * SAME * drop,
+            condition_q=condition_q,
+            condition_limit=worth * condition_n + SAME * drop,
+            interval=(term.size - spread, term.size + spread),
+            held_out_gain=float("nan") if plain is None else held_out(state, plain, [index]),
+            reasons=(),
+        )
+        return replace(decision, reasons=tuple(_reasons(decision, self.explained)))
 
 
-def decide(
-    state: State,
-    without: float,
-    fit: Fit,
-    index: int,
-    looked_at: int,
-    explained: float = 0.0,
-) -> Decision:
-    """Test effect `index` of a fit against the whitened chi2 `without` it."""
-    runs = state.runs
-    term = fit.terms[index]
-    direction = amplitude(fit, index)
-    own = [i for i in fit.loose() if not _linear(fit, index, *fit.free[i])]
-    columns = np.concatenate([fit.jacobian[own], direction[None], _stretches(state, direction)])
-    gram = state.gram(fit.residual(runs.measured), columns)
-    base = len(own)
-    full = state.gram(fit.residual(runs.measured), fit.jacobian[fit.loose()])
-    products, scores, energy = full.total()
-    drop = without - (energy - float(solve(products, scores)[0] @ scores))
-    k = len([1 for owner, _ in fit.free if owner == index])
-    local, info = _scores(gram, base)
-    kappa, freedom = _among_repeats(state, local, info)
-    kappa_c, freedom_c = _among_conditions(state, local, info)
-    p_r = _p_value(drop, k, kappa, freedom)
-    # an effect that shows in two conditions leaves one degree of freedom: too few to be judged by
-    # themselves, so the dispersion is drawn towards that among repeats
-    drawn = (freedom_c * kappa_c + PRIOR * max(kappa, 1.0)) / (freedom_c + PRIOR)
-    p_c = _p_value(drop, k, drawn, freedom_c + PRIOR)
-    level = FAMILY / max(looked_at, 1)
-    stretch_q, stretch_n = _stretch_test(gram, base)
-    condition_q, condition_n = _condition_test(state, local, info)
-    worth = 12.0 if term.effect.kind == "tire" else 6.0
-    stretch_limit = worth * stretch_n + (5.0 if term.effect.local else 1.0) * SAME * drop
-    condition_limit = worth * condition_n + SAME * drop
-    size, spread = term.size, relative_spread(state, fit, own, direction)
-    matters = term.effect.main_parameter().matters
-    decision = Decision(
-        term, drop, k, kappa, kappa_c, p_r, p_c, level, matters,
-        stretch_q, stretch_limit, condition_q, condition_limit,
-        (size - abs(size) * spread, size + abs(size) * spread),
-        held_out(state, fit, [index]), (),
-    )  # fmt: skip
-    return _with_reasons(decision, explained)
-
-
-def _with_reasons(d: Decision, explained: float) -> Decision:
-    from dataclasses import replace
-
-    reasons = []
+def _reasons(d: Decision, explained: float) -> Iterator[str]:
     if d.drop <= 0.0 or d.p_repeats > d.level:
-        reasons.append("not beyond the scatter among repeats")
+        yield "not beyond the scatter among repeats"
     if d.drop <= 0.0 or d.p_conditions > max(d.level, 0.002):
-        reasons.append("not beyond the scatter among conditions")
+        yield "not beyond the scatter among conditions"
     if abs(d.term.size) < d.matters:
-        reasons.append("present, negligible")
+        yield "present, negligible"
     if d.drop < SHARE * explained:
-        reasons.append("brings less than 0.3 % of what is explained already")
+        yield "brings less than 0.3 % of what is explained already"
     if d.stretch_q > d.stretch_limit:
-        reasons.append("not the same size along the run")
+        yield "not the same size along the run"
     if d.condition_q > d.condition_limit:
-        reasons.append("not the same size in every condition")
+        yield "not the same size in every condition"
     if d.interval[0] * d.interval[1] <= 0.0 and not d.term.effect.generic:
-        reasons.append("its interval covers zero")
+        yield "its interval covers zero"
     if _at_edge(d.term):
-        reasons.append("at the end of its physical range")
-    return replace(d, reasons=tuple(reasons))
+        yield "at the end of its physical range"
 
 
 def _at_edge(term: Term) -> bool:
@@ -191,52 +214,16 @@ def _stretches(state: State, direction: np.ndarray) -> np.ndarray:
     return np.stack([direction * (place == i) for i in range(STRETCHES)])
 
 
-def _scores(gram: Gram, base: int) -> tuple[np.ndarray, np.ndarray]:
-    """Per run: score and information of the amplitude with the base projected out."""
+def _of_the_law(state: State, gram: Gram, base: int) -> float:
+    """Variance that an unknown error of the law, of its own in every condition, gives the score.
+
+    The last column of the sums is the force itself.
+    """
     products, scores, _ = gram.total()
-    inverse = solve(products[:base, :base], scores[:base])[1]
-    mix = inverse @ products[:base, base]
-    shift = inverse @ scores[:base]
+    mix = solve(products[:base, :base], scores[:base])[1] @ products[:base, base]
     c = gram.products
-    score = gram.scores[:, base] - gram.scores[:, :base] @ mix
-    score = score - (c[:, base, :base] - np.einsum("i,rij->rj", mix, c[:, :base, :base])) @ shift
-    info = (
-        c[:, base, base]
-        - 2.0 * c[:, base, :base] @ mix
-        + np.einsum("i,rij,j->r", mix, c[:, :base, :base], mix)
-    )
-    total = max(float(info.sum()), 1e-30)
-    return score - info * float(score.sum()) / total, np.maximum(info, 0.0)
-
-
-def _among_repeats(state: State, score, info) -> tuple[float, float]:
-    """Dispersion of the scores among repeats over what is expected, and its freedom."""
-    top = bottom = squares = 0.0
-    for rows in state.runs.groups:
-        k = len(rows)
-        if k < 2:
-            continue
-        expected = float(info[rows].sum()) * (k - 1) / k
-        share = info[rows] / max(float(info[rows].sum()), 1e-30)
-        spread = score[rows] - share * float(score[rows].sum())
-        top += float(np.sum(spread**2))
-        bottom += expected
-        squares += expected**2 / (k - 1)
-    if bottom <= 1e-30:
-        return 1.0, 1.0
-    return top / bottom, max(bottom**2 / max(squares, 1e-30), 1.0)
-
-
-def _among_conditions(state: State, score, info) -> tuple[float, float]:
-    s = np.array([score[g].sum() for g in state.runs.groups])
-    h = np.array([info[g].sum() for g in state.runs.groups])
-    total = float(h.sum())
-    if total <= 1e-30 or len(h) < 2:
-        return 1.0, 1.0
-    share = h / total
-    expected = float(np.sum(h * (1.0 - share)))
-    freedom = max(1.0 / float(np.sum(share**2)) - 1.0, 0.5)
-    return float(np.sum(s**2)) / max(expected, 1e-30), freedom
+    along = c[:, -1, base] - c[:, -1, :base] @ mix
+    return LAW**2 * sum(float(along[g].sum()) ** 2 for g in state.runs.groups)
 
 
 def _p_value(drop: float, k: int, kappa: float, freedom: float) -> float:
@@ -267,6 +254,11 @@ def _condition_test(state: State, score, info) -> tuple[float, int]:
     s = np.array([score[g].sum() for g in state.runs.groups])
     alive = h > 1e-4 * h.sum()
     return float(np.sum(s[alive] ** 2 / h[alive])), max(int(alive.sum()) - 1, 1)
+
+
+def channel_scale(state: State) -> np.ndarray:
+    """One over the floor of each channel, (channels, 1, 1)."""
+    return np.array([1.0 / max(f.floor, 1e-12) for f in state.floors])[:, None, None]
 
 
 def held_out(state: State, fit: Fit, indices: Sequence[int]) -> float:

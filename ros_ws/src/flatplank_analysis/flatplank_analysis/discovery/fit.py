@@ -114,7 +114,7 @@ class Fitter:
         Jacobians Broyden's update is used. A quick fit ends at a gain below 0.05 % and carries the
         rows of `known`, those of its new terms made afresh.
         """
-        task = _Task(self, base, terms)
+        task = Task(self, base, terms)
         z = np.clip(task.pack(base, terms), task.lower, task.upper)
         predicted = self.model.predict([task.lane(z)])[0]
         chi2 = self._chi2(predicted, z, task.entries)
@@ -165,9 +165,49 @@ class Fitter:
 
     def derivative(self, fit: Fit) -> Fit:
         """The same fit with its Jacobian made afresh."""
-        task = _Task(self, fit.base, fit.terms)
+        task = Task(self, fit.base, fit.terms)
         z = task.pack(fit.base, fit.terms)
         return replace(fit, jacobian=self._jacobian(z, fit.predicted, task))
+
+    def task(self, fit: Fit) -> Task:
+        """The numbers of a fit."""
+        return Task(self, fit.base, fit.terms)
+
+    def at(self, task: Task, z: np.ndarray, like: Fit) -> Fit:
+        """The prediction at given numbers; the Jacobian is still that of `like`."""
+        lane = task.lane(z)
+        terms = tuple(
+            replace(t, values=v) for t, (_, v) in zip(task.terms, lane.effects, strict=True)
+        )
+        predicted = self.model.predict([lane])[0]
+        return replace(like, base=lane.base, terms=terms, predicted=predicted)
+
+    def grown(self, fit: Fit, term: Term) -> Fit:
+        """A fit with one more term at its start values: rows of the Jacobian are added."""
+        terms = (*fit.terms, term)
+        task = Task(self, fit.base, terms)
+        z = task.pack(fit.base, terms)
+        predicted = self.model.predict([task.lane(z)])[0]
+        new = list(range(len(fit.free), len(z)))
+        rows = self._jacobian(z, predicted, task, new)
+        assert fit.jacobian is not None
+        free = tuple((e.term, e.parameter.name) for e in task.entries)
+        columns = np.concatenate([fit.jacobian, rows])
+        return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=free)
+
+    def shrunk(self, fit: Fit, index: int) -> Fit:
+        """A fit without one of its terms, the rest as it is."""
+        assert fit.jacobian is not None
+        keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]
+        terms = tuple(t for i, t in enumerate(fit.terms) if i != index)
+        task = Task(self, fit.base, terms)
+        predicted = self.model.predict([task.lane(task.pack(fit.base, terms))])[0]
+        free = tuple((e.term, e.parameter.name) for e in task.entries)
+        known = tuple(i for i, e in enumerate(task.entries) if e.parameter.known)
+        return replace(
+            fit, terms=terms, predicted=predicted, jacobian=fit.jacobian[keep], free=free,
+            known=known,
+        )  # fmt: skip
 
     def _result(self, z, terms, task, predicted, chi2, columns, count) -> Fit:
         lane = task.lane(z)
@@ -184,8 +224,7 @@ class Fitter:
         return Fit(lane.base, new, predicted, chi2, columns, free, bound, count, known)
 
     def _priors(self, entries) -> tuple[np.ndarray, np.ndarray]:
-        centre = np.array([e.parameter.null / e.scale for e in entries])
-        width = np.array([e.parameter.prior / e.scale for e in entries])
+        centre, width = priors(entries)
         return centre, self._prior_weight / width**2
 
     @property
@@ -233,8 +272,14 @@ class Fitter:
         return out, float(2.0 * move @ slope - move @ hessian @ move)
 
 
-class _Task:
-    """The numbers of one fit and how they become a lane."""
+def priors(entries: Sequence[_Entry]) -> tuple[np.ndarray, np.ndarray]:
+    """Centres and widths of what is known of the numbers before, in their scale."""
+    centre = np.array([e.parameter.null / e.scale for e in entries])
+    return centre, np.array([e.parameter.prior / e.scale for e in entries])
+
+
+class Task:
+    """The numbers of one fit, in the scale of the parameters, and how they become a lane."""
 
     def __init__(self, fitter: Fitter, base: np.ndarray, terms: Sequence[Term]) -> None:
         self.entries = fitter.entries(terms)

@@ -56,20 +56,21 @@ class Whitener:
 
 
 def fit_noise(
-    runs: RunSet, contrasts: np.ndarray, residual: np.ndarray | None = None
+    runs: RunSet, contrasts: np.ndarray, residual: np.ndarray, stiff: np.ndarray
 ) -> list[ChannelNoise]:
     """Noise of every channel from cleaned contrasts (channels, runs, samples).
 
-    The residual's own roughness (shorter than 3 s of 135 s) is added: encoder steps repeat
-    themselves from run to run, so that differences between repeats do not show them.
+    What the stiff directions (d, channels, runs, samples) can make of a run is taken out of its
+    contrast first: the scatter of the tire has a size of its own, and counted as noise too it
+    would hide everything that is slow. The residual's own roughness (shorter than 3 s of 135 s)
+    is added: encoder steps repeat themselves from run to run, so that differences between repeats
+    do not show them.
     """
     out = []
     for c, contrast in enumerate(contrasts):
-        noise = _channel(runs, contrast)
-        if residual is not None:
-            rough = _roughness(runs, residual[c])
-            noise = replace(noise, weights=noise.weights + np.maximum(rough - noise.weights, 0.0))
-        out.append(noise)
+        noise = _channel(runs, contrast, stiff[:, c])
+        rough = _roughness(runs, residual[c])
+        out.append(replace(noise, weights=noise.weights + np.maximum(rough - noise.weights, 0.0)))
     return out
 
 
@@ -103,37 +104,77 @@ def _kernel(tau: np.ndarray, total: float) -> np.ndarray:
     return np.stack([same, near, *slow, np.ones_like(tau)])
 
 
-def _channel(runs: RunSet, contrast: np.ndarray) -> ChannelNoise:
-    sizes = np.array([len(runs.groups[c]) for c in runs.condition])
-    good = sizes > 1
+def _channel(runs: RunSet, contrast: np.ndarray, stiff: np.ndarray) -> ChannelNoise:
     picks = np.unique(np.linspace(0, runs.samples - 1, 330).astype(int))
-    d = contrast[good][:, picks] * np.sqrt(sizes[good] / (sizes[good] - 1.0))[:, None]
-    t = runs.time[good][:, picks].mean(axis=0)
-    total = float(t[-1] - t[0])
-    product = d.T @ d / len(d)
+    groups = [g for g in runs.groups if len(g) > 1]
+    spare = np.array([len(g) - 1.0 for g in groups])
+    t = runs.time[np.concatenate(groups)][:, picks].mean(axis=0)
     tau = np.abs(t[:, None] - t[None, :])
-    upper = np.triu_indices(len(t))
-    edges = np.concatenate([[-1.0], np.geomspace(0.02, 1.0, 22) * total])
+    kernels = _kernel(tau, float(t[-1] - t[0]))
+    product, expected = np.zeros_like(tau), np.zeros_like(kernels)
+    energy, traces = [], []
+    for g in groups:
+        q = _orthonormal(stiff[:, g][:, :, picks].mean(axis=1))
+        d = contrast[g][:, picks]
+        d = d - (d @ q) @ q.T
+        part = _without(kernels, q)
+        product += d.T @ d / spare.sum()
+        expected += part * ((len(g) - 1) / spare.sum())
+        energy.append(float(np.sum(d**2)))
+        traces.append(np.trace(part, axis1=1, axis2=2))
+    weights = _weights(product, expected, tau)
+    usual = np.array([float(weights @ trace) for trace in traces])
+    scale = np.ones(runs.runs)
+    for g, own, k, normal in zip(groups, energy, spare, usual, strict=True):
+        scale[g] = _drawn(own / k, normal, k)
+    return ChannelNoise(weights, scale)
+
+
+def _orthonormal(rows: np.ndarray) -> np.ndarray:
+    """Orthonormal columns (samples, k <= d) that span the rows (d, samples)."""
+    u, s, _ = np.linalg.svd(rows.T, full_matrices=False)
+    return u[:, s > 1e-6 * max(float(s.max(initial=0.0)), 1e-12)]
+
+
+def _without(kernels: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Covariances (components, n, n) of what is left once the columns of q are taken out."""
+    right = kernels @ q
+    inner = q.T @ right
+    cross = q @ np.swapaxes(right, 1, 2)
+    return kernels - cross - np.swapaxes(cross, 1, 2) + q @ inner @ q.T
+
+
+def _weights(product: np.ndarray, expected: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """Variances of the components: non-negative least squares over the lags."""
+    upper = np.triu_indices(len(tau))
+    edges = np.concatenate([[-1.0], np.geomspace(0.02, 1.0, 22) * tau.max()])
     where = np.digitize(tau[upper], edges) - 1
     counts = np.bincount(where, minlength=len(edges)).astype(float)
     keep = counts > 0
-    level = np.bincount(where, product[upper], minlength=len(edges))[keep] / counts[keep]
-    basis = np.stack(
-        [
-            np.bincount(where, k[upper], minlength=len(edges))[keep] / counts[keep]
-            for k in _kernel(tau, total)
-        ]
-    )
-    trust = np.sqrt(np.minimum(counts[keep] / len(t), 20.0))
+
+    def by_lag(values: np.ndarray) -> np.ndarray:
+        return np.bincount(where, values[upper], minlength=len(edges))[keep] / counts[keep]
+
+    basis = np.stack([by_lag(k) for k in expected])
+    trust = np.sqrt(np.minimum(counts[keep] / len(tau), 20.0))
     # lag zero is known best; without it the total variance would be off
     trust[0] = 10.0
-    weights, _ = nnls((basis * trust).T, np.maximum(level, 0.0) * trust)
-    total_variance = max(float(np.mean(d**2)), 1e-12)
-    if weights.sum() <= 0.0:
-        weights = np.zeros(len(basis))
-    weights = weights * (total_variance / max(weights.sum(), 1e-30))
-    weights[0] += 0.02 * total_variance
-    return ChannelNoise(weights, _run_scale(runs, contrast, sizes, total_variance))
+    weights, _ = nnls((basis * trust).T, by_lag(product) * trust)
+    total = max(float(np.trace(product)), 1e-12 * len(tau))
+    shown = np.trace(expected, axis1=1, axis2=2)
+    if float(weights @ shown) <= 0.0:
+        weights = np.zeros(len(expected))
+    else:
+        weights = weights * (total / float(weights @ shown))
+    weights[0] += 0.02 * total / len(tau)
+    return weights
+
+
+def _drawn(own: float, usual: float, spare: float) -> float:
+    """Noise of a condition relative to the usual, drawn towards one."""
+    freedom = 6.0 * spare
+    ratio = (own / max(usual, 1e-30) * freedom + 12.0) / (freedom + 12.0)
+    return float(np.clip(np.sqrt(ratio), 0.5, 3.0))
 
 
 def freedom_of(runs: RunSet, noise: ChannelNoise) -> float:
@@ -142,18 +183,6 @@ def freedom_of(runs: RunSet, noise: ChannelNoise) -> float:
     tau = np.abs(t[:, None] - t[None, :])
     covariance = np.tensordot(noise.weights, _kernel(tau, float(t[-1] - t[0])), axes=1)
     return float(np.trace(covariance) ** 2 / max(float(np.sum(covariance**2)), 1e-30))
-
-
-def _run_scale(runs: RunSet, contrast, sizes, variance: float) -> np.ndarray:
-    """Noise of each condition relative to the mean, drawn towards one."""
-    out = np.ones(runs.runs)
-    for rows in runs.groups:
-        if len(rows) < 2:
-            continue
-        own = float(np.sum(contrast[rows] ** 2) / ((len(rows) - 1) * runs.samples))
-        freedom = 6.0 * (len(rows) - 1)
-        out[rows] = np.sqrt((own * freedom + 12.0 * variance) / ((freedom + 12.0) * variance))
-    return np.clip(out, 0.5, 3.0)
 
 
 def make_whitener(runs: RunSet, noises: list[ChannelNoise]) -> Whitener:

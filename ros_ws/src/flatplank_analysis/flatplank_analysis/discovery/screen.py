@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.discovery.dispersion import Usual, among_repeats, scores_of, usual
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import Candidate, State
 
-VISIBLE = 0.03
-"""share of a column that must be left after projection for the effect to be named"""
+VISIBLE = 0.005
+"""share of a column that must be left after projection for the effect to be named; how far the
+form of the model's law may carry a size grows with one over its root, see `Judge`"""
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,19 @@ class Screen:
     """number of columns that belong to the model itself"""
     projected: np.ndarray
     """products of all candidate columns with the model's own projected out"""
+    usual: Usual
+    """what the dispersions of the candidates are like"""
 
 
 def screen(state: State) -> Screen:
     """Rank all candidates of a state."""
     blocks = [c.columns for c in state.candidates]
-    own = len(state.jacobian)
-    columns = np.concatenate([state.jacobian, *blocks]) if blocks else state.jacobian
-    gram = state.gram(state.residual, columns)
+    fit = state.whitened.fit
+    assert fit.jacobian is not None
+    columns = fit.jacobian[fit.loose()]
+    own = len(columns)
+    columns = np.concatenate([columns, *blocks])
+    gram = state.gram(fit.residual(state.runs.measured), columns)
     products, scores, _ = gram.total()
     base, inverse = solve(products[:own, :own], scores[:own])
     cross = products[own:, :own]
@@ -70,7 +77,37 @@ def screen(state: State) -> Screen:
         )  # fmt: skip
         at += k
     ranked.sort(key=lambda s: -s.gain)
-    return Screen(ranked, gram, own, projected)
+    return Screen(ranked, gram, own, projected, _usual(state, gram, own, ranked))
+
+
+def _usual(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Usual:
+    """Dispersions of all visible candidates at their best setting."""
+    pairs, seen = [], set()
+    for item in ranked:
+        if item.identifier in seen or item.visible < VISIBLE:
+            continue
+        seen.add(item.identifier)
+        pairs.append(among_repeats(state.runs.groups, *scores_of(_along(gram, own, item), own)))
+    return usual([k for k, _ in pairs], [f for _, f in pairs])
+
+
+def _along(gram: Gram, own: int, item: Screened) -> Gram:
+    """Sums of the model's own columns and of one candidate."""
+    rows = own + np.flatnonzero(item.contribution)
+    mix = item.contribution[rows - own]
+    base = np.arange(own)
+    c = gram.products
+    cross = c[:, base][:, :, rows] @ mix
+    corner = np.einsum("i,rij,j->r", mix, c[:, rows][:, :, rows], mix)
+    products = np.concatenate(
+        [
+            np.concatenate([c[:, :own, :own], cross[:, :, None]], axis=2),
+            np.concatenate([cross, corner[:, None]], axis=1)[:, None],
+        ],
+        axis=1,
+    )
+    scores = np.concatenate([gram.scores[:, :own], (gram.scores[:, rows] @ mix)[:, None]], axis=1)
+    return Gram(products, scores, gram.energy)
 
 
 def _judge(candidate: Candidate, info, score, raw, rows, total) -> Screened:

@@ -5,18 +5,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import chi2
 
-from flatplank_analysis.discovery import decide as decisions
 from flatplank_analysis.discovery import screen as screens
-from flatplank_analysis.discovery.decide import Decision
+from flatplank_analysis.discovery.decide import SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
-from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.screen import Screen, Screened
+from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
 from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
@@ -25,12 +24,10 @@ from flatplank_analysis.discovery.state import (
     start_base,
     term_of,
 )
+from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.errors import FlatplankError
 
 NEARLY_ALIKE = 0.8
-TWINS = 0.995
-HOPE = 0.8
-"""a refit may bring that much more than the screening promised"""
 ALIKE = 0.03
 """share of a drop that is no evidence between two effects: the law of the model is no better"""
 Progress = Callable[[str, float], None]
@@ -167,10 +164,15 @@ class _Searcher:
         fit = self.fitter.fit(base, self.options.terms)
         return fit
 
-    def step_of(self, fit: Fit, found: list[Found], update: bool = False) -> Step:
-        """State and ranking; `update` takes the floor into the weights once."""
+    def step_of(
+        self, fit: Fit, found: list[Found], update: bool = False, near: Fit | None = None
+    ) -> Step:
+        """State and ranking; `update` takes the floor into the weights once.
+
+        near: a whitened fit of the same terms.
+        """
         self.say("screening", 0.15)
-        state = make_state(self.model, self.fitter, fit, self.effects)
+        state = make_state(self.model, self.fitter, fit, self.effects, near)
         if update:
             levels = [f.floor for f in state.floors]
             self.fitter = Fitter(self.model, channel_weights(self.model.runs, levels))
@@ -180,69 +182,41 @@ class _Searcher:
     def forward(self, step: Step) -> Step | None:
         """Refit the best candidates; the best one that passes all tests is taken."""
         state = step.state
-        without = decisions.best_chi2(state, state.fit)
-        explained = sum(f.decision.drop for f in step.found)
-        tried: list[tuple[Decision, Fit]] = []
-        for item in self.worth_a_refit(step):
-            fit = self.refit(state, item)
-            index = len(fit.terms) - 1
-            looked = self.looked_at[item.identifier]
-            decision = decisions.decide(state, without, fit, index, looked, explained)
-            tried.append((decision, fit))
+        before = sum(f.decision.drop for f in step.found)
+        judge = Judge(state, state.whitened.chi2, step.screen.usual, before)
+        tried: list[tuple[Decision, Whitened]] = []
+        for item in shortlist(step.screen, self.looked_at, self.options.refits):
+            found = self.refit(state, item)
+            index = len(found.fit.terms) - 1
+            tried.append((judge.decide(found, index, self.looked_at[item.identifier]), found))
         tried.sort(key=lambda pair: -pair[0].drop)
         step.refits = [d for d, _ in tried]
-        for _, rough in self.preferred(tried, step):
-            fit = self.fitter.fit(rough.base, rough.terms)
+        for rough, near in self.preferred(tried):
+            fit = self.fitter.fit(near.fit.base, near.fit.terms)
             index = len(fit.terms) - 1
-            looked = self.looked_at[fit.terms[index].effect.identifier]
-            decision = decisions.decide(state, without, fit, index, looked, explained)
+            looked = self.looked_at[rough.term.effect.identifier]
+            best = min(state.settle(near.fit), state.settle(fit), key=lambda w: w.chi2)
+            # the place found with the effect may be a better one without it, too
+            less = state.settle(self.fitter.shrunk(best.fit, index))
+            fair = replace(judge, without=min(judge.without, less.chi2))
+            decision = fair.decide(best, index, looked, plain=fit)
             if not decision.accepted:
                 continue
-            found = Found(decision, *self.alike(step, decision))
-            return self.step_of(fit, [*step.found, found])
+            taken = Found(decision, *self.alike(step, decision))
+            return self.step_of(fit, [*step.found, taken], near=best.fit)
         return None
 
-    def worth_a_refit(self, step: Step) -> list[Screened]:
-        """Candidates with a gain, visible, and of a size that may matter; best first."""
-        out: list[Screened] = []
-        for item in screens.best_per_effect(step.screen):
-            effect = item.candidate.effect
-            if item.gain < self.least_gain(item) or item.visible < screens.VISIBLE:
-                continue
-            if len(effect.starts()) == 1 and negligible(item):
-                continue
-            twin = next((i for i, o in enumerate(out) if _twins(step.screen, item, o)), None)
-            if twin is not None:
-                # the same in these data: what is more usual, then the alphabet, not the order
-                # of the noise
-                out[twin] = min(out[twin], item, key=_usual)
-                continue
-            out.append(item)
-            if len(out) == self.options.refits:
-                break
-        return out
-
-    def least_gain(self, item: Screened) -> float:
-        """Gain below which no refit is likely to pass the test of the effect."""
-        level = decisions.FAMILY / self.looked_at[item.identifier]
-        return HOPE * float(chi2.isf(level, len(item.sizes)))
-
-    def refit(self, state: State, item: Screened) -> Fit:
-        """Refit from the best of several sizes, the base as it is."""
-        own = state.fit
-        starts = [term_of(item.candidate, item.sizes * s) for s in item.candidate.effect.starts()]
-        if len(starts) > 1:
-            starts = [line_search(self.model, state, item)]
+    def refit(self, state: State, item: Screened) -> Whitened:
+        """Whitened refit from the best of several sizes, the base as it is."""
+        start = term_of(item.candidate, item.sizes)
+        if len(item.candidate.effect.starts()) > 1:
+            start = line_search(self.model, state, item)
         measured = self.options.measured.get(item.identifier)
         if measured:
-            starts = [measured_term(starts[0], measured)]
-        # a law moves the whole base along: the old derivatives serve for the machine only
-        quick = item.candidate.effect.kind != "tire" or item.candidate.effect.generic
-        return self.fitter.fit(own.base, [*own.terms, starts[0]], known=own, quick=quick)
+            start = measured_term(start, measured)
+        return state.settle(self.fitter.grown(state.whitened.fit, start), most=2)
 
-    def preferred(
-        self, tried: list[tuple[Decision, Fit]], step: Step
-    ) -> list[tuple[Decision, Fit]]:
+    def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
         """Acceptable refits by gain; a free law only when no named effect is acceptable.
 
         Of refits whose gains the data cannot tell apart the more usual effect goes first.
@@ -285,82 +259,51 @@ class _Searcher:
         return tuple(same), tuple(weak)
 
     def backward(self, step: Step) -> Step:
-        """Drop accepted effects that are not needed any more; refresh the tests of the others."""
-        if len(step.found) < 2:
-            return step
-        fit, state = step.state.fit, step.state
-        kept, offset = [], len(self.options.terms)
-        for i, found in enumerate(step.found):
-            index = offset + i
-            others = [t for j, t in enumerate(fit.terms) if j != index]
-            less = self.fitter.fit(fit.base, others, quick=True)
-            less = self.fitter.derivative(less)
-            without = decisions.best_chi2(state, less)
-            looked = self.looked_at[fit.terms[index].effect.identifier]
-            decision = decisions.decide(state, without, fit, index, looked)
-            if decision.drop > 0.0 and decision.p_repeats < decision.level:
-                kept.append((i, Found(decision, found.alike, found.weakly)))
-        if len(kept) == len(step.found):
-            step.found = [f for _, f in kept]
-            return step
-        rows = list(range(offset)) + [offset + i for i, _ in kept]
-        smaller = self.fitter.fit(fit.base, [fit.terms[j] for j in rows])
-        return self.step_of(smaller, [f for _, f in kept])
+        """Drop accepted effects that are not needed any more; refresh the tests of the others.
+
+        One that was taken for a later one explains little beside it, and goes.
+        """
+        while len(step.found) > 1:
+            step.found = self.judged(step)
+            explained = sum(f.decision.drop for f in step.found)
+            kept = [i for i, f in enumerate(step.found) if _needed(f.decision, explained)]
+            if len(kept) == len(step.found):
+                break
+            fit, offset = step.state.fit, len(self.options.terms)
+            rows = [*range(offset), *(offset + i for i in kept)]
+            smaller = self.fitter.fit(fit.base, [fit.terms[j] for j in rows])
+            step = self.step_of(smaller, [step.found[i] for i in kept])
+            step.found = self.judged(step)
+        return step
+
+    def judged(self, step: Step) -> list[Found]:
+        """The effects of a step, each tested against the model without it."""
+        state, offset = step.state, len(self.options.terms)
+        out = []
+        for index, found in enumerate(step.found, offset):
+            less = state.settle(self.fitter.shrunk(state.whitened.fit, index))
+            judge = Judge(state, less.chi2, step.screen.usual)
+            looked = self.looked_at[found.decision.term.effect.identifier]
+            decision = judge.decide(state.whitened, index, looked, plain=state.fit)
+            out.append(Found(decision, found.alike, found.weakly))
+        return out
 
 
-def line_search(model: Model, state: State, item: Screened) -> Term:
-    """Size with the smallest plain sum of squares once the base has moved along."""
-    effect, fit = item.candidate.effect, state.fit
-    width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
-    terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
-    terms += [term_of(item.candidate, np.ones_like(width) * s) for s in (1.0, 3.0)]
-    own = fit.lane()
-    lanes = [Lane(own.base, (*own.effects, (effect, t.values))) for t in terms]
-    change = model.predict(lanes) - fit.predicted
-    weight = 1.0 / np.array([max(f.floor, 1e-12) for f in state.floors])[:, None, None]
-    flat = (state.jacobian * weight).reshape(len(state.jacobian), -1)
-    gram = flat @ flat.T
-    gram += 1e-8 * np.trace(gram) * np.eye(len(gram))
-    errors = []
-    for c in change:
-        e = ((state.residual - c) * weight).reshape(-1)
-        right = flat @ e
-        errors.append(float(e @ e - right @ np.linalg.solve(gram, right)))
-    return terms[int(np.argmin(errors))]
+def _needed(decision: Decision, explained: float) -> bool:
+    """True when an effect still explains something beside the others."""
+    least = SHARE * max(explained - decision.drop, 0.0)
+    return decision.drop > least and decision.p_repeats < decision.level
 
 
 def _indifferent(decision: Decision) -> float:
     """Difference of gains that is no evidence between two effects."""
-    return max(20.0 * max(decision.dispersion, 1.0), ALIKE * decision.drop)
+    return max(EVIDENCE * max(decision.dispersion, 1.0), ALIKE * decision.drop)
 
 
 def _nearly(decision: Decision) -> bool:
     """Good enough after the quick refit to deserve the full one."""
     hard = {"present, negligible", "at the end of its physical range"}
     return not hard & set(decision.reasons) and decision.p_repeats < 0.02
-
-
-def _twins(ranking: Screen, one: Screened, other: Screened) -> bool:
-    """True when the model cannot but take one for the other."""
-    return (
-        screens.likeness(ranking, one, other) > TWINS
-        and screens.likeness(ranking, other, one) > TWINS
-    )
-
-
-def _usual(item: Screened) -> tuple[int, str]:
-    return item.candidate.effect.rarity, item.identifier
-
-
-def negligible(item: Screened) -> bool:
-    """True when the screened size is far below the one that matters."""
-    effect = item.candidate.effect
-    matters = effect.main_parameter().matters
-    named = {
-        p.name: p.null + p.screen * s for p, s in zip(effect.linear(), item.sizes, strict=True)
-    }
-    values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting | named
-    return abs(effect.size(values)) < 0.5 * matters
 
 
 def _rough_levels(model: Model) -> list[float]:

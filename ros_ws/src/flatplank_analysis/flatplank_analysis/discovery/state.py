@@ -5,7 +5,7 @@ all effects that might be added."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.whitened import Whitened, settle
 from flatplank_analysis.errors import FlatplankError
 
 
@@ -39,6 +40,7 @@ class State:
     """A fitted model with all that decisions need."""
 
     model: Model
+    fitter: Fitter
     fit: Fit
     residual: np.ndarray
     candidates: list[Candidate]
@@ -50,6 +52,8 @@ class State:
     scatter: np.ndarray
     contrasts: np.ndarray
     """cleaned (channels, runs, samples)"""
+    whitened: Whitened
+    """the same model where the whitened chi2 is smallest"""
 
     @property
     def runs(self) -> RunSet:
@@ -67,6 +71,10 @@ class State:
         return grams.make_gram(
             self.runs, self.whitener, residual, columns, self.stiff, self.scatter
         )
+
+    def settle(self, fit: Fit, most: int = 12) -> Whitened:
+        """The smallest whitened chi2 near a fit."""
+        return settle(self.gram, self.fitter, fit, most)
 
 
 def make_candidates(
@@ -113,25 +121,46 @@ def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
     return np.array(out) if out else np.zeros((0, *fit.predicted.shape))
 
 
-def make_state(model: Model, fitter: Fitter, fit: Fit, effects: Sequence[type[Effect]]) -> State:
-    """Screen columns, floor, noise and whitening of a fitted model."""
+def make_state(
+    model: Model,
+    fitter: Fitter,
+    fit: Fit,
+    effects: Sequence[type[Effect]],
+    near: Fit | None = None,
+) -> State:
+    """Screen columns, floor, noise and whitening of a fitted model.
+
+    near: a whitened fit with the same terms, when one is known.
+    """
     runs = model.runs
     residual = fit.residual(runs.measured)
-    candidates = make_candidates(model, fit, effects, residual)
+    candidates = make_candidates(model, near or fit, effects, residual)
     blocks = [c.columns for c in candidates] + _amplitudes(fit)
     cleaned, levels = [], []
     for c in range(len(runs.channels)):
         alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
         cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
     contrasts = np.stack(cleaned)
-    model_noise = noises.fit_noise(runs, contrasts, residual)
+    stiff = stiff_columns(model, fit)
+    model_noise = noises.fit_noise(runs, contrasts, residual, stiff)
     for c, noise in enumerate(model_noise):
         per_run = noises.freedom_of(runs, noise)
         levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run))
     whitener = noises.make_whitener(runs, model_noise)
-    stiff = stiff_columns(model, fit)
     scatter = grams.scatter_of(runs, whitener, contrasts, stiff)
-    return State(model, fit, residual, candidates, levels, whitener, stiff, scatter, contrasts)
+
+    def sums(e: np.ndarray, columns: np.ndarray) -> grams.Gram:
+        return grams.make_gram(runs, whitener, e, columns, stiff, scatter)
+
+    found = settle(sums, fitter, near or fit)
+    found = replace(found, fit=fitter.derivative(found.fit))
+    if near is None:
+        # the whitened fit may lie far from the plain one, and there columns look different
+        candidates = make_candidates(model, found.fit, effects, residual)
+    return State(
+        model, fitter, fit, residual, candidates, levels, whitener, stiff, scatter, contrasts,
+        found,
+    )  # fmt: skip
 
 
 def _amplitudes(fit: Fit) -> list[np.ndarray]:

@@ -12,6 +12,9 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Signal, TireEffect
 from flatplank_analysis.effects.channels import other
 
+LEAST = 100.0
+"""[N] root mean square of the lateral force"""
+
 
 @dataclass(frozen=True)
 class CrosstalkFy(TireEffect):
@@ -40,7 +43,9 @@ class CrosstalkFy(TireEffect):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        return [{"tared": 1.0}]
+        """None where there is hardly a lateral force: a fifth of it would pass for noise."""
+        force = runs.measured[runs.channels.index("fy")] if "fy" in runs.channels else 0.0
+        return [{"tared": 1.0}] if float(np.sqrt(np.mean(force**2))) > LEAST else []
 
     @classmethod
     def held(cls) -> tuple[str, ...]:

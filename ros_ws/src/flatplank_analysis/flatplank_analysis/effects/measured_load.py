@@ -5,8 +5,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Tire, TireEffect
+from flatplank_analysis.tirebase.parameters import LEAST_LOAD, moving_load
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,12 @@ class MeasuredLoad(TireEffect):
         matters=0.3,
         note="share of the measured change that is not there",
     )
+
+    @classmethod
+    def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        """None where the load hardly moves: its last newtons are the noise of its channel."""
+        load = runs.coordinates["load"].values
+        return [{}] if moving_load(load) > LEAST_LOAD else []
 
     def tire(self, tire: Tire) -> None:
         tire.load -= self.share * (tire.load - tire.load.mean(axis=-1, keepdims=True))

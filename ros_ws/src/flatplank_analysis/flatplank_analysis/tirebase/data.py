@@ -10,15 +10,17 @@ import numpy as np
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.calm import Common, as_input, as_load
 from flatplank_analysis.tirebase.grid import (
     SPEED,
-    gaussian,
     node_positions,
     smooth_columns,
     uniform_positions,
 )
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
+INPUTS = ("fy", "fz", "mx", "mz")
+"""channels that may speak over into Fx"""
 START = 0.0005
 """[m] plank travel that counts as started"""
 STIFFNESS = 1.9e5
@@ -64,7 +66,7 @@ class TireRuns:
     wheel_turn: np.ndarray
     """wheel angle in space, start angle included [rad]"""
     signals: dict[str, np.ndarray]
-    """all measured channels"""
+    """measured channels as inputs, without their noise"""
     load_mean: np.ndarray
     """(runs, samples) what the load channel is judged against"""
     grids: list[np.ndarray]
@@ -199,13 +201,14 @@ def _assemble(
         radius = facts["radius"] = np.where(np.isfinite(radius), radius, np.median(guess))
     grids = _grid_groups([_grid_key(t) for t in tables])
     nominal = facts["nominal"]
-    load, load_mean = _denoise(stack.get("fz"), position, nominal, grids)
     step = np.where(np.isfinite(facts["step"]), facts["step"], 0.0)
     since = position - step[:, None]
     turn = angle - angle[:, :1] + facts["start"][:, None]
-    shell = dict(position=position, grids=grids)
-    channels, measured = _channels(stack, load_mean, shell)
     condition, labels = _conditions(tables)
+    groups = [np.flatnonzero(condition == c) for c in range(len(labels))]
+    common = Common(position, turn, grids, groups)
+    load, load_mean = _load(stack.get("fz"), nominal, common)
+    channels, measured = _channels(stack, load_mean)
     slip = radius[:, None] * (angle - angle[:, :1]) - (position - position[:, :1])
     runs = RunSet(
         names=tuple(t.info.name for t in tables),
@@ -240,7 +243,7 @@ def _assemble(
         pressure=facts["pressure"],
         since_step=since,
         wheel_turn=turn,
-        signals={k: v for k, v in stack.items() if k not in ("time", "plank_position")},
+        signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
         load_mean=load_mean,
         grids=grids,
     )
@@ -255,31 +258,24 @@ def _grid_groups(keys: list[tuple]) -> list[np.ndarray]:
     return [np.array([i for i, k in enumerate(keys) if k == kind]) for kind in kinds]
 
 
-def _denoise(
-    fz: np.ndarray | None, position: np.ndarray, nominal: np.ndarray, grids: list[np.ndarray]
+def _load(
+    fz: np.ndarray | None, nominal: np.ndarray, common: Common
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Load for the tire, and the part of it that the load channel does not judge.
-
-    Common profile over the plank position + mean of the run + what is left, smoothed over 0.1 m.
-    """
+    """Load for the tire, and the part of it that the load channel does not judge: the mean of
+    the run and the profile over the plank that all runs share."""
     if fz is None:
-        flat = np.repeat(nominal[:, None], position.shape[1], axis=1)
+        flat = np.repeat(nominal[:, None], common.position.shape[1], axis=1)
         return flat, flat
-    level = fz.mean(axis=1, keepdims=True)
     profile = np.zeros_like(fz)
-    for rows in grids:
+    level = fz.mean(axis=1, keepdims=True)
+    for rows in common.grids:
         if len(rows) > 2:
             profile[rows] = (fz[rows] - level[rows]).mean(axis=0)
-    rest = fz - level - profile
-    smooth = np.empty_like(rest)
-    for i, (x, y) in enumerate(zip(position, rest, strict=True)):
-        even = np.arange(x[0], x[-1] + 0.006, 0.006)
-        smooth[i] = np.interp(x, even, gaussian(np.interp(even, x, y), 0.1 / 0.006))
-    return level + profile + smooth, level + profile
+    return as_load(fz, common), level + profile
 
 
 def _channels(
-    stack: dict[str, np.ndarray], load_mean: np.ndarray, shell: dict
+    stack: dict[str, np.ndarray], load_mean: np.ndarray
 ) -> tuple[tuple[str, ...], np.ndarray]:
     names = [n for n in ("fx", "fy", "fz") if n in stack]
     values = [stack[n] - load_mean if n == "fz" else stack[n] for n in names]

@@ -25,15 +25,15 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "memory", "turn",
+    "play_rest", "memory", "turn", "feel",
     "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, MEMORY, TURN, LAW,
-) = range(27)  # fmt: skip
+    PLAY_REST, MEMORY, TURN, FEEL, LAW,
+) = range(28)  # fmt: skip
 WIDTH = len(NAMES)
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
 """contact slips of the free law; negative first, falling, then positive, rising"""
@@ -111,7 +111,7 @@ def free_law(k, p):
 def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
     """Force and slope with load, friction, asymmetry, sliding speed and cross slip taken in."""
     peak = p[PEAK] * friction * load
-    stiff = p[STIFF] * load / nominal
+    stiff = p[STIFF] * (1.0 + p[FEEL] * (load / nominal - 1.0))
     if k < 0.0:
         peak *= 1.0 - p[ASYM_PEAK]
         stiff *= 1.0 - p[ASYM_STIFF]

@@ -127,6 +127,7 @@ class TireModel:
             for name in ("shape", "fall", "round", "tread", "memory"):
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
+            p[..., kernel.FEEL] = get("feel") if "feel" in base else 1.0
             p[..., kernel.PLAY_SOFT] = 10.0
             p[..., kernel.CREEP_TIME] = 10.0
         params[0, ..., kernel.DENOM] = get("denom")

@@ -8,6 +8,14 @@ import numpy as np
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.tirebase.data import TireRuns
 
+LEAST_LOAD = 5.0
+"""[N] root mean square of the load within a run below which it does not matter who feels it"""
+
+
+def moving_load(load: np.ndarray) -> float:
+    """Root mean square of the load (runs, samples) about the mean of each run [N]."""
+    return float(np.sqrt(np.mean((load - load.mean(axis=1, keepdims=True)) ** 2)))
+
 
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     """Parameters of the base for a campaign, start values in `null`, scales in `screen`."""
@@ -29,6 +37,9 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
         Parameter("fx_zero", "N", 0.0, -300.0, 300.0, 10.0),
     ]
+    if moving_load(data.load) > LEAST_LOAD:
+        # the friction follows the load; how far the slip stiffness does is the tire's own
+        out.append(Parameter("feel", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3))
     if "fy" in data.runs.channels:
         prior = np.inf if varied_alpha else 6.0 * load
         out += [

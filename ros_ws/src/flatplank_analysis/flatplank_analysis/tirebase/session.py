@@ -13,11 +13,12 @@ import numpy as np
 
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.discovery import nextrun, screen, verdict
-from flatplank_analysis.discovery.decide import best_chi2, decide
+from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.modelfile import Entry, ModelFile
 from flatplank_analysis.discovery.search import Found, Options, Progress, Search, Step, run_search
+from flatplank_analysis.discovery.shortlist import line_search
 from flatplank_analysis.discovery.state import (
     channel_weights,
     make_state,
@@ -164,9 +165,9 @@ class Session:
             "floor_before": _number(before.state.floors[0].floor),
         }
         index = len(after.state.fit.terms) - 1
-        decision = decide(
-            before.state, best_chi2(before.state, before.state.fit), after.state.fit, index, 1
-        )
+        judge = Judge(before.state, before.state.whitened.chi2, before.screen.usual)
+        found = before.state.settle(after.state.whitened.fit)
+        decision = judge.decide(found, index, 1, plain=after.state.fit)
         numbers |= {
             "size": _number(decision.term.size),
             "unit": effect.main_parameter().unit,
@@ -182,8 +183,6 @@ class Session:
 
     def best_start(self, step: Step, item: screen.Screened) -> Term:
         """Start of a refit: a line search where the screened size may be far off."""
-        from flatplank_analysis.discovery.search import line_search
-
         if len(item.candidate.effect.starts()) > 1:
             return line_search(self.model, step.state, item)
         sizes = item.sizes if np.any(item.sizes) else np.full(len(item.sizes), 0.1)

@@ -20,7 +20,7 @@ from scipy.stats import norm
 
 import flatplank_hw.plant
 from flatplank_control.blind.menu import MENU
-from flatplank_control.blind.plan import NOISES, RELATIVE, covariance, runs_of
+from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, covariance, runs_of
 from flatplank_control.blind.second import Columns
 from flatplank_control.blind.worlds import WORLDS, Scatter, World
 
@@ -59,7 +59,7 @@ class _Lot:
         columns = [
             self.blocks(world.changed(change), {}) - self.plain for change in world.nuisances()
         ]
-        columns += self._shifts()
+        columns += self._shifts() + self._laws()
         self.base = np.array(columns)
         gain = Scatter.none(len(self.runs))
         more = Scatter(gain.gain + 0.01, gain.delay, gain.bumps)
@@ -83,6 +83,18 @@ class _Lot:
         for channel in range(2):
             one = np.zeros_like(self.plain)
             one[:, channel] = 1.0
+            out.append(one)
+        return out
+
+    def _laws(self) -> list[np.ndarray]:
+        """Another force at one size of slip, the same in both directions: a force law may be of
+        any symmetric form."""
+        out = []
+        after = PLACES > STEP
+        sizes = np.array([abs(run.setting.kappa) for run in self.runs])
+        for level in sorted(set(sizes[sizes > 0.0])):
+            one = np.zeros_like(self.plain)
+            one[sizes == level, 0] = 0.01 * self.plain[sizes == level, 0] * after
             out.append(one)
         return out
 

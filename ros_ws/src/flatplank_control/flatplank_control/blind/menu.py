@@ -167,13 +167,13 @@ MENU: dict[str, Item] = {
         lambda s, r: {"mix": {("fz", "fx"): s}, "kernel": {"out_load": 1.2e5, "out_2": 3e-4}},
     ),
     "crosstalk_fy": Item(
-        ("crosstalk_fy",), "1", 0.1, 0.01, 0.3, None, _mix("fy", "fx"), "angles",
+        ("crosstalk_fy",), "1", 0.1, 0.02, 0.3, None, _mix("fy", "fx"), "angles",
     ),
     "crosstalk_mx": Item(
-        ("crosstalk_mx",), "1/m", 3.0, 0.1, 30.0, None, _mix("mx", "fx"),
+        ("crosstalk_mx",), "1/m", 3.0, 0.5, 30.0, None, _mix("mx", "fx"),
     ),
     "crosstalk_mz": Item(
-        ("crosstalk_mz",), "1/m", 3.0, 0.1, 30.0, None, _mix("mz", "fx"),
+        ("crosstalk_mz",), "1/m", 3.0, 0.5, 30.0, None, _mix("mz", "fx"),
     ),
     "crosstalk_fx_fy": Item(
         ("crosstalk_fx_fy",), "1", 0.03, 5e-3, 0.3,

@@ -110,7 +110,7 @@ class SecondWorld:
         t = self.tire
         part = {n: 0.01 * getattr(t, n) for n in ("tread_x", "tread_y", "half", "grip")}
         part |= {n: 0.03 * getattr(t, n) for n in ("carcass_x", "carcass_y")}
-        part |= {"grip_lost": 0.02, "rolling": 5.0, "offset": 2e-4}
+        part |= {"grip_lost": 0.02, "grip_speed": 5e-4, "rolling": 5.0, "offset": 2e-4}
         return tuple({name: step} for name, step in part.items())
 
     def changed(self, change) -> SecondWorld:

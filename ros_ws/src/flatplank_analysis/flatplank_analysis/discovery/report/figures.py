@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.decide import amplitude
-from flatplank_analysis.discovery.search import Search, negligible
+from flatplank_analysis.discovery.search import Search
+from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
 

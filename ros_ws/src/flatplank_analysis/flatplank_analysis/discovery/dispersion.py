@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How much the scores of an effect scatter between runs, over what the noise model expects.
+
+An effect that shows in few runs has few scores to judge it by. How far dispersions lie from one
+at all is seen on all candidates together, and this draws each of them towards the usual (the
+moderated variances of Smyth 2004, Statistical Applications in Genetics and Molecular Biology 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import digamma, polygamma
+
+from flatplank_analysis.discovery.gram import Gram, solve
+
+LEAST_FREEDOM, MOST_FREEDOM = 2.0, 16.0
+"""of the usual dispersion; repeats of a campaign cannot tell more"""
+
+
+@dataclass(frozen=True)
+class Usual:
+    """What dispersions of a campaign are usually like."""
+
+    dispersion: float = 1.0
+    freedom: float = LEAST_FREEDOM
+
+    def draw(self, kappa: float, freedom: float) -> tuple[float, float]:
+        """A dispersion drawn towards the usual, and its freedom; never below one."""
+        total = freedom + self.freedom
+        drawn = (freedom * kappa + self.freedom * self.dispersion) / total
+        return max(drawn, 1.0), total
+
+
+def usual(kappas: Sequence[float], freedoms: Sequence[float]) -> Usual:
+    """The usual dispersion and how far single ones lie from it, by the moments of their logs."""
+    pairs = [(k, f) for k, f in zip(kappas, freedoms, strict=True) if k > 0.0 and f >= 1.0]
+    if len(pairs) < 5:
+        return Usual()
+    k, f = np.array(pairs).T
+    level = np.log(k) - digamma(f / 2.0) + np.log(f / 2.0)
+    spread = float(np.var(level, ddof=1) - np.mean(polygamma(1, f / 2.0)))
+    freedom = MOST_FREEDOM
+    if spread > 0.0:
+        freedom = float(np.clip(2.0 * _trigamma_inverse(spread), LEAST_FREEDOM, MOST_FREEDOM))
+    mean = float(np.mean(level)) + float(digamma(freedom / 2.0)) - float(np.log(freedom / 2.0))
+    return Usual(max(float(np.exp(mean)), 1.0), freedom)
+
+
+def _trigamma_inverse(value: float) -> float:
+    """x with trigamma(x) = value, by Newton's method on 1/trigamma."""
+    x = 0.5 + 1.0 / value
+    for _ in range(50):
+        t = float(polygamma(1, x))
+        step = t * (1.0 - t / value) / float(polygamma(2, x))
+        x += step
+        if abs(step) < 1e-8 * x:
+            break
+    return x
+
+
+def scores_of(gram: Gram, base: int) -> tuple[np.ndarray, np.ndarray]:
+    """Per run: score and information of the amplitude with the base projected out."""
+    products, scores, _ = gram.total()
+    inverse = solve(products[:base, :base], scores[:base])[1]
+    mix = inverse @ products[:base, base]
+    shift = inverse @ scores[:base]
+    c = gram.products
+    score = gram.scores[:, base] - gram.scores[:, :base] @ mix
+    score = score - (c[:, base, :base] - np.einsum("i,rij->rj", mix, c[:, :base, :base])) @ shift
+    info = (
+        c[:, base, base]
+        - 2.0 * c[:, base, :base] @ mix
+        + np.einsum("i,rij,j->r", mix, c[:, :base, :base], mix)
+    )
+    total = max(float(info.sum()), 1e-30)
+    return score - info * float(score.sum()) / total, np.maximum(info, 0.0)
+
+
+def among_repeats(groups: Sequence[np.ndarray], score, info) -> tuple[float, float]:
+    """Dispersion of the scores among repeats over what is expected, and its freedom."""
+    top = bottom = squares = 0.0
+    for rows in groups:
+        k = len(rows)
+        if k < 2:
+            continue
+        expected = float(info[rows].sum()) * (k - 1) / k
+        share = info[rows] / max(float(info[rows].sum()), 1e-30)
+        spread = score[rows] - share * float(score[rows].sum())
+        top += float(np.sum(spread**2))
+        bottom += expected
+        squares += expected**2 / (k - 1)
+    if bottom <= 1e-30:
+        return 1.0, 1.0
+    return top / bottom, max(bottom**2 / max(squares, 1e-30), 1.0)
+
+
+def among_conditions(groups: Sequence[np.ndarray], score, info) -> tuple[float, float]:
+    s = np.array([score[g].sum() for g in groups])
+    h = np.array([info[g].sum() for g in groups])
+    total = float(h.sum())
+    if total <= 1e-30 or len(h) < 2:
+        return 1.0, 1.0
+    share = h / total
+    expected = float(np.sum(h * (1.0 - share)))
+    freedom = max(1.0 / float(np.sum(share**2)) - 1.0, 0.5)
+    return float(np.sum(s**2)) / max(expected, 1e-30), freedom

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which screened candidates are worth a refit, and the size from which it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.stats import chi2
+
+from flatplank_analysis.discovery.decide import FAMILY
+from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.screen import (
+    VISIBLE,
+    Screen,
+    Screened,
+    best_per_effect,
+    likeness,
+)
+from flatplank_analysis.discovery.state import State, term_of
+
+TWINS = 0.995
+HOPE = 0.8
+"""a refit may bring that much more than the screening promised"""
+EVIDENCE = 20.0
+"""difference of two chi2 below which nothing is said"""
+
+
+def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[Screened]:
+    """Candidates with a gain, visible, and of a size that may matter; best first."""
+    out: list[Screened] = []
+    for item in best_per_effect(ranking):
+        effect = item.candidate.effect
+        if item.gain < _least_gain(item, looked_at) or item.visible < VISIBLE:
+            continue
+        if len(effect.starts()) == 1 and negligible(item):
+            continue
+        twin = next((i for i, o in enumerate(out) if _twins(ranking, item, o)), None)
+        if twin is not None:
+            if _goes_before(item, out[twin]):
+                out[twin] = item
+            continue
+        out.append(item)
+        if len(out) == most:
+            break
+    return out
+
+
+def _least_gain(item: Screened, looked_at: Mapping[str, int]) -> float:
+    """Gain below which no refit is likely to pass the test of the effect."""
+    level = FAMILY / looked_at[item.identifier]
+    return HOPE * float(chi2.isf(level, len(item.sizes)))
+
+
+def _twins(ranking: Screen, one: Screened, other: Screened) -> bool:
+    """True when the model cannot but take one for the other."""
+    return likeness(ranking, one, other) > TWINS and likeness(ranking, other, one) > TWINS
+
+
+def _goes_before(item: Screened, better: Screened) -> bool:
+    """Which of two twins is taken: the more usual, then the better one, and where the data do
+    not tell the alphabet, not the order of the noise."""
+    one, other = item.candidate.effect.rarity, better.candidate.effect.rarity
+    if one != other:
+        return one < other
+    return better.gain - item.gain < EVIDENCE and item.identifier < better.identifier
+
+
+def negligible(item: Screened) -> bool:
+    """True when the screened size is far below the one that matters."""
+    effect = item.candidate.effect
+    matters = effect.main_parameter().matters
+    named = {
+        p.name: p.null + p.screen * s for p, s in zip(effect.linear(), item.sizes, strict=True)
+    }
+    values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting | named
+    return abs(effect.size(values)) < 0.5 * matters
+
+
+def line_search(model: Model, state: State, item: Screened) -> Term:
+    """Size with the smallest whitened chi2 once the base has moved along."""
+    effect, fit = item.candidate.effect, state.whitened.fit
+    assert fit.jacobian is not None
+    width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
+    terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
+    terms += [term_of(item.candidate, np.ones_like(width) * s) for s in (1.0, 3.0)]
+    own = fit.lane()
+    lanes = [Lane(own.base, (*own.effects, (effect, t.values))) for t in terms]
+    change = model.predict(lanes) - fit.predicted
+    base = fit.jacobian[fit.loose()]
+    gram = state.gram(fit.residual(state.runs.measured), np.concatenate([base, change]))
+    products, scores, _ = gram.total()
+    n = len(base)
+    inverse = solve(products[:n, :n], scores[:n])[1]
+    errors = []
+    for i in range(n, n + len(terms)):
+        left = scores[:n] - products[:n, i]
+        errors.append(products[i, i] - 2.0 * scores[i] - float(left @ inverse @ left))
+    return terms[int(np.argmin(errors))]
