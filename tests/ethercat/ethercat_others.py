@@ -20,7 +20,7 @@ _START = "at the start"
 OTHERS = (
     Other("test_bus_process_killed", "bus process killed", "`kill -9` of the bus process",
           "images go on, invented, LOST; drive SAFEOP with error 0x001B"),
-    Other("test_bus_process_frozen", "bus process frozen", "`kill -STOP`, `kill -CONT`",
+    Other("test_bus_process_frozen", "bus process frozen", "`kill -STOP`, later `kill -CONT`",
           "SLAVE_FAULT, `missed` grows"),
     Other("test_node_silent", "node sends no commands", "the node goes on reading only",
           "OK, held: STALE_COMMAND, error 0x8130"),

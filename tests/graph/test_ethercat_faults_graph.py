@@ -40,8 +40,8 @@ PERIOD_NS = 4_000_000
 ATTEMPTS = 5
 STEP_AHEAD = 0.1
 """[m]"""
-SHORT = 25
-"""cycles of a next measurement"""
+SHORT, LONGER = 25, 250
+"""cycles of a next measurement, and of one before a process is killed"""
 
 
 class FaultyGraph:
@@ -263,7 +263,7 @@ def lost(bench: FaultyGraph, word: str) -> None:
     """A process behind the bus is killed under a running measurement."""
     bench.ready()
     bench.turn()
-    bench.cycles(SHORT)
+    bench.cycles(LONGER)
     pid, _ = bench.graph.process(word)
     os.kill(pid, signal.SIGKILL)
     bench.graph.until(DriveStatus, lambda s: s.stop_reason == RULES["inputs"].code, 2.0)
