@@ -66,7 +66,7 @@ def test_the_same_seed_makes_the_same_campaign_and_the_answer_is_not_in_it():
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_campaign_without_defects_is_a_tire_at_rest_that_is_pulled_and_slips(world):
     made = WORLDS[world](None)
-    runs = runs_of("small", None)
+    runs = runs_of("small", np.random.default_rng(0))
     out = made.run(runs, {}, np.random.default_rng(0), Scatter.none(len(runs)))
     for columns, run in zip(out, runs, strict=True):
         late = columns["fx"][columns["plank_position"] > 3.5].mean()

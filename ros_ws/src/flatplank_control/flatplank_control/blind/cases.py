@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 from zlib import crc32
 
@@ -161,8 +161,3 @@ def _info(run, radius: float) -> RunInfo:
         pressure=s.pressure, alpha_deg=s.alpha_deg, gamma_deg=s.gamma_deg, start=run.start,
         run_index=run.index, effective_rolling_radius=round(radius, 5), step_position=STEP,
     )  # fmt: skip
-
-
-def with_seed(case: Case, number: int) -> Case:
-    """The same case once more."""
-    return replace(case, number=number)

@@ -30,7 +30,7 @@ NEEDED = float((norm.isf(0.05 / COLUMNS / 2.0) + norm.isf(0.2)) ** 2)
 PLACES = np.arange(0.02, 4.1, 0.04)
 CHANNELS = ("fx", "fy", "fz")
 ROUNDS = 4
-NO_PART = ("page.py", "points.py", "journal.py", "rivals.py")
+NO_PART = ("page.py", "points.py", "journal.py", "rivals.py", "markdown.py")
 """files of the kit that the campaigns do not depend on"""
 CLEAR = 1.5
 """a size must be so far above the one of no consequence that noise does not carry it below"""
@@ -135,12 +135,7 @@ def detectable(
     """
     design = design or MENU[name].design
     key = f"{world}/{name}/{noise}/{scatter:g}/{design}"
-    path = (
-        Path(os.environ.get("FLATPLANK_ROOT", "."))
-        / ".cache"
-        / "blind"
-        / f"detectable-{kit_version()}.txt"
-    )
+    path = cache() / f"detectable-{kit_version()}.txt"
     if path.is_file():
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.startswith(key + " ") and line.endswith(";"):
@@ -150,6 +145,11 @@ def detectable(
     with path.open("a", encoding="utf-8") as stream:
         stream.write(f"{key} {found!r} ;\n")
     return found
+
+
+def cache() -> Path:
+    """Folder of the journals and of what takes long to compute."""
+    return Path(os.environ.get("FLATPLANK_ROOT", ".")) / ".cache" / "blind"
 
 
 @lru_cache(maxsize=1)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_control.blind.journal import code_version
+from flatplank_control.blind.markdown import table
 from flatplank_control.blind.points import Share, confusion, points_of, share
 
 Points = Sequence[Mapping[str, Any]]
@@ -88,11 +89,6 @@ Intervals in brackets are Wilson's, 95 %. An extra `tire_law` is not counted as 
 says that the force law is of another form, not that the machine has a fault."""
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(r) + " |" for r in rows])
-
-
 def _scores(scored: Sequence[tuple[str, str, Mapping[str, Any]]]) -> str:
     rows = []
     worlds = sorted({w for _, w, _ in scored})
@@ -133,7 +129,7 @@ def _scores(scored: Sequence[tuple[str, str, Mapping[str, Any]]]) -> str:
             *[""] * len(worlds),
         ]
     )
-    return _table(["what", "both", *worlds], rows)  # fmt: skip
+    return table(["what", "both", *worlds], rows)
 
 
 def _sizes(points: Points) -> str:
@@ -147,7 +143,7 @@ def _sizes(points: Points) -> str:
     if len(held):
         rows.append(["held-out error over floor, median", f"{np.median(held):.2f}"])
         rows.append(["held-out error at most 1.1 floors", str(share(held <= 1.1))])
-    return _table(["what", "value"], rows)
+    return table(["what", "value"], rows)
 
 
 def _by_effect(scored) -> str:
@@ -159,7 +155,7 @@ def _by_effect(scored) -> str:
             own = [p for g, p in singles if g == key and p["truth"] == truth]
             cells.append(f"{sum(p['right'] for p in own)}/{len(own)}" if own else "-")
         rows.append([truth, *cells])
-    return _table(["hidden", "right at 1 x", "right at 2 x and above"], rows)
+    return table(["hidden", "right at 1 x", "right at 2 x and above"], rows)
 
 
 def _matrix(points: Points) -> str:
@@ -169,7 +165,7 @@ def _matrix(points: Points) -> str:
         ordered = sorted(row.items(), key=lambda item: -item[1])
         cells = [f"({n}) {c}" if n in verdicts else f"{n} {c}" for n, c in ordered]
         rows.append([truth, str(sum(row.values())), ", ".join(cells)])
-    return _table(["hidden", "campaigns", "named first"], rows)
+    return table(["hidden", "campaigns", "named first"], rows)
 
 
 def summary(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

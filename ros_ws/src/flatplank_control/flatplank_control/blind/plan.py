@@ -70,10 +70,10 @@ class Run:
     index: int
 
 
-def runs_of(design: str, random: np.random.Generator | None) -> list[Run]:
-    """All runs in the order in which they are made; without a generator in that of the list."""
+def runs_of(design: str, random: np.random.Generator) -> list[Run]:
+    """All runs in the order in which they are made."""
     pairs = [(s, start) for s in DESIGNS[design] for start in STARTS]
-    order = range(len(pairs)) if random is None else random.permutation(len(pairs))
+    order = random.permutation(len(pairs))
     return [Run(pairs[which][0], pairs[which][1], index) for index, which in enumerate(order)]
 
 

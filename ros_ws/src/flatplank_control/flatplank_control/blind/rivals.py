@@ -3,8 +3,7 @@
 
 `lmfit + BIC`: forward selection; the candidate whose column takes most of the error is fitted with
 lmfit and kept while BIC (independent noise, as the textbook has it) falls. `10 % rule`: the same
-loop, a term is kept when it cuts the RMSE of Fx by a tenth. lmfit is needed for the first only:
-`pip install -r requirements/rivals.txt`.
+loop, a term is kept when it cuts the RMSE of Fx by a tenth.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.state import (
     Candidate,
@@ -33,6 +32,7 @@ from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_control.blind import journal
 from flatplank_control.blind.cases import Case, full, make
+from flatplank_control.blind.markdown import table
 from flatplank_control.blind.points import LAW, points_of, share
 
 MOST = 6
@@ -67,8 +67,6 @@ def our_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
 def lmfit_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
     """All numbers jointly with lmfit's Levenberg-Marquardt; its own standard errors."""
     import lmfit
-
-    from flatplank_analysis.discovery.fit import Task
 
     terms = [*fit.terms, term]
     task = Task(fitter, fit.base, terms)
@@ -276,7 +274,6 @@ def table(entries: Sequence[Mapping[str, Any]]) -> str:
         f"{len(entries)} campaigns of the kit, the same base, the same candidates. A force law of "
         f"another form (`{LAW}`) is not counted as false for anybody.",
         "",
-        "| | " + " | ".join(ways) + " |",
-        "|---|" + "---|" * len(ways),
+        table(["", *ways], rows),
     ]
-    return "\n".join(lines + ["| " + " | ".join(r) + " |" for r in rows])  # fmt: skip
+    return "\n".join(lines)

@@ -119,7 +119,7 @@ def measure(
     delay: float,
     bumps: np.ndarray,
 ) -> Columns:
-    """One run without noise; `count` runs make the campaign."""  # fmt: skip
+    """One run without noise; `count` runs make the campaign."""
     share = run.index / max(count - 1, 1)
     friction = np.full(ROAD_CELLS, 1.0 - machine.wear * share)
     x = np.arange(ROAD_CELLS) / 500.0

@@ -20,7 +20,7 @@ NAMES = (
     "speed", "wheel_speed", "delay", "step", "kappa", "radius", "start", "alpha", "camber_slip",
     "play", "play_hold", "drive_gap", "rack_gap", "ripple", "ripple_period", "ripple_phase",
     "scale_error", "droop", "loss_brake", "loss_drive", "out_1", "out_2", "out_3", "out_load",
-    "uneven", "wave_load", "wave_period", "wave_phase", "patch_depth", "patch_from", "patch_to",
+    "uneven", "wave_load", "wave_period", "wave_phase",
     "steer_play", "side_gap", "sink_gap", "felt",
 )  # fmt: skip
 AT = {name: i for i, name in enumerate(NAMES)}
@@ -30,9 +30,9 @@ AT = {name: i for i, name in enumerate(NAMES)}
     SPEED, WHEEL_SPEED, DELAY, STEP, KAPPA, RADIUS, START, ALPHA, CAMBER_SLIP,
     PLAY, PLAY_HOLD, DRIVE_GAP, RACK_GAP, RIPPLE, RIPPLE_PERIOD, RIPPLE_PHASE,
     SCALE_ERROR, DROOP, LOSS_BRAKE, LOSS_DRIVE, OUT_1, OUT_2, OUT_3, OUT_LOAD,
-    UNEVEN, WAVE_LOAD, WAVE_PERIOD, WAVE_PHASE, PATCH_DEPTH, PATCH_FROM, PATCH_TO,
+    UNEVEN, WAVE_LOAD, WAVE_PERIOD, WAVE_PHASE,
     STEER_PLAY, SIDE_GAP, SINK_GAP, FELT,
-) = range(50)  # fmt: skip
+) = range(47)  # fmt: skip
 CELLS = 56
 OUT = ("pinion", "wheel", "fx", "fy", "load", "shown")
 SAMPLE, SUB = 0.05, 2
