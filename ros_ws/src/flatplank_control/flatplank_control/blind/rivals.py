@@ -240,10 +240,10 @@ def side_by_side(
                 stream.write(json.dumps(entry) + "\n")
                 stream.flush()
                 known[case.key] = entry
-    return table(list(known.values()))
+    return scores(list(known.values()))
 
 
-def table(entries: Sequence[Mapping[str, Any]]) -> str:
+def scores(entries: Sequence[Mapping[str, Any]]) -> str:
     """One row per group and way; empty without entries."""
     if not entries:
         return ""
