@@ -197,6 +197,8 @@ def test_small_kit_from_end_to_end(tmp_path, capsys):
     assert len(whole) == 5 and all(e["code"] == journal.code_version() for e in whole.values())
 
 
-def test_a_pattern_without_campaigns_is_told(tmp_path):
-    with pytest.raises(ValueError, match="no campaign"):
-        main(["--only", "nothing/like/this", "--journal", str(tmp_path / "j")])
+def test_a_pattern_without_campaigns_is_told(tmp_path, capsys):
+    assert main(["--only", "nothing/like/this", "--journal", str(tmp_path / "j")]) == 2
+    told = capsys.readouterr().err
+    assert "nothing/like/this" in told and len(told.splitlines()) == 1
+    assert not (tmp_path / "j").exists()
