@@ -54,8 +54,10 @@ def test_without_noise_nothing_is_lost():
     common = _common()
     truth = _shared(common)
     lost = as_input(truth, common) - truth
-    # the level is that of the condition
-    assert np.abs(lost - lost.mean(axis=1, keepdims=True)).max() < 0.15
+    # the level is that of the condition; a kink of 40 per metre is rounded over 2 cm
+    lost = np.abs(lost - lost.mean(axis=1, keepdims=True))
+    assert lost.max() < 0.4 * 40.0 * 0.02
+    assert lost[:, np.abs(X - 1.5) > 0.1].max() < 0.1
 
 
 def test_a_load_keeps_level_and_drift_of_each_run():

@@ -192,10 +192,13 @@ class _Searcher:
         tried.sort(key=lambda pair: -pair[0].drop)
         step.refits = [d for d, _ in tried]
         for rough, near in self.preferred(tried):
-            fit = self.fitter.fit(near.fit.base, near.fit.terms)
+            # from both places: the one may end in a corner of the law
+            bases = (state.fit.base, near.fit.base)
+            fits = [self.fitter.fit(base, near.fit.terms) for base in bases]
+            fit = min(fits, key=lambda f: f.chi2)
             index = len(fit.terms) - 1
             looked = self.looked_at[rough.term.effect.identifier]
-            best = min(state.settle(near.fit), state.settle(fit), key=lambda w: w.chi2)
+            best = min((state.settle(f) for f in (near.fit, *fits)), key=lambda w: w.chi2)
             # the place found with the effect may be a better one without it, too
             less = state.settle(self.fitter.shrunk(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))

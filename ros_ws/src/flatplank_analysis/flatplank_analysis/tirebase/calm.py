@@ -19,7 +19,9 @@ from flatplank_analysis.tirebase.grid import gaussian
 ORDERS = (1, 2, 3)
 """of the wheel angle"""
 SPACING, WIDTH = 0.006, 0.02
-"""[m] even grid, and width over which the mean of a condition is smoothed"""
+"""[m] even grid, and width over which a course is smoothed"""
+RED = 4.0
+"""energy of the slopes of red noise over that of its bends, at most"""
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,10 @@ class Common:
         rest = rest - wheel
         profile, own = np.zeros_like(values), np.zeros_like(values)
         for rows in self.grids:
-            profile[rows] = rest[rows].mean(axis=0)
+            profile[rows] = _trusted(np.stack([self._smooth(rows, r) for r in rest[rows]]))
         rest = rest - profile
         for rows in self.groups:
-            mean = self._smooth(rows, rest[rows].mean(axis=0))
-            own[rows] = mean * self._trust(rows, mean, rest[rows])
+            own[rows] = _trusted(np.stack([self._smooth(rows, r) for r in rest[rows]]))
         return profile + wheel + own
 
     def level(self, values: np.ndarray) -> np.ndarray:
@@ -57,19 +58,19 @@ class Common:
         return out
 
     def drift(self, values: np.ndarray) -> np.ndarray:
-        """Mean and slope over the travel that each run has beside the shape (runs, samples)."""
-        along = self.position - self.position.mean(axis=1, keepdims=True)
-        slope = np.sum(along * values, axis=1) / np.sum(along**2, axis=1)
-        return values.mean(axis=1, keepdims=True) + slope[:, None] * along
+        """Mean and slope over the travel that each run has beside the shape (runs, samples).
 
-    def _trust(self, rows: np.ndarray, mean: np.ndarray, rest: np.ndarray) -> float:
-        """Share of the mean of a condition that is no noise, by the scatter of its runs."""
-        k = len(rows)
-        if k < 2:
-            return 0.0
-        each = np.stack([self._smooth(rows, r) for r in rest])
-        noise = float(np.sum((each - each.mean(axis=0)) ** 2)) / (k * (k - 1))
-        return max(0.0, 1.0 - noise / max(float(np.sum(mean**2)), 1e-30))
+        Red noise has slopes, too, up to twice as large as its bends: slopes that are not larger
+        than that are no drift.
+        """
+        along = self.position - self.position.mean(axis=1, keepdims=True)
+        along = along / np.sqrt(np.mean(along**2, axis=1, keepdims=True))
+        bend = along**2 - 1.0
+        bend = bend - along * np.mean(along * bend, axis=1, keepdims=True)
+        bend = bend / np.sqrt(np.mean(bend**2, axis=1, keepdims=True))
+        slope, bent = np.mean(along * values, axis=1), np.mean(bend * values, axis=1)
+        noise = (RED * np.mean(bent**2)) / max(float(np.mean(slope**2)), 1e-30)
+        return values.mean(axis=1, keepdims=True) + max(0.0, 1.0 - noise) * slope[:, None] * along
 
     def _smooth(self, rows: np.ndarray, values: np.ndarray) -> np.ndarray:
         position = self.position[rows].mean(axis=0)
@@ -84,6 +85,15 @@ class Common:
         flat = waves.reshape(len(waves), -1)
         size = np.linalg.lstsq(flat.T, rest.reshape(-1), rcond=1e-6)[0]
         return (size @ flat).reshape(rest.shape)
+
+
+def _trusted(each: np.ndarray) -> np.ndarray:
+    """Mean of several courses (k, samples), drawn to zero as far as it may be their noise."""
+    k, mean = len(each), each.mean(axis=0)
+    if k < 2:
+        return np.zeros_like(mean)
+    noise = float(np.sum((each - mean) ** 2)) / (k * (k - 1))
+    return mean * max(0.0, 1.0 - noise / max(float(np.sum(mean**2)), 1e-30))
 
 
 def as_load(values: np.ndarray, common: Common) -> np.ndarray:

@@ -115,7 +115,7 @@ MENU: dict[str, Item] = {
     ),
     "measured_load": Item(
         ("measured_load",), "1", 0.5, 0.3, 1.0, None,
-        lambda s, r: {"kernel": {"felt": s, "out_load": 1.2e5, "out_2": 3e-4}}, sized=False,
+        lambda s, r: {"kernel": {"felt": s, "uneven": 40.0}}, sized=False,
     ),
     "load_loss_braking": Item(
         ("load_loss_braking", "crosstalk_fx_fz", "drive_brake_asymmetry"), "1", 0.04, 0.01, 0.2,
@@ -163,7 +163,7 @@ MENU: dict[str, Item] = {
         lambda s, r: {"hub_gain": {"fx": s, "fz": 0.0}}, lambda s, r: {"mix": {("fx", "fx"): s}},
     ),
     "crosstalk_fz": Item(
-        ("crosstalk_fz",), "1", 0.05, 0.01, 0.3, None,
+        ("crosstalk_fz", *ORDER_2), "1", 0.05, 0.01, 0.3, None,
         lambda s, r: {"mix": {("fz", "fx"): s}, "kernel": {"out_load": 1.2e5, "out_2": 3e-4}},
     ),
     "crosstalk_fy": Item(
