@@ -11,6 +11,9 @@ from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Tire, TireEffect
 
+BEFORE, AFTER = 0.1, 0.2
+"""[m] about a step that all runs have in common: no patch is looked for"""
+
 
 @dataclass(frozen=True)
 class WornPatch(TireEffect):
@@ -50,8 +53,15 @@ class WornPatch(TireEffect):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        """Places over the plank; not where all runs step, for there a patch is not to be told
+        from the form of the tire's transient."""
         last = float(runs.coordinates["plank position"].values.max())
-        return [{"position": float(p), "width": 0.2} for p in np.arange(0.2, last, 0.16)]
+        steps = runs.facts.get("step", np.array([np.nan]))
+        steps = steps[np.isfinite(steps)]
+        step = float(np.median(steps)) if len(steps) and np.ptp(steps) < 0.05 else -1.0
+        places = np.arange(0.2, last, 0.16)
+        places = places[(places < step - BEFORE) | (places > step + AFTER)]
+        return [{"position": float(p), "width": 0.2} for p in places]
 
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
