@@ -106,20 +106,18 @@ class Fitter:
         iterations: int = 25,
         tolerance: float = 2e-5,
         known: Fit | None = None,
-        quick: bool = False,
     ) -> Fit:
         """Fit from the given start; every iteration lowers the sum of squares or ends.
 
-        Rows of the Jacobian of `known`, a fit nearby, serve until they fail; between fresh
-        Jacobians Broyden's update is used. A quick fit ends at a gain below 0.05 % and carries the
-        rows of `known`, those of its new terms made afresh.
+        The Jacobian of `known`, a fit of the same terms nearby, serves until it fails; between
+        fresh Jacobians Broyden's update is used.
         """
         task = Task(self, base, terms)
         z = np.clip(task.pack(base, terms), task.lower, task.upper)
         predicted = self.model.predict([task.lane(z)])[0]
         chi2 = self._chi2(predicted, z, task.entries)
-        columns, fresh = self._first(task, z, predicted, known)
-        least = 5e-4 if quick else tolerance
+        fresh = known is None or known.jacobian is None
+        columns = self._jacobian(z, predicted, task) if fresh else known.jacobian
         count, was_fresh = 0, fresh
         while count < iterations:
             count += 1
@@ -134,38 +132,21 @@ class Fitter:
                 columns = _broyden(columns, moves[best] - z, tried[best] - predicted)
                 z, predicted, chi2 = moves[best], tried[best], values[best]
                 was_fresh, fresh = fresh, False
-            if gain > (5e-4 if quick else 3e-3) * chi2:
+            if gain > 3e-3 * chi2:
                 continue
-            if gain > least * chi2 or (not quick and not (gain > 0.0 and was_fresh)):
+            if gain > tolerance * chi2 or not (gain > 0.0 and was_fresh):
                 if fresh:
                     break
                 columns, fresh = self._jacobian(z, predicted, task), True
                 continue
             break
-        if quick and known is not None:
-            columns, _ = self._first(task, z, predicted, known)
-        elif not fresh:
+        if not fresh:
             columns = self._jacobian(z, predicted, task)
         return self._result(z, terms, task, predicted, chi2, columns, count)
 
-    def _first(self, task, z, predicted, known: Fit | None) -> tuple[np.ndarray, bool]:
-        """First Jacobian: what a fit nearby knows is taken from there."""
-        if known is None or known.jacobian is None:
-            return self._jacobian(z, predicted, task), True
-        rows = {key: i for i, key in enumerate(known.free)}
-        free = [(e.term, e.parameter.name) for e in task.entries]
-        new = [i for i, key in enumerate(free) if key not in rows]
-        columns = np.empty((len(free), *predicted.shape))
-        for i, key in enumerate(free):
-            if key in rows:
-                columns[i] = known.jacobian[rows[key]]
-        if new:
-            columns[new] = self._jacobian(z, predicted, task, new)
-        return columns, False
-
     def derivative(self, fit: Fit) -> Fit:
         """The same fit with its Jacobian made afresh."""
-        task = Task(self, fit.base, fit.terms)
+        task = self.task(fit)
         z = task.pack(fit.base, fit.terms)
         return replace(fit, jacobian=self._jacobian(z, fit.predicted, task))
 
@@ -191,9 +172,8 @@ class Fitter:
         new = list(range(len(fit.free), len(z)))
         rows = self._jacobian(z, predicted, task, new)
         assert fit.jacobian is not None
-        free = tuple((e.term, e.parameter.name) for e in task.entries)
         columns = np.concatenate([fit.jacobian, rows])
-        return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=free)
+        return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
     def shrunk(self, fit: Fit, index: int) -> Fit:
         """A fit without one of its terms, the rest as it is."""
@@ -202,11 +182,9 @@ class Fitter:
         terms = tuple(t for i, t in enumerate(fit.terms) if i != index)
         task = Task(self, fit.base, terms)
         predicted = self.model.predict([task.lane(task.pack(fit.base, terms))])[0]
-        free = tuple((e.term, e.parameter.name) for e in task.entries)
-        known = tuple(i for i, e in enumerate(task.entries) if e.parameter.known)
         return replace(
-            fit, terms=terms, predicted=predicted, jacobian=fit.jacobian[keep], free=free,
-            known=known,
+            fit, terms=terms, predicted=predicted, jacobian=fit.jacobian[keep], free=task.free,
+            known=task.known,
         )  # fmt: skip
 
     def _result(self, z, terms, task, predicted, chi2, columns, count) -> Fit:
@@ -219,9 +197,9 @@ class Fitter:
             < 1e-6 * e.scale
         ]
         bound = tuple(task.entries[i].parameter.name for i in stopped)
-        known = tuple(i for i, e in enumerate(task.entries) if e.parameter.known)
-        free = tuple((e.term, e.parameter.name) for e in task.entries)
-        return Fit(lane.base, new, predicted, chi2, columns, free, bound, count, known)
+        return Fit(
+            lane.base, new, predicted, chi2, columns, task.free, bound, count, task.known
+        )  # fmt: skip
 
     def _priors(self, entries) -> tuple[np.ndarray, np.ndarray]:
         centre, width = priors(entries)
@@ -287,6 +265,9 @@ class Task:
         self.terms = tuple(terms)
         self.lower = np.array([e.parameter.lower / e.scale for e in self.entries])
         self.upper = np.array([e.parameter.upper / e.scale for e in self.entries])
+        self.free = tuple((e.term, e.parameter.name) for e in self.entries)
+        """what the rows of a Jacobian are"""
+        self.known = tuple(i for i, e in enumerate(self.entries) if e.parameter.known)
         self._at = {p.name: i for i, p in enumerate(fitter.model.parameters)}
 
     def pack(self, base: np.ndarray, terms: Sequence[Term]) -> np.ndarray:

@@ -111,14 +111,10 @@ def scatter_of(
     return np.sqrt(extra)
 
 
-def solve(
-    products: np.ndarray, scores: np.ndarray, prior: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+def solve(products: np.ndarray, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Least-squares sizes and their covariance; directions without information get none."""
     scale = np.sqrt(np.maximum(np.diag(products), 1e-30))
     work = products / np.outer(scale, scale)
-    if prior is not None:
-        work = work + np.diag(prior / scale**2)
     values, vectors = np.linalg.eigh(work)
     keep = values > 1e-9 * values[-1]
     inverse = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T

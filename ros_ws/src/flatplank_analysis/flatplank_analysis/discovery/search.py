@@ -266,8 +266,10 @@ class _Searcher:
 
         One that was taken for a later one explains little beside it, and goes.
         """
+        if len(step.found) < 2:
+            return step
+        step.found = self.judged(step)
         while len(step.found) > 1:
-            step.found = self.judged(step)
             explained = sum(f.decision.drop for f in step.found)
             kept = [i for i, f in enumerate(step.found) if _needed(f.decision, explained)]
             if len(kept) == len(step.found):
@@ -304,7 +306,7 @@ def _indifferent(decision: Decision) -> float:
 
 
 def _nearly(decision: Decision) -> bool:
-    """Good enough after the quick refit to deserve the full one."""
+    """Good enough after the first refit to deserve the full one."""
     hard = {"present, negligible", "at the end of its physical range"}
     return not hard & set(decision.reasons) and decision.p_repeats < 0.02
 

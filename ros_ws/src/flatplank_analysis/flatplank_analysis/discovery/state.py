@@ -29,11 +29,6 @@ class Candidate:
     columns: np.ndarray
     """(k, channels, runs, samples), change of the prediction by one screening step each"""
 
-    @property
-    def steps(self) -> np.ndarray:
-        """Screening steps of the columns."""
-        return np.array([p.screen for p in self.effect.linear()])
-
 
 @dataclass
 class State:
@@ -50,8 +45,6 @@ class State:
     stiff: np.ndarray
     """(d, channels, runs, samples)"""
     scatter: np.ndarray
-    contrasts: np.ndarray
-    """cleaned (channels, runs, samples)"""
     whitened: Whitened
     """the same model where the whitened chi2 is smallest"""
 
@@ -59,12 +52,6 @@ class State:
     def runs(self) -> RunSet:
         """The measured runs."""
         return self.model.runs
-
-    @property
-    def jacobian(self) -> np.ndarray:
-        """Columns of everything that is fitted now and may imitate an effect."""
-        assert self.fit.jacobian is not None
-        return self.fit.jacobian[self.fit.loose()]
 
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
         """Whitened sums of products of any columns and residual."""
@@ -158,7 +145,7 @@ def make_state(
         # the whitened fit may lie far from the plain one, and there columns look different
         candidates = make_candidates(model, found.fit, effects, residual)
     return State(
-        model, fitter, fit, residual, candidates, levels, whitener, stiff, scatter, contrasts,
+        model, fitter, fit, residual, candidates, levels, whitener, stiff, scatter,
         found,
     )  # fmt: skip
 
