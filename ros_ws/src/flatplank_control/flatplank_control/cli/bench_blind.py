@@ -17,7 +17,7 @@ from flatplank_control.blind.detectable import cache
 from flatplank_control.blind.page import page, summary
 
 SEED = 2028
-"""of the table in the docs; sixty of its campaigns were seen before the search was as it is"""
+"""of the table in the docs; sixty of its campaigns were seen before the search was so"""
 
 
 def parser() -> argparse.ArgumentParser:
