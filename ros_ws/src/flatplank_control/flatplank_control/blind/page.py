@@ -83,8 +83,8 @@ plant of the simulated bench (without bus and hub), and a second tire of cells t
 through the patch (other pressure, other friction curve, other machine). Answers are kept apart;
 what diagnoses sees the tables of the runs only. The *detectable size* of an effect is computed by
 the generator from its own noise (80 % power at a family-wise level of 5 % over 100 columns, a
-perfect fit of its own tire and any symmetric force law allowed), and is at least 1.5 times the size
-that is of no consequence.
+perfect fit of its own tire and any symmetric force law allowed), and is at least 1.5 times the
+size that is of no consequence.
 Nulls have no scatter or 3 % scatter of the tire from run to run, and four colours of noise.
 Intervals in brackets are Wilson's, 95 %. An extra `tire_law` is not counted as a false effect: it
 says that the force law is of another form, not that the machine has a fault."""

@@ -17,7 +17,7 @@ from flatplank_control.blind.detectable import cache
 from flatplank_control.blind.page import page, summary
 
 SEED = 2028
-"""of the table in the docs; sixty of its campaigns were seen before the search was so"""
+"""of the table in the docs; sixty of its campaigns were seen while the search was worked on"""
 
 
 def parser() -> argparse.ArgumentParser:
