@@ -9,6 +9,7 @@ import pytest
 from bench_graph import graph, loopback, next_domain
 from std_srvs.srv import Trigger
 
+from flatplank_control.recording.arrivals import BEHIND_NS
 from flatplank_msgs.srv import (
     LoadParasiticFit,
     MoveTo,
@@ -21,6 +22,7 @@ from flatplank_msgs.srv import (
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
 
+CYCLES_BEHIND = BEHIND_NS // 4_000_000
 STEP = {"kappa": 0.05, "start_position": 1.0, "effective_rolling_radius": 0.31}
 REFUSED = [
     (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"kappa": math.nan}, "nan"),
@@ -72,6 +74,14 @@ def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, mon
         tare = bench.client.call(Trigger, "/measurement_hub/tare")
         assert not tare.success and "moves" in tare.message
         assert bench.wheel_turns(), "the step that was set before still holds"
+        # a bag would lack what a node that is still known does not say
+        bench.kill("encoders")
+        bench.advance(2 * CYCLES_BEHIND)
+        start = bench.client.call(
+            StartRecording, "/recorder/start", timeout=30.0, name="a", record="tire: T"
+        )
+        assert not start.accepted and "/encoders/state" in start.reason
+        assert not list(bench.data.iterdir())
 
 
 @pytest.mark.parametrize(

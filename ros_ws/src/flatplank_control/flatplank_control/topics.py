@@ -53,3 +53,4 @@ TABLE = (
 """Beside these the recorder itself says `/run` (flatplank_msgs/Run), latched: the run record."""
 
 RECORDED = tuple(row.spec for row in TABLE)
+EVERY_CYCLE = tuple(row.spec.name for row in TABLE if row.rate == "cycle")

@@ -19,7 +19,7 @@ from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.run_record import record_from_yaml
 from flatplank_control.recording.session import RecordingSession, State
-from flatplank_control.topics import RECORDED
+from flatplank_control.topics import EVERY_CYCLE, RECORDED
 from flatplank_hw.nodes.qos import LATCHED, STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.params import Params, param
@@ -29,6 +29,8 @@ from flatplank_msgs.srv import StartRecording, StopRecording
 _STAMP = Struct("<iI")
 PATIENCE = 1.0
 """a close waits so long for messages that are under way [s]"""
+INTRODUCTION = 10.0
+"""a start waits so long for nodes that are there and not heard yet [s]"""
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,12 @@ class RecorderNode(BenchNode):
         if self.changed_something is not None and not self.changed_something.done():
             self.changed_something.set_result(None)
 
+    async def something(self) -> None:
+        """The next message or look at the clock; several may wait for it."""
+        if self.changed_something is None or self.changed_something.done():
+            self.changed_something = Future()
+        await self.changed_something
+
     async def settle(self, stamp) -> None:
         """Until the bus cycle of a stamp is in with all that belongs to it, or PATIENCE is
         over.
@@ -105,8 +113,18 @@ class RecorderNode(BenchNode):
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + PATIENCE
         while wanted and not self.arrivals.complete(wanted) and time.monotonic() < end:
-            self.changed_something = Future()
-            await self.changed_something
+            await self.something()
+
+    async def hear_everybody(self) -> None:
+        """No bag without the samples of a node that is there."""
+        end = time.monotonic() + INTRODUCTION
+        while silent := self.arrivals.silent(t for t in EVERY_CYCLE if self.count_publishers(t)):
+            if time.monotonic() > end:
+                raise RecordingError(
+                    f"nothing comes on {', '.join(silent)} though somebody speaks there; "
+                    "start again in a moment, or start that node anew"
+                )
+            await self.something()
 
     def poll(self) -> None:
         self.guarded(self.session.poll)
@@ -132,6 +150,7 @@ class RecorderNode(BenchNode):
     async def on_start(self, request, response):
         await self.settle(request.after)
         try:
+            await self.hear_everybody()
             record = record_from_yaml(request.record or f"tire: X\nname: {request.name}", "record")
             record = record.with_changes(started=record.started or utc_now())
             if request.name:

@@ -3,7 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from flatplank_control.recording.bus_cycles import TOPIC as BUS
+
+BEHIND_NS = 500_000_000
+"""whoever speaks at every cycle is never so far behind the bus"""
 
 
 class Arrivals:
@@ -35,3 +40,11 @@ class Arrivals:
         if self.bus_ns < stamp_ns:
             return False
         return all(s != self._before_ns for t, s in self._last.items() if t != BUS)
+
+    def silent(self, topics: Iterable[str]) -> list[str]:
+        """Those of some topics that speak at every cycle and are not heard beside the bus: two
+        nodes that have only just come hear each other at different times.
+        """
+        if not self.bus_ns:
+            return []
+        return [t for t in topics if self._last.get(t, -BEHIND_NS) < self.bus_ns - BEHIND_NS]
