@@ -40,6 +40,8 @@ PERIOD_NS = 4_000_000
 ATTEMPTS = 5
 STEP_AHEAD = 0.1
 """[m]"""
+FASTEST_SLIP = 0.5
+"""a wheel that turns faster stops later"""
 SHORT, LONGER = 25, 250
 """cycles of a next measurement, and of one before a process is killed"""
 
@@ -142,14 +144,14 @@ class FaultyGraph:
             "/slip_sequencer/set_waveform",
             name="constant",
             parameters=["kappa"],
-            values=[0.0],
+            values=[FASTEST_SLIP],
             start_position=here + STEP_AHEAD,
             effective_rolling_radius=0.31,
         )
         graph.ask(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
         graph.enable()
-        graph.until(DriveStatus, lambda s: s.velocity > 0.5 * SPEED, 3.0)
-        self.cycles(SHORT)
+        graph.until(DriveStatus, lambda s: s.velocity > SPEED, 3.0)
+        self.cycles(LONGER)
         assert self.witness()["moving"]
 
     def persist(self, action: Callable[[], None]) -> None:
@@ -250,6 +252,7 @@ def test_node_killed(bench: FaultyGraph, name: str) -> None:
     node.wait()
     bench.cycles(AFTER)
     wheel = bench.witness()
+    print(graph.latest.get(DriveStatus))
     graph.nodes.start_node(name)
     bench.everybody_speaks()
     check_shaft(f"{name} killed", True, wheel, wheel["ran_on_ms"])

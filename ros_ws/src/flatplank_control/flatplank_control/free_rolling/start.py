@@ -31,6 +31,8 @@ CATCH_AT_LEAST = 0.25
 """[s]"""
 CATCH_AT_MOST = 0.05
 """[m] of road"""
+FASTEST = 1.5
+"""times the speed of the road, while making up: a faster wheel would stop too late"""
 JUMP = 1e-3
 """a longer way in one cycle is a new zero [m]"""
 FEEL_FOR = 0.05
@@ -109,7 +111,7 @@ class Start:
         # the plank's own velocity comes from a window: near the start its travel says more
         speed = max(encoders.plank_velocity, 0.0)
         wanted = p.gear_ratio / radius * (speed + p.catch_rate * lost)
-        wanted = min(max(wanted, 0.0), 2.5 * p.gear_ratio / radius * max(speed, 0.01))
+        wanted = min(max(wanted, 0.0), FASTEST * p.gear_ratio / radius * max(speed, 0.01))
         torque = p.start_torque + p.catch_gain * (wanted - encoders.motor_velocity)
         torque = min(max(torque, p.torque_min), p.torque_max)
         self.torque += self._smooth * (torque - self.torque)

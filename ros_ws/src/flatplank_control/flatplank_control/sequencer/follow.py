@@ -17,8 +17,8 @@ from flatplank_hw.samples import EncoderSample
 
 JUMP = 1e-3
 """a longer way in one cycle is a new zero of the plank position [m]"""
-FASTEST = 2.5
-"""times the commanded speed, while making up"""
+FASTEST = 1.5
+"""times the commanded speed, while making up: a faster wheel would stop too late"""
 
 
 class Follower:

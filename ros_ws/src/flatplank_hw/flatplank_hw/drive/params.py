@@ -70,13 +70,16 @@ class DriveParameters(Params):
         "safety rules in the order in which they are asked",
     )  # fmt: skip
     reference_timeout: float = param(
-        0.05,
-        "oldest reference: 50 ms, so that the wheel stands 100 ms after the last one",
+        0.042,
+        "oldest reference: ten cycles at 250 Hz; the wheel stands 100 ms after the last one",
         unit="s",
         bounds=_TIMEOUT,
     )
     input_timeout: float = param(
-        0.05, "longest gap between inputs, oldest hub or encoder sample", unit="s", bounds=_TIMEOUT
+        0.042,
+        "longest gap between inputs, oldest hub or encoder sample",
+        unit="s",
+        bounds=_TIMEOUT,
     )
     heartbeat_timeout: float = param(
         0.5, "of a claimed operator, R2 of thesis 4.2", unit="s", bounds=(0.05, 10.0)
