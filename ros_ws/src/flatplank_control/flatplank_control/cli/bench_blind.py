@@ -16,8 +16,8 @@ from flatplank_control.blind.cases import full
 from flatplank_control.blind.detectable import cache
 from flatplank_control.blind.page import page, summary
 
-SEED = 2028
-"""of the table in the docs; sixty of its campaigns were seen while the search was worked on"""
+SEED = 2029
+"""of the table in the docs; none of its campaigns was seen while the search was worked on"""
 
 
 def parser() -> argparse.ArgumentParser:
