@@ -92,8 +92,8 @@ def one_pass(bench: Graph, number: int) -> Iterator[Look]:
     plank(0)
 
 
-def soak(bench: Graph, seconds: float) -> list[Look]:
-    """Passes until so much bench time [s] has gone."""
+def soak(bench: Graph, seconds: float, capsys) -> list[Look]:
+    """Passes until so much bench time [s] has gone, a line each."""
     call = bench.call
     call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=10)
     bench.advance(100)
@@ -101,6 +101,9 @@ def soak(bench: Graph, seconds: float) -> list[Look]:
     while not looks or looks[-1].cycle < seconds * RATE:
         number += 1
         looks += one_pass(bench, number)
+        minutes, memory = looks[-1].cycle / RATE / 60, sum(looks[-1].memory.values())
+        with capsys.disabled():
+            print(f"{minutes:6.1f} of {seconds / 60:.0f} min, {memory:.1f} MB", flush=True)
     for k in range(1, number + 1):
         assert load_record(bench.data / f"soak_{k}").cycles_lost == 0
     return looks
@@ -130,7 +133,7 @@ def judge(looks: list[Look], capsys) -> None:
 @pytest.mark.timeout(600)
 def test_five_minutes(tmp_path, monkeypatch, capsys):
     with graph(tmp_path, monkeypatch) as bench:
-        looks = soak(bench, 300.0)
+        looks = soak(bench, 300.0, capsys)
     judge(looks, capsys)
 
 
@@ -138,5 +141,5 @@ def test_five_minutes(tmp_path, monkeypatch, capsys):
 @pytest.mark.timeout(6 * 3600)
 def test_ten_hours(tmp_path, monkeypatch, capsys):
     with graph(tmp_path, monkeypatch) as bench:
-        looks = soak(bench, float(os.environ.get("FLATPLANK_SOAK_HOURS", "10")) * 3600.0)
+        looks = soak(bench, float(os.environ.get("FLATPLANK_SOAK_HOURS", "10")) * 3600.0, capsys)
     judge(looks, capsys)

@@ -9,7 +9,7 @@ from flatplank_control.recording.arrivals import BEHIND_NS, Arrivals
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
 
 PERIOD_NS = 4_000_000
-TOPICS = ("/bus/inputs", "/encoders/state", "/measurement_hub/state")
+BUS, ENCODERS, HUB = TOPICS = ("/bus/inputs", "/encoders/state", "/measurement_hub/state")
 
 
 @pytest.fixture
@@ -21,36 +21,35 @@ def arrivals() -> Arrivals:
     return arrivals
 
 
-def test_cycle_is_complete_when_all_have_spoken(arrivals: Arrivals) -> None:
-    assert arrivals.complete(PERIOD_NS)
-    arrivals.add("/bus/inputs", 2 * PERIOD_NS)
-    arrivals.add("/encoders/state", 2 * PERIOD_NS)
-    assert not arrivals.complete(2 * PERIOD_NS)
-    arrivals.add("/measurement_hub/state", 2 * PERIOD_NS)
-    assert arrivals.complete(2 * PERIOD_NS)
-    assert not arrivals.complete(3 * PERIOD_NS)
+def test_all_are_waited_for_up_to_a_stamp(arrivals: Arrivals) -> None:
+    assert arrivals.behind(PERIOD_NS, TOPICS) == []
+    assert arrivals.behind(2 * PERIOD_NS, TOPICS) == list(TOPICS)
+    arrivals.add(BUS, 3 * PERIOD_NS)
+    arrivals.add(ENCODERS, 2 * PERIOD_NS)
+    assert arrivals.behind(2 * PERIOD_NS, TOPICS) == [HUB]
+    arrivals.add(HUB, 2 * PERIOD_NS)
+    assert arrivals.behind(2 * PERIOD_NS, TOPICS) == []
 
 
 def test_diagnostics_are_put_at_the_cycle(arrivals: Arrivals) -> None:
     assert arrivals.add("/diagnostics", 10**18) == PERIOD_NS
 
 
-def test_who_was_never_heard_is_silent(arrivals: Arrivals) -> None:
-    assert arrivals.silent(TOPICS) == []
-    assert arrivals.silent([*TOPICS, "/wheel_drive/status"]) == ["/wheel_drive/status"]
+def test_who_was_never_heard_is_behind(arrivals: Arrivals) -> None:
+    assert arrivals.behind(0, [*TOPICS, "/wheel_drive/status"]) == []
+    arrivals.add(BUS, PERIOD_NS + BEHIND_NS)
+    assert arrivals.behind(0, [*TOPICS, "/wheel_drive/status"]) == ["/wheel_drive/status"]
 
 
-def test_who_falls_behind_is_silent(arrivals: Arrivals) -> None:
-    arrivals.add("/bus/inputs", PERIOD_NS + BEHIND_NS)
-    assert arrivals.silent(TOPICS) == []
-    arrivals.add("/bus/inputs", 2 * PERIOD_NS + BEHIND_NS)
-    assert arrivals.silent(TOPICS) == ["/encoders/state", "/measurement_hub/state"]
-    arrivals.add("/encoders/state", 2 * PERIOD_NS + BEHIND_NS)
-    assert arrivals.silent(TOPICS) == ["/measurement_hub/state"]
+def test_who_falls_silent_is_behind(arrivals: Arrivals) -> None:
+    arrivals.add(BUS, PERIOD_NS + BEHIND_NS)
+    assert arrivals.behind(0, TOPICS) == []
+    arrivals.add(BUS, 2 * PERIOD_NS + BEHIND_NS)
+    assert arrivals.behind(0, TOPICS) == [ENCODERS, HUB]
 
 
 def test_without_a_bus_nobody_is_expected() -> None:
-    assert Arrivals().silent(TOPICS) == []
+    assert Arrivals().behind(0, TOPICS) == []
 
 
 def test_topics_of_every_cycle() -> None:

@@ -27,8 +27,9 @@ from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
 _STAMP = Struct("<iI")
-PATIENCE = 1.0
-"""a close waits so long for messages that are under way [s]"""
+PATIENCE = 5.0
+"""a close waits so long for messages that are under way; one that was lost comes again after 3 s
+[s]"""
 INTRODUCTION = 10.0
 """a start waits so long for nodes that are there and not heard yet [s]"""
 
@@ -106,25 +107,14 @@ class RecorderNode(BenchNode):
             self.changed_something = Future()
         await self.changed_something
 
-    async def settle(self, stamp) -> None:
-        """Until the bus cycle of a stamp is in with all that belongs to it, or PATIENCE is
-        over.
-        """
+    async def hear(self, stamp, patience: float) -> list[str]:
+        """Wait until everybody who is there is heard up to a stamp; who is not, after that."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
-        end = time.monotonic() + PATIENCE
-        while wanted and not self.arrivals.complete(wanted) and time.monotonic() < end:
+        end = time.monotonic() + patience
+        there = [t for t in EVERY_CYCLE if self.count_publishers(t)]
+        while (behind := self.arrivals.behind(wanted, there)) and time.monotonic() < end:
             await self.something()
-
-    async def hear_everybody(self) -> None:
-        """No bag without the samples of a node that is there."""
-        end = time.monotonic() + INTRODUCTION
-        while silent := self.arrivals.silent(t for t in EVERY_CYCLE if self.count_publishers(t)):
-            if time.monotonic() > end:
-                raise RecordingError(
-                    f"nothing comes on {', '.join(silent)} though somebody speaks there; "
-                    "start again in a moment, or start that node anew"
-                )
-            await self.something()
+        return behind
 
     def poll(self) -> None:
         self.guarded(self.session.poll)
@@ -148,9 +138,15 @@ class RecorderNode(BenchNode):
             self.publish_run(message)
 
     async def on_start(self, request, response):
-        await self.settle(request.after)
+        silent = await self.hear(request.after, INTRODUCTION)
+        if silent:
+            return answer(
+                response,
+                False,
+                f"nothing comes on {', '.join(silent)} though somebody speaks there; "
+                "start again in a moment, or start that node anew",
+            )
         try:
-            await self.hear_everybody()
             record = record_from_yaml(request.record or f"tire: X\nname: {request.name}", "record")
             record = record.with_changes(started=record.started or utc_now())
             if request.name:
@@ -167,11 +163,12 @@ class RecorderNode(BenchNode):
         return answer(response, True, "", path=str(path), uuid=record.uuid)
 
     async def on_stop(self, request, response):
-        await self.settle(request.up_to)
+        silent = await self.hear(request.up_to, PATIENCE)
+        reason = request.notes
+        if silent:
+            reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")
         try:
-            record = self.session.stop(
-                request.status or "stopped", reason=request.notes, ended=utc_now()
-            )
+            record = self.session.stop(request.status or "stopped", reason=reason, ended=utc_now())
         except RecordingError as error:
             return answer(response, False, str(error))
         self.say()
