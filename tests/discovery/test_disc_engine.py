@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from flatplank_analysis.discovery.decide import FIRST, FURTHER, _reasons
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import bounded_step
 from flatplank_analysis.discovery.parameters import Parameter, param
@@ -77,7 +78,7 @@ class Ball:
         return out[None]
 
 
-def throw(seed: int, k: float, repeats: int = 3) -> Ball:
+def throw(seed: int, k: float, repeats: int = 3, a: float = 0.0) -> Ball:
     """Throws measured by a camera with white noise of 2 cm and a slow drift."""
     rng = np.random.default_rng(seed)
     plan = [(h, v) for h in HEIGHTS for v in THROWS for _ in range(repeats)]
@@ -101,7 +102,8 @@ def throw(seed: int, k: float, repeats: int = 3) -> Ball:
     ball = Ball(runs)
     from flatplank_analysis.discovery.model import Lane
 
-    truth = ball.predict([Lane(np.array([9.81, 0.01]), ((Drag, np.array([k])),))])[0]
+    hidden = ((Drag, np.array([k])), (Wind, np.array([a])))
+    truth = ball.predict([Lane(np.array([9.81, 0.01]), hidden)])[0]
     slow = np.cumsum(rng.standard_normal(shape), axis=1) * 0.001
     runs.measured[:] = truth + 0.02 * rng.standard_normal(shape) + slow
     return ball
@@ -117,6 +119,19 @@ def test_drag_is_found_with_its_size(seed):
     assert result.found[0].decision.term.size == pytest.approx(0.02, rel=0.1)
     assert low < 0.0215 and high > 0.0185
     assert result.rmse_after < 0.5 * result.rmse_before
+
+
+def test_a_further_effect_must_be_surer_among_conditions():
+    """What the form of the first leaves over differs between conditions, too."""
+    search = run_search(throw(1, 0.02, a=1.0), [Drag, Wind], Options())
+    first, second = search.steps[:2]
+    assert {f.decision.term.effect for f in search.last.found} == {Drag, Wind}
+    assert all(d.level_conditions == max(d.level, FIRST) for d in first.refits)
+    assert [d.level_conditions for d in second.refits] == [FURTHER]
+    unsure = replace(second.refits[0], p_conditions=0.5 * FIRST)
+    reason = "not beyond the scatter among conditions"
+    assert reason in tuple(_reasons(unsure, 0.0))
+    assert reason not in tuple(_reasons(replace(unsure, level_conditions=FIRST), 0.0))
 
 
 def test_nothing_is_found_where_nothing_is():

@@ -38,7 +38,7 @@ SAME = 0.015
 0.3 and more"""
 PRIOR = 4.0
 """degrees of freedom at least that the dispersion among repeats lends to that among conditions"""
-FIRST, FURTHER = 0.002, 0.0002
+FIRST, FURTHER = 0.002, 0.0005
 """p-value needed among conditions, of which there are few; what the form of an effect that was
 accepted leaves over differs between conditions, too, and asks for another one that is none"""
 SHARE = 0.003
