@@ -13,6 +13,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -40,9 +41,8 @@ MOST = 6
 LEVELS = {"fx": 10.0, "fy": 8.0, "fz": 9.0}
 """weights of the channels that a user would choose [N]"""
 CUT = 0.10
-SUBSET = ("none/*/[01]", "single/*/x2/*/0", "pair/*/0", "outside/*/0")
-EVERY = 3
-"""of the subset's campaigns every third is judged: the rivals are slow"""
+CLASSES = ("none/*", "single/*/x2/*", "outside/*", "pair/*")
+"""whose campaigns are judged in turn, for the rivals are slow"""
 
 
 @dataclass(frozen=True)
@@ -216,9 +216,10 @@ def judge(case: Case, seed: int) -> dict[str, Any] | None:
 
 
 def subset() -> list[Case]:
-    """The campaigns on which all are judged."""
-    chosen = [c for c in full() if any(fnmatch.fnmatch(c.key, p) for p in SUBSET)]
-    return chosen[::EVERY]
+    """The campaigns on which all are judged, the classes in turn."""
+    cases = list(full())
+    rows = zip_longest(*([c for c in cases if fnmatch.fnmatch(c.key, p)] for p in CLASSES))
+    return [case for row in rows for case in row if case is not None]
 
 
 def side_by_side(
@@ -227,12 +228,14 @@ def side_by_side(
     only_read: bool = False,
     limit: int | None = None,
     any_code: bool = False,
+    progress: journal.Progress = lambda _done, _all, _key: None,
 ) -> str:
     """Judge what the journal lacks, and the table in Markdown."""
     known = journal.of_this_code(journal.read(path), seed, any_code)
+    cases = subset()[:limit]
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", encoding="utf-8") as stream:
-        for case in subset()[:limit]:
+        for done, case in enumerate(cases, start=1):
             if only_read or case.key in known:
                 continue
             entry = judge(case, seed)
@@ -240,6 +243,7 @@ def side_by_side(
                 stream.write(json.dumps(entry) + "\n")
                 stream.flush()
                 known[case.key] = entry
+            progress(done, len(cases), case.key)
     return scores(list(known.values()))
 
 

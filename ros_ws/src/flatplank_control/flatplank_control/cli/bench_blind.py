@@ -94,7 +94,12 @@ def _rivals(o: argparse.Namespace, path: Path) -> str:
     from flatplank_control.blind.rivals import side_by_side
 
     return side_by_side(
-        o.seed, path.with_name(f"rivals{o.seed}.jsonl"), o.no_run, o.rivals, o.any_code
+        o.seed,
+        path.with_name(f"rivals{o.seed}.jsonl"),
+        o.no_run,
+        o.rivals,
+        o.any_code,
+        show(time.monotonic()),
     )
 
 
