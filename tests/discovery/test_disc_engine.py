@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from flatplank_analysis.discovery.decide import FIRST, FURTHER, _reasons
+from flatplank_analysis.discovery.decide import CONDITIONS, _reasons
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import bounded_step
 from flatplank_analysis.discovery.parameters import Parameter, param
@@ -121,17 +121,15 @@ def test_drag_is_found_with_its_size(seed):
     assert result.rmse_after < 0.5 * result.rmse_before
 
 
-def test_a_further_effect_must_be_surer_among_conditions():
-    """What the form of the first leaves over differs between conditions, too."""
-    search = run_search(throw(1, 0.02, a=1.0), [Drag, Wind], Options())
-    first, second = search.steps[:2]
-    assert {f.decision.term.effect for f in search.last.found} == {Drag, Wind}
-    assert all(d.level_conditions == max(d.level, FIRST) for d in first.refits)
-    assert [d.level_conditions for d in second.refits] == [FURTHER]
-    unsure = replace(second.refits[0], p_conditions=0.5 * FIRST)
+def test_two_effects_are_found_and_an_unsure_one_is_refused():
+    """What the form of a law leaves over differs between conditions, too."""
+    found = run_search(throw(1, 0.02, a=1.0), [Drag, Wind], Options()).last.found
+    assert {f.decision.term.effect for f in found} == {Drag, Wind}
+    sure = replace(found[0].decision, p_repeats=0.0, p_conditions=0.5 * CONDITIONS)
+    unsure = replace(sure, p_conditions=2.0 * CONDITIONS)
     reason = "not beyond the scatter among conditions"
     assert reason in tuple(_reasons(unsure, 0.0))
-    assert reason not in tuple(_reasons(replace(unsure, level_conditions=FIRST), 0.0))
+    assert reason not in tuple(_reasons(sure, 0.0))
 
 
 def test_nothing_is_found_where_nothing_is():

@@ -38,9 +38,9 @@ SAME = 0.015
 0.3 and more"""
 PRIOR = 4.0
 """degrees of freedom at least that the dispersion among repeats lends to that among conditions"""
-FIRST, FURTHER = 0.002, 0.0005
-"""p-value needed among conditions, of which there are few; what the form of an effect that was
-accepted leaves over differs between conditions, too, and asks for another one that is none"""
+CONDITIONS = 0.0005
+"""p-value needed among conditions, of which there are few: what the form of the law, or that of an
+effect that was accepted, leaves over differs between conditions, too"""
 SHARE = 0.003
 """a further effect must bring this share of the chi2 that is explained already"""
 
@@ -60,8 +60,6 @@ class Decision:
     p_conditions: float
     level: float
     """p-value needed: family-wise 5 % over all columns that were looked at"""
-    level_conditions: float
-    """the same among conditions"""
     matters: float
     """size that matters"""
     stretch_q: float
@@ -148,7 +146,6 @@ class Judge:
         condition_q, condition_n = _condition_test(state, local, info)
         worth = 12.0 if term.effect.kind == "tire" else 6.0
         wide = 5.0 if term.effect.local else 1.0
-        level = FAMILY / max(looked_at, 1)
         visible = float(info.sum()) / max(float(gram.products[:, base, base].sum()), 1e-30)
         # the form of the law is not that of the tire: that is no noise, no repeat shows it, and
         # the less of an effect is visible, the more of its size it can feign
@@ -163,8 +160,7 @@ class Judge:
             dispersion_conditions=kappa_c,
             p_repeats=_p_value(drop, k, kappa, freedom),
             p_conditions=_p_value(drop, k, drawn, freedom_c + lent),
-            level=level,
-            level_conditions=FURTHER if len(fit.terms) > 1 else max(level, FIRST),
+            level=FAMILY / max(looked_at, 1),
             matters=term.effect.main_parameter().matters,
             stretch_q=stretch_q,
             stretch_limit=worth * stretch_n + wide * SAME * drop,
@@ -180,7 +176,7 @@ class Judge:
 def _reasons(d: Decision, explained: float) -> Iterator[str]:
     if d.drop <= 0.0 or d.p_repeats > d.level:
         yield "not beyond the scatter among repeats"
-    if d.drop <= 0.0 or d.p_conditions > d.level_conditions:
+    if d.drop <= 0.0 or d.p_conditions > CONDITIONS:
         yield "not beyond the scatter among conditions"
     if abs(d.term.size) < d.matters:
         yield "present, negligible"

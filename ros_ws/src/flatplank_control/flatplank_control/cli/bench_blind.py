@@ -17,7 +17,7 @@ from flatplank_control.blind.detectable import cache
 from flatplank_control.blind.page import page, summary
 
 SEED = 2029
-"""of the table in the docs; none of its campaigns was seen while the search was worked on"""
+"""of the table in the docs; its false alarms were seen before the last change of the search"""
 
 
 def parser() -> argparse.ArgumentParser:
