@@ -252,7 +252,6 @@ def test_node_killed(bench: FaultyGraph, name: str) -> None:
     node.wait()
     bench.cycles(AFTER)
     wheel = bench.witness()
-    print(graph.latest.get(DriveStatus))
     graph.nodes.start_node(name)
     bench.everybody_speaks()
     check_shaft(f"{name} killed", True, wheel, wheel["ran_on_ms"])

@@ -77,9 +77,7 @@ def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, mon
         # a bag would lack what a node that is still known does not say
         bench.kill("encoders")
         bench.advance(2 * CYCLES_BEHIND)
-        start = bench.client.call(
-            StartRecording, "/recorder/start", timeout=30.0, name="a", record="tire: T"
-        )
+        start = bench.client.call(StartRecording, "/recorder/start", name="a", record="tire: T")
         assert not start.accepted and "/encoders/state" in start.reason
         assert not list(bench.data.iterdir())
 

@@ -14,6 +14,7 @@ import math
 
 from flatplank_control.free_rolling.feel import Feel, Tire
 from flatplank_control.free_rolling.params import FreeRollingParameters
+from flatplank_control.travel import FASTEST, JUMP
 from flatplank_hw.samples import EncoderSample
 
 LISTEN, CATCH, OVER = range(3)
@@ -31,10 +32,6 @@ CATCH_AT_LEAST = 0.25
 """[s]"""
 CATCH_AT_MOST = 0.05
 """[m] of road"""
-FASTEST = 1.5
-"""times the speed of the road, while making up: a faster wheel would stop too late"""
-JUMP = 1e-3
-"""a longer way in one cycle is a new zero [m]"""
 FEEL_FOR = 0.05
 """road from which the tire is told [m]"""
 

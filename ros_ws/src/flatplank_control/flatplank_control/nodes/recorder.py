@@ -30,8 +30,8 @@ _STAMP = Struct("<iI")
 PATIENCE = 5.0
 """a close waits so long for messages that are under way; one that was lost comes again after 3 s
 [s]"""
-INTRODUCTION = 10.0
-"""a start waits so long for nodes that are there and not heard yet [s]"""
+INTRODUCTION = 8.0
+"""a start waits so long for nodes that are there and not heard yet; clients wait 10 s [s]"""
 
 
 @dataclass(frozen=True)

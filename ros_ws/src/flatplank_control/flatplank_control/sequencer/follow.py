@@ -13,12 +13,8 @@ from __future__ import annotations
 import math
 
 from flatplank_control.sequencer.params import SequencerParameters
+from flatplank_control.travel import FASTEST, JUMP
 from flatplank_hw.samples import EncoderSample
-
-JUMP = 1e-3
-"""a longer way in one cycle is a new zero of the plank position [m]"""
-FASTEST = 1.5
-"""times the commanded speed, while making up: a faster wheel would stop too late"""
 
 
 class Follower:
