@@ -25,6 +25,8 @@ from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import PlankSwitch, StartRecording, StopRecording
 
+IDLE_SPINS = 3
+
 
 def below(pid: int) -> Iterator[tuple[int, list[str]]]:
     """Processes that a process has started, with their command lines."""
@@ -42,6 +44,7 @@ class EmulatedGraph:
         self.nodes = nodes
         self.latest: dict[type, object] = {}
         self.arrived = 0
+        self.newest = Time()
         for kind, topic in {
             BusInputs: "/bus/inputs",
             EncoderState: "/encoders/state",
@@ -54,13 +57,16 @@ class EmulatedGraph:
     def _keep(self, message: object) -> None:
         self.latest[type(message)] = message
         self.arrived += 1
+        if isinstance(message, BusInputs):
+            self.newest = message.header.stamp
 
     def catch_up(self) -> None:
-        """Take what has come while nobody listened."""
-        before = -1
-        while self.arrived != before:
+        """Take what has come while nobody listened; a spin may end with something else."""
+        idle = 0
+        while idle < IDLE_SPINS:
             before = self.arrived
             self.client.spin(0.0)
+            idle = idle + 1 if self.arrived == before else 0
 
     def until(self, kind: type, condition: Callable[[object], bool], seconds: float) -> object:
         """The first sample from now on that fulfils a condition; bench time, which the emulated
@@ -91,8 +97,9 @@ class EmulatedGraph:
         self.until(DriveStatus, lambda s: (s.state == enabled) is on, 2.0)
 
     def now(self) -> Time:
-        """Stamp of the bus."""
-        return self.until(BusInputs, lambda _: True, 1.0).header.stamp
+        """Stamp of the newest sample of the bus; also of one that does not speak any more."""
+        self.catch_up()
+        return self.newest
 
     def start_recording(self, name: str, record: dict) -> None:
         self.ask(

@@ -53,7 +53,7 @@ def conditions(search: Search) -> Figure:
     labels = [short(n) for n in runs.condition_names]
     axes.set_xticks(x, labels, rotation=30 if len(x) > 9 else 0, fontsize=8)
     axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
-    axes.legend(fontsize=8, frameon=False)
+    figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
     _clean(axes)
     return figure
 
@@ -146,7 +146,7 @@ def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
     axes.axhline(floor, color=ORANGE, lw=1.5, label="floor")
     axes.set_xticks(x, [s["name"] for s in steps], fontsize=8)
     axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
-    axes.legend(fontsize=8, frameon=False)
+    figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
     _clean(axes)
     return figure
 
