@@ -52,8 +52,7 @@ def test_every_axis_stops_when_the_operator_in_charge_is_gone(axis: str) -> None
 @pytest.mark.parametrize("axis", AXES)
 def test_an_operator_who_gives_the_charge_back_may_fall_silent(axis: str) -> None:
     rig = turning(axis)
-    give_back = rig.drive.release if axis == "wheel" else rig.drive.hear_in_charge
-    assert give_back("panel" if axis == "wheel" else "").accepted
+    assert (rig.drive.release() if axis == "wheel" else rig.drive.hear_in_charge("")).accepted
     rig.beat = ""
     rig.run(250)
     assert rig.velocity != 0.0
@@ -68,3 +67,25 @@ def test_who_fell_silent_while_nothing_moved_locks_nobody_out() -> None:
     rig.run(130)
     assert rig.drive.claim("other").accepted
     assert rig.drive.enable().accepted
+
+
+def test_a_renewed_claim_is_no_beat() -> None:
+    rig = turning("wheel")
+    rig.beat, start = "", rig.n
+    while rig.velocity != 0.0:
+        assert rig.drive.claim("panel").accepted
+        rig.cycle()
+        assert (rig.n - start) * PERIOD * 1e-9 <= 0.5 + 0.08
+    assert rig.run(1).stop_reason == RULES["heartbeat"].code
+
+
+def test_a_lapsed_claim_holds_again_when_it_is_renewed() -> None:
+    rig = Rig()
+    rig.run(2)
+    assert rig.drive.claim("panel").accepted
+    rig.run(250)
+    assert rig.drive.claim("panel").accepted
+    assert rig.drive.enable().accepted
+    assert rig.drive.set_operation_mode("velocity", 0.1).accepted
+    assert rig.run(250).stop_reason == RULES["heartbeat"].code
+    assert rig.velocity == 0.0

@@ -50,9 +50,17 @@ class Answers:
     def __init__(self, reason: str = "") -> None:
         self.state, self.asked, self.reason = BenchState(), [], reason
         self.beats: list[str] = []
+        self.claimed_by = ""
+        self.offered = {"emergency_stop"}
+
+    def done(self):
+        """What was asked but for the claims."""
+        return [a for a in self.asked if a[0] != "claim"]
 
     async def ask(self, request, **fields):
         self.asked.append((request, fields))
+        if request == "claim":
+            return Reply(not self.claimed_by, f"'{self.claimed_by}' is in charge", {"token": "me"})
         return Reply(not self.reason, self.reason, {"token": "me"})
 
     async def set_parameters(self, node, values):
@@ -70,8 +78,24 @@ class Answers:
     def beat(self, token):
         self.beats.append(token)
 
+    def offers(self, request):
+        return request in self.offered
+
     def nodes(self):
         return ["simulated_plant"]
+
+
+class Clock:
+    """Instead of `time`."""
+
+    now = 0.0
+
+    def monotonic(self):
+        return self.now
+
+    @staticmethod
+    def strftime(_format):
+        return ""
 
 
 @pytest.fixture
@@ -192,9 +216,45 @@ def test_only_the_page_in_charge_acts(bench):
     run(bench.enable("me", True))
     with pytest.raises(ValueError, match="only watches"):
         run(bench.enable("other", True))
-    assert bench.link.asked == [("enable", {"data": True})]
+    assert bench.link.done() == [("enable", {"data": True})]
     run(bench.emergency_stop("other"))
-    assert {r for r, _ in bench.link.asked[1:]} == {"quick_stop", "emergency_stop"}
+    assert {r for r, _ in bench.link.done()[1:]} == {"quick_stop", "emergency_stop"}
+
+
+def test_stop_says_what_it_has_done(bench):
+    assert run(bench.emergency_stop("other")) == "STOP: wheel stops; plank stops"
+    bench.link.offered.clear()
+    assert "the plank is stopped by its own switch" in run(bench.emergency_stop("other"))
+    bench.link.reason = "no answer"
+    with pytest.raises(ValueError, match="wheel NOT stopped: no answer"):
+        run(bench.emergency_stop("other"))
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda o: o.enable("me", True),
+        lambda o: o.plank("me", 1),
+        lambda o: o.measure("me", {}, ""),
+        lambda o: o.set_mode("me", "velocity", 0.1),
+    ],
+)
+def test_nothing_moves_while_another_panel_has_the_drive(bench, act):
+    bench.link.claimed_by = "panel-other"
+    with pytest.raises(ValueError, match="'panel-other' is in charge"):
+        run(act(bench))
+    assert bench.link.done() == []
+    for stop in (bench.enable("me", False), bench.quick_stop("me"), bench.plank("me", 0)):
+        run(stop)
+    assert len(bench.link.done()) == 3
+
+
+def test_whatever_moves_is_asked_for_with_a_claim_that_holds(bench):
+    """A pause in the beats may have ended the claim of before."""
+    for _ in range(2):
+        bench.link.asked.clear()
+        run(bench.enable("me", True))
+        assert [r for r, _ in bench.link.asked] == ["claim", "enable"]
 
 
 def test_every_public_action_asks_who_it_is(bench):
@@ -224,7 +284,22 @@ def test_beats_go_on_only_with_a_claim(bench):
     run(bench.supervise())
     bench.beat("me")
     bench.beat("other")
-    assert bench.link.beats == ["me", "me"]
+    assert bench.link.beats == ["me"]
+
+
+def test_the_claim_is_renewed_and_given_back(bench, monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr("flatplank_control.panel.operator.time", clock)
+    bench.take("me", "me")
+    bench.link.state.accept(samples(1), math.inf)
+    for _ in range(30):
+        clock.now += 0.1
+        bench.beat("me")
+        run(bench.supervise())
+    assert len(bench.link.asked) in (3, 4)
+    bench.charge.give_back("me")
+    run(bench.supervise())
+    assert bench.link.asked[-1] == ("claim", {"client": ""})
 
 
 def test_constants_are_those_of_the_nodes(bench):

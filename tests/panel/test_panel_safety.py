@@ -23,11 +23,22 @@ def turn(who, observer) -> None:
     observer.wait(lambda: observer.speed() > 0.06, 60.0, "the shaft turns", again=click)
 
 
+def pause_beats(who, observer) -> None:
+    """Long enough for the drive to drop the claim, while nothing moves."""
+    observer.fresh()
+    since = observer.inputs.stamp_ns
+    who.page.evaluate("fp.charge(false)")
+    pause = 1e9 * (PATIENT["heartbeat_timeout"] + 0.5)
+    observer.wait(lambda: observer.inputs.stamp_ns - since > pause, 30.0, "bench time goes on")
+    who.page.evaluate("fp.charge(true)")
+
+
 def test_wheel_stops_when_the_page_is_gone(visitor, operator, observer):
     operator.click("Hand back")
     operator.button("Take charge").wait_for()
     other = visitor()
     other.take()
+    pause_beats(other, observer)
     turn(other, observer)
     other.page.close()
     observer.fresh()

@@ -216,6 +216,10 @@ class PanelNode:
     def beat(self, token: str) -> None:
         self._heartbeat.publish(String(data=token))
 
+    def offers(self, request: str) -> bool:
+        _, service = REQUESTS[request]
+        return any(name == service for name, _ in self.node.get_service_names_and_types())
+
     def nodes(self) -> list[str]:
         return sorted(set(self.node.get_node_names()))
 

@@ -40,5 +40,8 @@ class BenchLink(Protocol):
     def beat(self, token: str) -> None:
         """Heartbeat of the client in charge."""
 
+    def offers(self, request: str) -> bool:
+        """Whether somebody serves the request on this bench."""
+
     def nodes(self) -> list[str]:
         """Names of the nodes that are there."""

@@ -43,6 +43,9 @@ VALUES = {
 }
 """mode -> what its value is called, its unit on the page, factor to SI, largest"""
 
+RENEWAL = 1.0
+"""of the claim at the drive [s]"""
+
 
 class Operator:
     """The one place through which pages act."""
@@ -54,6 +57,7 @@ class Operator:
         """manual steps of a measurement are done by the simulated operator"""
         self._me = f"panel-{uuid4().hex[:8]}"
         self._token = ""
+        self._claimed_at = -math.inf
         self._claim_refused = ""
 
     # charge
@@ -76,20 +80,22 @@ class Operator:
         if self.charge.expire(now):
             self.say("the page in charge has gone; nobody is in charge")
             await self._release()
-        there = self.link.state.running(now)
-        if not there:
+        if not self.link.state.running(now):
             self._token = ""
-        elif self.charge.holder and not self._token:
-            await self._claim()
+        elif not self.charge.holder:
+            await self._release()
+        elif not self._token or now - self._claimed_at > RENEWAL:
+            reason = await self._claim()
+            if reason and reason != self._claim_refused:
+                self.say(f"charge of the drive: {reason}")
+            self._claim_refused = reason
 
-    async def _claim(self) -> None:
+    async def _claim(self) -> str:
+        """Claim the drive, or renew the claim, which lapses by a pause in the beats; why not."""
+        self._claimed_at = time.monotonic()
         reply = await self.link.ask("claim", client=self._me)
-        if reply.accepted:
-            self._token, self._claim_refused = str(reply.values["token"]), ""
-            self.link.beat(self._token)
-        elif reply.reason != self._claim_refused:
-            self._claim_refused = reply.reason
-            self.say(f"charge of the drive: {reply.reason}")
+        self._token = str(reply.values["token"]) if reply.accepted else ""
+        return "" if reply.accepted else reply.reason
 
     async def _release(self) -> None:
         token, self._token = self._token, ""
@@ -116,29 +122,40 @@ class Operator:
         return self.say("bench stopped")
 
     async def emergency_stop(self, page: str) -> str:
-        """For everybody: the wheel stops, and on the simulated machine the mushroom is pressed."""
+        """For everybody: the wheel stops; a simulated plant has its mushroom pressed.
+
+        ValueError when a part did not take it."""
         del page
+        mushroom = self.link.offers("emergency_stop")
         jobs = [self.link.ask("quick_stop")]
-        if "simulated_plant" in self.link.nodes():
+        if mushroom:
             jobs.append(self.link.ask("emergency_stop", data=True))
         replies = await asyncio.gather(*jobs)
-        bad = [r.reason for r in replies if not r.accepted]
-        return self.say(
-            "STOP" + (f"; {'; '.join(bad)}" if bad else ": wheel and plank are stopped")
-        )
+        parts = [
+            f"{what} stops" if reply.accepted else f"{what} NOT stopped: {reply.reason}"
+            for what, reply in zip(("wheel", "plank"), replies, strict=False)
+        ]
+        if not mushroom:
+            parts.append("the plank is stopped by its own switch")
+        text = self.say("STOP: " + "; ".join(parts))
+        if not all(reply.accepted for reply in replies):
+            raise ValueError(text)
+        return text
 
     async def release_emergency_stop(self, page: str) -> str:
         return await self._do(page, "emergency_stop", "emergency stop released", data=False)
 
     # drive
     async def enable(self, page: str, on: bool) -> str:
-        return await self._do(page, "enable", "enabled" if on else "disabled", data=bool(on))
+        if not on:
+            return await self._calm(page, "enable", "disabled", data=False)
+        return await self._do(page, "enable", "enabled", data=True)
 
     async def reset_fault(self, page: str) -> str:
         return await self._do(page, "reset_fault", "fault reset")
 
     async def quick_stop(self, page: str) -> str:
-        return await self._do(page, "quick_stop", "quick stop")
+        return await self._calm(page, "quick_stop", "quick stop")
 
     async def set_mode(self, page: str, mode: str, value: Any = 0.0) -> str:
         check.choice(mode, MODES, "mode")
@@ -239,7 +256,7 @@ class Operator:
 
     async def measure(self, page: str, plan: str | Mapping[str, Any], folder: str) -> str:
         """A whole measurement, or a campaign from the text of its plan."""
-        self.charge.check(page)
+        await self._in_charge(page)
         text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
         target = str(check.folder_below(self.data, folder))
         self._judge(await self.link.measure(text, target, self.simulated))
@@ -269,7 +286,8 @@ class Operator:
         limit = math.nan
         if stop_at not in (None, ""):
             limit = check.number(stop_at, "stop position", -1.0, 4.22, "m")
-        return await self._do(
+        move = self._do if direction else self._calm
+        return await move(
             page,
             "plank",
             f"plank {word}",
@@ -279,7 +297,18 @@ class Operator:
         )
 
     # helpers
+    async def _in_charge(self, page: str) -> None:
+        """ValueError unless the page is in charge here, and this panel at the drive."""
+        self.charge.check(page)
+        self._judge(Reply(not (reason := await self._claim()), reason))
+
     async def _do(self, page: str, request: str, text: str, /, **fields: Any) -> str:
+        """What may move something, or begin to: the drive listens to our heartbeat by then."""
+        await self._in_charge(page)
+        return await self._calm(page, request, text, **fields)
+
+    async def _calm(self, page: str, request: str, text: str, /, **fields: Any) -> str:
+        """What only stops needs no claim."""
         self.charge.check(page)
         self._judge(await self.link.ask(request, **fields))
         return self.say(text)

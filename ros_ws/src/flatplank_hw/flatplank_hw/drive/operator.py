@@ -16,8 +16,9 @@ class Charge:
         self._heard = False
 
     def claim(self, client: str) -> None:
-        """Take charge; the claim itself is the first beat."""
-        self.client, self._heard = client, True
+        """Take charge; the claim is the first beat, its renewal by the same client is none."""
+        self._heard |= client != self.client
+        self.client = client
 
     def release(self) -> None:
         """Give it back; nobody is in charge."""

@@ -163,7 +163,8 @@ class DriveRequests:
         return self._agenda.accept(act, at_cycle)
 
     def claim(self, client: str, at_cycle: int | None = None) -> Answer:
-        """Take charge: from now on `heartbeat` must come, or the axis stops."""
+        """Take charge: from now on `heartbeat` must come, or the axis stops. Whoever has it may
+        ask again: the claim is there then, even if it had lapsed."""
         charge = self._watch.charge
         if not client:
             return refused("a claim needs the name of the client")
@@ -171,19 +172,17 @@ class DriveRequests:
             return refused(f"'{charge.client}' is in charge")
         return self._agenda.accept(lambda: charge.claim(client), at_cycle)
 
-    def release(self, client: str, at_cycle: int | None = None) -> Answer:
-        """Give the charge back."""
-        charge = self._watch.charge
-        if charge.client != client:
-            return refused(f"'{client}' is not in charge")
-        return self._agenda.accept(charge.release, at_cycle)
+    def release(self, at_cycle: int | None = None) -> Answer:
+        """Give the charge back; nobody has it then."""
+        return self._agenda.accept(self._watch.charge.release, at_cycle)
 
     def hear_in_charge(self, client: str) -> Answer:
         """Another drive has answered a claim: `client` is in charge of this axis too; empty:
         nobody."""
+        if not client:
+            return self.release()
         charge = self._watch.charge
-        act = (lambda: charge.claim(client)) if client else charge.release
-        return self._agenda.accept(act)
+        return self._agenda.accept(lambda: charge.claim(client))
 
     def heartbeat(self, client: str) -> Answer:
         """The client in charge is alive."""

@@ -39,7 +39,7 @@ class DriveNode(BenchNode):
         self.command.header.frame_id = self.status.header.frame_id = axis
         self.joints.name = [axis]
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
-        self.said = self.in_charge = ""
+        self.said = ""
         self.publish = self.speak(BusOutputs, "/bus/outputs", STREAM, needed=True)
         self.publish_status = self.speak(DriveStatus, "~/status", STREAM)
         self.publish_joints = self.speak(JointState, "~/joint_states", STREAM)
@@ -132,9 +132,8 @@ class DriveNode(BenchNode):
 
     def on_claim(self, request, response):
         client = request.client
-        done = self.drive.claim(client) if client else self.drive.release(self.in_charge)
+        done = self.drive.claim(client) if client else self.drive.release()
         if done.accepted:
-            self.in_charge = client
             self.publish_in_charge(String(data=client))
         return answer(response, *done, token=client)
 

@@ -32,7 +32,7 @@ def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) ->
             ui.label("Bench").classes("fp-quiet")
             ui.label("–").classes("fp-word").props("data-word=bench")
         _charge(page)
-        stop = ui.button("STOP", on_click=page.act(lambda: page.operator.emergency_stop(page.id)))
+        stop = ui.button("STOP", on_click=page.act(lambda: _stop(page)))
         stop.classes("fp-stop").props('unelevated color=negative aria-label="Emergency stop"')
     built: set[str] = set()
     panels = ui.tab_panels(bar, value=first).props("keep-alive").classes("w-full bg-transparent")
@@ -50,6 +50,12 @@ def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) ->
 
     show(first)
     panels.on_value_change(lambda e: show(e.value))
+
+
+async def _stop(page: Page) -> None:
+    text = await page.operator.emergency_stop(page.id)
+    with page.client:
+        ui.notify(text, type="positive", position="bottom", timeout=6000)
 
 
 def _charge(page: Page) -> None:
