@@ -6,7 +6,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,8 @@ from flatplank_analysis.discovery.state import (
     term_of,
 )
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.effects.registry import find, library
+from flatplank_analysis.effects.checks import sound_library
+from flatplank_analysis.effects.registry import find, source_file
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.tirebase.data import TireRuns, load_runs
 from flatplank_analysis.tirebase.model import TireModel
@@ -45,8 +45,8 @@ class Session:
 
     @classmethod
     def open(cls, folder: str, files: Sequence[str] = (), mapping: Any = None) -> Session:
-        """Read a campaign; `files` hold effects of the user."""
-        effects = library(files)
+        """Read a campaign; `files` hold effects of the user, which must keep the contract."""
+        effects = sound_library(files)
         campaign = Campaign.load(folder, mapping=mapping)
         try:
             data = load_runs(campaign)
@@ -208,24 +208,16 @@ class Session:
         """The model file with the fitted numbers."""
         names = [p.name for p in self.model.parameters]
         own = {e.name: e.file for e in model.effects}
-        user = {e.identifier: self.source_file(e) for e in self.effects.values()}
         entries = tuple(
             Entry(
                 t.effect.identifier,
                 t.named(),
-                own.get(t.effect.identifier, "") or user.get(t.effect.identifier, ""),
+                own.get(t.effect.identifier, "") or source_file(t.effect),
             )
             for t in fit.terms
         )
         parameters = dict(zip(names, (float(v) for v in fit.base), strict=True))
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)
-
-    def source_file(self, effect: type[Effect]) -> str:
-        """The user's file in which an effect is defined."""
-        for file in self.files:
-            if effect.__module__ == f"flatplank_user_effects_{Path(file).stem}":
-                return str(Path(file).resolve())
-        return ""
 
     def start_line(self, step: Step) -> Mapping[str, Any]:
         """First line of a history: the model before anything was added."""

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loop on bad input: one clear line, nothing lost, the good runs go on."""
+
+from __future__ import annotations
+
+import pytest
+from bristles import Truth, campaign, save
+from test_disc_effects import OWN
+
+from flatplank_analysis.cli import add, compare, diagnose, effects
+from flatplank_analysis.errors import FlatplankError
+
+SMALL = (-0.05, -0.01, 0.01, 0.05)
+FORCE = "self.force * np.tanh(signal.true_fx / 50.0)"
+VARIANTS = """    @classmethod
+    def variants(cls, runs, residual):
+        {}
+
+    def signal("""
+
+
+@pytest.fixture(scope="module")
+def tables():
+    """Eight runs, two of each condition."""
+    return campaign(Truth(seed=41, slips=SMALL, repeats=2))
+
+
+@pytest.fixture(scope="module")
+def folder(tables, tmp_path_factory):
+    """The same on disk."""
+    return save(tables, tmp_path_factory.mktemp("campaign"))
+
+
+def _own(tmp_path, old: str, new: str):
+    assert old in OWN
+    path = tmp_path / "mine.py"
+    path.write_text(OWN.replace(old, new))
+    return path
+
+
+def _variants(body: str) -> tuple[str, str]:
+    return "    def signal(", VARIANTS.format(body)
+
+
+BROKEN = {
+    "acts at its null": (
+        FORCE,
+        FORCE.replace("self.force", "(200.0 + self.force)"),
+        "at its null",
+    ),
+    "variants raises": (*_variants("return runs.facts['none']"), r"variants\(\): raised KeyError"),
+    "variants of what": (*_variants("return [{'forse': 1.0}]"), "'forse', which is no parameter"),
+    "variants no list": (*_variants("return {'force': 1.0}"), "no list of settings"),
+    "taken": ('"rail_friction"', '"road_play"', "road_play"),
+    "coordinate": ('"slip level"', '"slip levels"', "'slip levels' is not one of .*slip level"),
+    "node": (
+        "def signal(self, signal: Signal) -> None:\n        signal.fx = signal.fx + " + FORCE,
+        "def node(self, node) -> None:\n        node.slip = node.slip[:, 1:] * self.force",
+        r"node\(\): 'slip' has shape \(1, 7\), not \(1, 8\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_an_effect_that_breaks_the_contract_is_refused_everywhere(case, folder, tmp_path, capsys):
+    old, new, told = BROKEN[case]
+    file, model = _own(tmp_path, old, new), tmp_path / "model.yaml"
+    assert effects.main(["check", str(file)]) == 1
+    shown = capsys.readouterr().out
+    assert shown.count("\n") == 1
+    with pytest.raises(FlatplankError, match=told) as refused:
+        diagnose.main([str(folder), "--effects", str(file)])
+    assert str(file) in str(refused.value)
+    with pytest.raises(FlatplankError, match=told):
+        add.main(["rail_friction", str(folder), "--effects", str(file), "--model", str(model)])
+    assert not model.exists()
+
+
+def test_an_effect_that_fails_on_these_runs_only_is_named(folder, tmp_path):
+    body = "return [{}] if runs.names[0].startswith('probe') else runs.facts['none']"
+    file = _own(tmp_path, *_variants(body))
+    assert effects.main(["check", str(file)]) == 0
+    with pytest.raises(FlatplankError, match=r"effect rail_friction, variants\(\): raised KeyErr"):
+        compare.main([str(folder), "--effects", str(file)])
