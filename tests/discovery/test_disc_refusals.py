@@ -8,6 +8,8 @@ from bristles import Truth, campaign, save
 from test_disc_effects import OWN
 
 from flatplank_analysis.cli import add, compare, diagnose, effects
+from flatplank_analysis.discovery import modelfile
+from flatplank_analysis.effects.registry import library
 from flatplank_analysis.errors import FlatplankError
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
@@ -31,7 +33,7 @@ def folder(tables, tmp_path_factory):
     return save(tables, tmp_path_factory.mktemp("campaign"))
 
 
-def _own(tmp_path, old: str, new: str):
+def _own(tmp_path, old: str = "", new: str = ""):
     assert old in OWN
     path = tmp_path / "mine.py"
     path.write_text(OWN.replace(old, new))
@@ -82,3 +84,15 @@ def test_an_effect_that_fails_on_these_runs_only_is_named(folder, tmp_path):
     assert effects.main(["check", str(file)]) == 0
     with pytest.raises(FlatplankError, match=r"effect rail_friction, variants\(\): raised KeyErr"):
         compare.main([str(folder), "--effects", str(file)])
+
+
+def test_a_file_in_the_model_may_be_named_again(folder, tmp_path, monkeypatch, capsys):
+    file, model = _own(tmp_path), tmp_path / "model.yaml"
+    monkeypatch.chdir(tmp_path)
+    line = [str(folder), "--effects", file.name, "--model", str(model), "--json"]
+    assert add.main(["rail_friction", *line]) == 0
+    (entry,) = modelfile.load_model(model).effects
+    assert entry.file == str(file)
+    assert compare.main(line) == 0
+    capsys.readouterr()
+    assert list(library(["mine.py", "./mine.py", file])) == list(library([file]))

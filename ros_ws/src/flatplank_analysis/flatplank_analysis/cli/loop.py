@@ -49,8 +49,7 @@ def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, 
     folder = arguments.folder or model.campaign
     if not folder:
         raise FlatplankError("no campaign", str(path), "name the campaign folder: DIR")
-    files = [*arguments.effects, *(e.file for e in model.effects if e.file)]
-    return Session.open(folder, list(dict.fromkeys(files))), model, path
+    return _session(arguments, folder, model), model, path
 
 
 def open_to_look(
@@ -62,10 +61,15 @@ def open_to_look(
         there = Path(arguments.folder) / MODEL
         named = str(there) if there.is_file() else None
     model = load_model(named) if named else None
-    files = [*arguments.effects, *(e.file for e in (model.effects if model else ()) if e.file)]
-    session = Session.open(arguments.folder, list(dict.fromkeys(files)))
+    return _session(arguments, arguments.folder, model), model
+
+
+def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None) -> Session:
+    """The campaign with the effects of the command line and of the model file."""
+    own = [e.file for e in model.effects if e.file] if model else []
+    session = Session.open(folder, [*arguments.effects, *own])
     common.tell(session.campaign.problems)
-    return session, model
+    return session
 
 
 def progress(text: str, share: float) -> None:

@@ -96,9 +96,13 @@ def _origin(effect: type[Effect]) -> str:
 
 
 def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
-    """All effects by identifier: shipped ones, entry points, and those of the given files."""
+    """All effects by identifier: shipped ones, entry points, and those of the given files.
+
+    A file that is given twice, in whatever way it is written, is read once.
+    """
     out: dict[str, type[Effect]] = {}
-    for effect in [*_shipped(), *(e for f in files for e in load_file(f))]:
+    own = [e for f in dict.fromkeys(Path(f).resolve() for f in files) for e in load_file(f)]
+    for effect in [*_shipped(), *own]:
         other = out.get(effect.identifier)
         if other is not None and other is not effect:
             raise FlatplankError(
