@@ -3,14 +3,19 @@
 
 from __future__ import annotations
 
+import json
+
+import numpy as np
 import pytest
 from bristles import Truth, campaign, save
 from test_disc_effects import OWN
 
 from flatplank_analysis.cli import add, compare, diagnose, effects
+from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.data import load_runs
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 FORCE = "self.force * np.tanh(signal.true_fx / 50.0)"
@@ -96,3 +101,42 @@ def test_a_file_in_the_model_may_be_named_again(folder, tmp_path, monkeypatch, c
     assert compare.main(line) == 0
     capsys.readouterr()
     assert list(library(["mine.py", "./mine.py", file])) == list(library([file]))
+
+
+def _spoiled(tables, tmp_path, rows, name: str, keep: bool = False):
+    """The campaign with a column missing from some runs, or, when kept, full of NaN."""
+    out = list(tables)
+    for i in rows:
+        columns = dict(out[i].columns)
+        lost = columns.pop(name)
+        out[i] = MeasurementTable(
+            columns | ({name: np.full_like(lost, np.nan)} if keep else {}), out[i].info
+        )
+    return save(out, tmp_path)
+
+
+@pytest.mark.parametrize("row", [0, 5])
+def test_a_channel_that_one_run_lacks_is_dropped_and_told(row, tables, tmp_path):
+    campaign_ = Campaign.load(_spoiled(tables, tmp_path, [row], "fz"))
+    runs = load_runs(campaign_).runs
+    assert runs.runs == len(tables) and runs.channels == ("fx", "fy")
+    told = [str(p) for p in campaign_.problems if "goes without this channel" in p.what]
+    assert len(told) == 1 and tables[row].info.file in told[0] and "'fz'" in told[0]
+
+
+def test_a_run_that_cannot_be_used_is_skipped_and_told(tables, tmp_path, capsys):
+    folder, model = _spoiled(tables, tmp_path, [2], "wheel_angle"), tmp_path / "model.yaml"
+    assert compare.main([str(folder), "--json"]) == 0
+    seen = capsys.readouterr()
+    assert sum(c["runs"] for c in json.loads(seen.out)["conditions"]) == len(tables) - 1
+    assert f"{tables[2].info.file}: no 'wheel_angle': not used" in seen.err
+    assert add.main(["hub_gain", str(folder), "--model", str(model)]) == 0
+    assert "no 'wheel_angle': not used" in capsys.readouterr().err
+
+
+def test_without_a_usable_run_the_first_reason_is_told(tables, tmp_path, capsys):
+    folder = _spoiled(tables, tmp_path, range(len(tables)), "fx", keep=True)
+    assert diagnose.main([str(folder)]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1 and "no usable slip run" in told
+    assert tables[0].info.file in told and "are not numbers" in told

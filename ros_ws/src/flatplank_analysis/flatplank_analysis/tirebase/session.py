@@ -27,7 +27,7 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, source_file
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.data import TireRuns, load_runs
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.plans import plans_for
@@ -48,10 +48,7 @@ class Session:
         """Read a campaign; `files` hold effects of the user, which must keep the contract."""
         effects = sound_library(files)
         campaign = Campaign.load(folder, mapping=mapping)
-        try:
-            data = load_runs(campaign)
-        except FlatplankError as error:
-            raise NothingUsableError(error.what, folder, error.remedy) from error
+        data = load_runs(campaign)
         return cls(campaign, data, TireModel(data), effects, tuple(files))
 
     def options(
