@@ -16,6 +16,7 @@ from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.data import load_runs
+from flatplank_analysis.tirebase.session import Session
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 FORCE = "self.force * np.tanh(signal.true_fx / 50.0)"
@@ -140,3 +141,34 @@ def test_without_a_usable_run_the_first_reason_is_told(tables, tmp_path, capsys)
     told = capsys.readouterr().err
     assert told.count("\n") == 1 and "no usable slip run" in told
     assert tables[0].info.file in told and "are not numbers" in told
+
+
+@pytest.fixture(scope="module")
+def single(tables, tmp_path_factory):
+    """Every condition once."""
+    once = [t for t in tables if t.info.start == 1]
+    return save(once, tmp_path_factory.mktemp("single"))
+
+
+def test_a_verdict_without_a_search_is_printed_and_makes_no_page(single, tmp_path, capsys):
+    page, out = tmp_path / "page", tmp_path / "out.json"
+    line = [str(single), "--json", "--report", str(page), "--out", str(out)]
+    assert diagnose.main(line) == 0
+    seen = capsys.readouterr()
+    assert json.loads(seen.out) == json.loads(out.read_text())
+    assert json.loads(seen.out)["verdict"] == "not decidable"
+    assert "report: none" in seen.err and not page.exists()
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_search(folder, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(Session, "diagnose", lambda *_: pytest.fail("searched"))
+    for option, place, told in (
+        ("--out", "none/out.json", "no such folder"),
+        ("--out", ".", "is a folder"),
+        ("--report", "file/page", "is no folder"),
+    ):
+        with pytest.raises(FlatplankError, match=told):
+            diagnose.main([str(folder), option, str(tmp_path / place)])
+    with pytest.raises(FlatplankError, match="no such folder"):
+        add.main(["hub_gain", str(folder), "--model", str(tmp_path / "none" / "model.yaml")])

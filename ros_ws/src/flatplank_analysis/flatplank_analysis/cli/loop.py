@@ -45,6 +45,7 @@ def model_path(arguments: argparse.Namespace) -> Path:
 def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, Path]:
     """Session, model file (a new one when there is none) and its path, for add and remove."""
     path = model_path(arguments)
+    require_file(path)
     model = load_model(path) if path.exists() else ModelFile()
     folder = arguments.folder or model.campaign
     if not folder:
@@ -70,6 +71,28 @@ def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None
     session = Session.open(folder, [*arguments.effects, *own])
     common.tell(session.campaign.problems)
     return session
+
+
+def require_file(path: Path) -> None:
+    """FlatplankError when a file could not be written there: told before the work, not after."""
+    if path.is_dir():
+        raise FlatplankError("is a folder", str(path), "name a file in it")
+    if not path.parent.is_dir():
+        raise FlatplankError("no such folder", str(path.parent), "make it, or choose another")
+    _require_access(path.parent)
+
+
+def require_folder(path: Path) -> None:
+    """The same for a folder that may have to be made."""
+    there = next(p for p in (path, *path.absolute().parents) if p.exists())
+    if not there.is_dir():
+        raise FlatplankError("is no folder", str(there), "choose another place")
+    _require_access(there)
+
+
+def _require_access(folder: Path) -> None:
+    if not os.access(folder, os.W_OK):
+        raise FlatplankError("may not be written to", str(folder), "choose another place")
 
 
 def progress(text: str, share: float) -> None:
