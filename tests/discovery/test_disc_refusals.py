@@ -10,7 +10,7 @@ import pytest
 from bristles import Truth, campaign, save
 from test_disc_effects import OWN
 
-from flatplank_analysis.cli import add, compare, diagnose, effects
+from flatplank_analysis.cli import add, compare, diagnose, effects, remove
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.effects.registry import library
@@ -172,3 +172,21 @@ def test_a_place_that_cannot_be_written_is_told_before_the_search(folder, tmp_pa
             diagnose.main([str(folder), option, str(tmp_path / place)])
     with pytest.raises(FlatplankError, match="no such folder"):
         add.main(["hub_gain", str(folder), "--model", str(tmp_path / "none" / "model.yaml")])
+
+
+def test_add_tells_why_an_effect_cannot_be_added(folder, single, tables, tmp_path):
+    model = tmp_path / "model.yaml"
+    quiet = tmp_path / "quiet"
+    quiet.mkdir()
+    weak = [t.with_columns(fy=0.01 * t["fy"]) for t in tables]
+    with pytest.raises(FlatplankError, match="'crosstalk_fy' cannot show in these runs"):
+        add.main(["crosstalk_fy", str(save(weak, quiet)), "--model", str(model)])
+    there = modelfile.ModelFile(effects=(modelfile.Entry("hub_gain"),))
+    modelfile.save_model(there, model)
+    with pytest.raises(FlatplankError, match="'hub_gain' is in the model already"):
+        add.main(["hub_gain", str(folder), "--model", str(model)])
+    for verb in (add, remove):
+        with pytest.raises(FlatplankError, match="4 runs: at least 6"):
+            effect = "road_play" if verb is add else "hub_gain"
+            verb.main([effect, str(single), "--model", str(model)])
+    assert modelfile.load_model(model).to_dict() == there.to_dict()

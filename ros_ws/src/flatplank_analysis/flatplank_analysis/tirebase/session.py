@@ -131,7 +131,10 @@ class Session:
         return {}
 
     def fit(self, model: ModelFile | None, extra: Sequence[Term] = ()) -> Step:
-        """Fit the model file's model as it is, with floor and ranking."""
+        """Fit the model file's model as it is, with floor and ranking; needs repeats."""
+        if not self.model.runs.repeated:
+            why = verdict.undecidable(self.model.runs)
+            raise FlatplankError(why, self.campaign.path, "repeat one condition")
         base = start_base(self.model, dict(model.parameters) if model else None)
         terms = [*(self.terms(model) if model else ()), *extra]
         runs = self.model.runs
@@ -149,12 +152,17 @@ class Session:
     def add(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
         """Put an effect into the model and refit everything jointly."""
         effect = self.effects.get(name) or find(name, self.files)
+        if sum(e.name == name for e in model.effects) >= effect.instances:
+            raise FlatplankError(
+                f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
+            )
         before = self.fit(model)
         known = screen.settings_of(before.screen, name)
         if not known:
             raise FlatplankError(
-                f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
-            )
+                f"'{name}' cannot show in these runs, they lack what it needs", "add",
+                f"measure runs that have it: `flatplank effects {name}`",
+            )  # fmt: skip
         start = self.best_start(before, known[0])
         after = self.fit(self.file_of(model, before.state.fit), [start])
         numbers = self.numbers(after) | {
