@@ -13,9 +13,11 @@ from test_disc_effects import OWN
 from flatplank_analysis.cli import add, compare, diagnose, effects, remove
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import modelfile
+from flatplank_analysis.effects.checks import probe_model
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.data import load_runs
+from flatplank_analysis.tirebase.parameters import NAMES
 from flatplank_analysis.tirebase.session import Session
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
@@ -190,3 +192,41 @@ def test_add_tells_why_an_effect_cannot_be_added(folder, single, tables, tmp_pat
             effect = "road_play" if verb is add else "hub_gain"
             verb.main([effect, str(single), "--model", str(model)])
     assert modelfile.load_model(model).to_dict() == there.to_dict()
+
+
+BAD_MODELS = {
+    "effects: 3": "'effects' is 3, no list",
+    "effects: {road_play: {gap: 1}}": "'effects' is .*, no list",
+    "effects: [{name: road_play, gap: 1}]": "effect road_play: unknown key 'gap'",
+    "effects: [{name: road_play, parameters: {gab: 1}}]": "effect road_play .*'gab'.*: .*gap",
+    "effects: [{name: road_play, parameters: {gap: .nan}}]": "effect road_play: parameter 'gap'",
+    "history: 3": "'history' is 3, no list",
+    "history: [abc]": "'history' holds 'abc'",
+    "base: nonsense": "no base 'nonsense'; write 'base: contact_patch'",
+    "parameters: {stif: 1}": "no parameter 'stif'; known: stiff",
+    "parameters: {stiff: .nan}": "parameter 'stiff' is nan",
+    "campaign: 2026-13-45": "not YAML",
+    "base: \xff": "no UTF-8 text",
+}
+
+
+@pytest.mark.parametrize("text", BAD_MODELS)
+def test_a_bad_model_file_is_told_in_one_line(text, folder, tmp_path):
+    model = tmp_path / "model.yaml"
+    content = f"format: {modelfile.FORMAT}\n{text}\n".encode("latin-1")
+    model.write_bytes(content)
+    for main, line in ((compare.main, []), (diagnose.main, []), (add.main, ["hub_gain"])):
+        with pytest.raises(FlatplankError, match=BAD_MODELS[text]) as told:
+            main([*line, str(folder), "--model", str(model)])
+        assert str(told.value).startswith(str(model))
+    assert model.read_bytes() == content
+
+
+def test_a_folder_is_no_model_file(folder, tmp_path):
+    with pytest.raises(FlatplankError, match="cannot be read"):
+        compare.main([str(folder), "--model", str(tmp_path)])
+
+
+def test_every_parameter_of_the_base_is_known_by_name():
+    """The probe campaign differs in everything that a parameter may follow."""
+    assert tuple(p.name for p in probe_model().parameters) == NAMES

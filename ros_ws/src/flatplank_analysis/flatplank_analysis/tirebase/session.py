@@ -30,6 +30,7 @@ from flatplank_analysis.effects.registry import find, source_file
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.data import TireRuns, load_runs
 from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.parameters import BASE, NAMES
 from flatplank_analysis.tirebase.plans import plans_for
 
 
@@ -61,7 +62,7 @@ class Session:
         known = self._known(measured or {})
         if model is None:
             return Options(progress=progress, measured=known)
-        return Options(progress=progress, start=dict(model.parameters), terms=self.terms(model),
+        return Options(progress=progress, start=self.start(model), terms=self.terms(model),
                        measured=known)  # fmt: skip
 
     def _known(
@@ -79,6 +80,18 @@ class Session:
                     )  # fmt: skip
         return measured
 
+    def start(self, model: ModelFile) -> dict[str, float]:
+        """Base parameters of a model file, also those that this campaign cannot show."""
+        where = model.path or "model file"
+        if model.base != BASE:
+            raise FlatplankError(f"no base '{model.base}'", where, f"write 'base: {BASE}'")
+        for name in model.parameters:
+            if name not in NAMES:
+                raise FlatplankError(
+                    f"the base has no parameter '{name}'", where, f"known: {', '.join(NAMES)}"
+                )
+        return dict(model.parameters)
+
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
         """Effects of a model file as terms."""
         out = []
@@ -89,7 +102,8 @@ class Session:
             for name in entry.parameters:
                 if name not in known:
                     raise FlatplankError(
-                        f"effect {entry.name} has no parameter '{name}'", "model file",
+                        f"effect {entry.name} has no parameter '{name}'",
+                        model.path or "model file",
                         f"known: {', '.join(sorted(known))}",
                     )  # fmt: skip
             out.append(Term(effect, effect.vector(dict(entry.parameters)), effect.held()))
@@ -135,7 +149,7 @@ class Session:
         if not self.model.runs.repeated:
             why = verdict.undecidable(self.model.runs)
             raise FlatplankError(why, self.campaign.path, "repeat one condition")
-        base = start_base(self.model, dict(model.parameters) if model else None)
+        base = start_base(self.model, self.start(model) if model else None)
         terms = [*(self.terms(model) if model else ()), *extra]
         runs = self.model.runs
         rough = np.std(np.diff(runs.measured, axis=-1), axis=(1, 2))
