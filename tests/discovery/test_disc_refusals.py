@@ -230,3 +230,36 @@ def test_a_folder_is_no_model_file(folder, tmp_path):
 def test_every_parameter_of_the_base_is_known_by_name():
     """The probe campaign differs in everything that a parameter may follow."""
     assert tuple(p.name for p in probe_model().parameters) == NAMES
+
+
+def test_a_model_file_that_changed_meanwhile_is_not_overwritten(tmp_path):
+    path = tmp_path / "model.yaml"
+    mine = modelfile.save_unchanged(modelfile.ModelFile().with_step("start", "", {}), path)
+    mine = modelfile.save_unchanged(mine.with_step("add", "hub_gain", {}), path)
+    theirs = modelfile.load_model(path)
+    assert theirs.to_dict() == mine.to_dict()
+    theirs = modelfile.save_unchanged(theirs.with_step("add", "road_play", {}), path)
+    late = mine.with_step("add", "wear", {})
+    with pytest.raises(FlatplankError, match="changed meanwhile"):
+        modelfile.save_unchanged(late, path)
+    assert modelfile.load_model(path).to_dict() == theirs.to_dict()
+    path.unlink()
+    with pytest.raises(FlatplankError, match="changed meanwhile"):
+        modelfile.save_unchanged(late, path)
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("verb", [add, remove])
+def test_add_and_remove_keep_what_somebody_else_wrote(verb, folder, tmp_path, monkeypatch):
+    path = tmp_path / "model.yaml"
+    modelfile.save_model(modelfile.ModelFile(campaign=str(folder)), path)
+    theirs = modelfile.ModelFile().with_step("add", "road_play", {})
+
+    def refit(session, model, name):
+        modelfile.save_model(theirs, path)
+        return model.with_step("add", name, {}), None, {}
+
+    monkeypatch.setattr(Session, verb.__name__.rsplit(".", 1)[-1], refit)
+    with pytest.raises(FlatplankError, match="changed meanwhile"):
+        verb.main(["hub_gain", "--model", str(path)])
+    assert modelfile.load_model(path).to_dict() == theirs.to_dict()

@@ -42,6 +42,8 @@ class ModelFile:
     history: tuple[Mapping[str, Any], ...] = ()
     path: str = field(default="", compare=False)
     """the file that it was read from, empty for a new one"""
+    read: bytes | None = field(default=None, compare=False, repr=False)
+    """what that file held, None when there was none"""
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for YAML."""
@@ -76,7 +78,8 @@ def load_model(path: str | os.PathLike[str]) -> ModelFile:
     """Read a model file."""
     where = os.fspath(path)
     try:
-        raw = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        read = Path(path).read_bytes()
+        raw = yaml.safe_load(read.decode("utf-8"))
     except FileNotFoundError as error:
         raise FlatplankError("no such model file", where, "`flatplank add` makes one") from error
     except OSError as error:
@@ -98,6 +101,7 @@ def load_model(path: str | os.PathLike[str]) -> ModelFile:
         effects=tuple(_entry(e, where) for e in _list(raw, "effects", where)),
         history=tuple(_line(h, where) for h in _list(raw, "history", where)),
         path=where,
+        read=read,
     )
 
 
@@ -143,9 +147,26 @@ def _numbers(raw: Any, where: str) -> dict[str, float]:
 
 
 def save_model(model: ModelFile, path: str | os.PathLike[str]) -> None:
-    """Write a model file atomically."""
-    text = yaml.safe_dump(model.to_dict(), sort_keys=False, allow_unicode=True)
-    write_atomic(path, text)
+    """Write a model file atomically, whatever is there."""
+    write_atomic(path, _text(model))
+
+
+def save_unchanged(model: ModelFile, path: str | os.PathLike[str]) -> ModelFile:
+    """Write a model file if it still is what `model` was read from; the model as it is there now.
+
+    FlatplankError when somebody else wrote, made or removed the file meanwhile; it stays so.
+    """
+    target = Path(path)
+    if (target.read_bytes() if target.exists() else None) != model.read:
+        raise FlatplankError(
+            "was changed meanwhile, nothing is written", str(target), "open it again"
+        )
+    save_model(model, target)
+    return replace(model, path=str(target), read=_text(model).encode("utf-8"))
+
+
+def _text(model: ModelFile) -> str:
+    return yaml.safe_dump(model.to_dict(), sort_keys=False, allow_unicode=True)
 
 
 def write_atomic(path: str | os.PathLike[str], text: str) -> None:
