@@ -263,3 +263,16 @@ def test_add_and_remove_keep_what_somebody_else_wrote(verb, folder, tmp_path, mo
     with pytest.raises(FlatplankError, match="changed meanwhile"):
         verb.main(["hub_gain", "--model", str(path)])
     assert modelfile.load_model(path).to_dict() == theirs.to_dict()
+
+
+def test_foreign_columns_are_mapped(tables, tmp_path, capsys):
+    foreign = []
+    for table in tables:
+        columns = dict(table.columns)
+        columns["pull"] = columns.pop("fx")
+        foreign.append(MeasurementTable(columns, table.info))
+    folder, mapping = save(foreign, tmp_path), tmp_path / "mapping.yml"
+    mapping.write_text("columns: {pull: fx}\n")
+    assert compare.main([str(folder)]) == 2
+    assert compare.main([str(folder), "--mapping", str(mapping)]) == 0
+    assert "all: error" in capsys.readouterr().out

@@ -29,6 +29,7 @@ def loop_parser(verb: str, text: str, effect: bool = False) -> argparse.Argument
         "--effects", metavar="FILE", action="append", default=[], help="Python file with effects"
     )
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    common.mapping_argument(parser)
     return parser
 
 
@@ -68,7 +69,8 @@ def open_to_look(
 def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None) -> Session:
     """The campaign with the effects of the command line and of the model file."""
     own = [e.file for e in model.effects if e.file] if model else []
-    session = Session.open(folder, [*arguments.effects, *own])
+    mapping = common.read_mapping(arguments.mapping)
+    session = Session.open(folder, [*arguments.effects, *own], mapping)
     common.tell(session.campaign.problems)
     return session
 
