@@ -9,8 +9,12 @@ red noise, the wheel starts late by a different time in every run.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import yaml
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 
@@ -119,6 +123,17 @@ def campaign(truth: Truth) -> list[MeasurementTable]:
     plan = [(k, s) for k in truth.slips for s in range(1, truth.repeats + 1)]
     plan = [plan[i] for i in rng.permutation(len(plan))]
     return _measure(truth, rng, plan, *_run_all(truth, rng, plan))
+
+
+def save(tables: list[MeasurementTable], folder: Path) -> Path:
+    """The runs as a campaign on disk."""
+    for table in tables:
+        columns = pa.table({k: v for k, v in table.columns.items()})
+        pq.write_table(columns, folder / table.info.file)
+    records = [table.info.to_dict() for table in tables]
+    text = {"format": "flatplank-measurement-table/1", "tire": "MADE", "runs": records}
+    (folder / "campaign.yaml").write_text(yaml.safe_dump(text))
+    return folder
 
 
 def _run_all(truth: Truth, rng, plan):

@@ -121,6 +121,14 @@ def test_drag_is_found_with_its_size(seed):
     assert result.rmse_after < 0.5 * result.rmse_before
 
 
+@pytest.mark.parametrize(("step", "told"), [(np.nan, False), (1.5, True)])
+def test_one_step_position_is_told_and_none_is_no_fault(step, told):
+    runs = throw(3, 0.0).runs
+    facts = {**runs.facts, "step": np.full(runs.runs, step)}
+    result = diagnose(run_search(Ball(replace(runs, facts=facts)), [Drag], Options()))
+    assert any("one step position" in note for note in result.notes) is told
+
+
 def test_two_effects_are_found_and_an_unsure_one_is_refused():
     """What the form of a law leaves over differs between conditions, too."""
     found = run_search(throw(1, 0.02, a=1.0), [Drag, Wind], Options()).last.found

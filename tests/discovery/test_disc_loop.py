@@ -7,7 +7,7 @@ import json
 
 import pytest
 import yaml
-from bristles import Truth, campaign
+from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import add, compare, diagnose, effects, remove
 from flatplank_analysis.discovery import modelfile, score
@@ -19,17 +19,8 @@ SMALL = (-0.05, -0.01, 0.01, 0.05)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A campaign on disk with a backlash of half a millimetre."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    path = tmp_path_factory.mktemp("campaign")
-    records = []
-    for table in campaign(Truth(seed=41, slips=SMALL, repeats=2, backlash=5e-4)):
-        pq.write_table(pa.table({k: v for k, v in table.columns.items()}), path / table.info.file)
-        records.append(table.info.to_dict())
-    text = {"format": "flatplank-measurement-table/1", "tire": "MADE", "runs": records}
-    (path / "campaign.yaml").write_text(yaml.safe_dump(text))
-    return path
+    truth = Truth(seed=41, slips=SMALL, repeats=2, backlash=5e-4)
+    return save(campaign(truth), tmp_path_factory.mktemp("campaign"))
 
 
 def _json(capsys):

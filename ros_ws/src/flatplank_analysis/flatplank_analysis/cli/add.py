@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.discovery.modelfile import save_model
+from flatplank_analysis.discovery.modelfile import save_unchanged
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -20,7 +20,7 @@ def _run(arguments) -> int:
     loop.progress("refit of everything", 0.3)
     changed, _, numbers = session.add(model, arguments.effect)
     loop.progress_done()
-    save_model(changed, path)
+    save_unchanged(changed, path)
     if arguments.json:
         common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
         return 0

@@ -24,8 +24,13 @@ def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.Arg
     many = {"nargs": "*"} if several else {}
     parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL", **many)
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
-    parser.add_argument("--mapping", metavar="FILE", help="YAML with foreign topics or columns")
+    mapping_argument(parser)
     return parser
+
+
+def mapping_argument(parser: argparse.ArgumentParser) -> None:
+    """`--mapping`."""
+    parser.add_argument("--mapping", metavar="FILE", help="YAML with foreign topics or columns")
 
 
 def parallel_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,10 +46,11 @@ def load_campaign(arguments: argparse.Namespace) -> Campaign:
 
 def load_folder(folder: str, mapping: str | None = None) -> Campaign:
     """The campaign in a folder, with the mapping file when there is one."""
-    return Campaign.load(folder, mapping=_mapping(mapping))
+    return Campaign.load(folder, mapping=read_mapping(mapping))
 
 
-def _mapping(path: str | None) -> dict[str, Any] | None:
+def read_mapping(path: str | None) -> dict[str, Any] | None:
+    """Content of a mapping file, None without one."""
     if path is None:
         return None
     try:

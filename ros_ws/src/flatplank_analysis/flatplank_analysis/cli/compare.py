@@ -6,8 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.discovery import verdict, where
-from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.discovery import where
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -18,10 +17,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(arguments) -> int:
     session, model = loop.open_to_look(arguments, own=True)
-    runs = session.data.runs
-    if not runs.repeated:
-        why = verdict.undecidable(runs)
-        raise FlatplankError(why or "no repeats", arguments.folder, "repeat one condition")
     loop.progress("fit", 0.3)
     step = session.fit(model)
     loop.progress_done()

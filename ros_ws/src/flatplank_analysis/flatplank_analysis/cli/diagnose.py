@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import yaml
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_analysis.discovery.modelfile import ModelFile, write_atomic
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.session import Session
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -29,26 +32,33 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments) -> int:
+    if arguments.out:
+        loop.require_file(Path(arguments.out))
+    if arguments.report:
+        loop.require_folder(Path(arguments.report))
     session, model = loop.open_to_look(arguments)
     result = session.diagnose(model, loop.progress, starting_values(arguments.start))
     loop.progress_done()
-    if arguments.out:
-        import json
-
-        write_atomic(Path(arguments.out), json.dumps(result.to_dict(), indent=2) + "\n")
-    page = None
-    if arguments.report:
-        from flatplank_analysis.discovery.report.page import write_report
-
-        history = model.history if model else ()
-        page = write_report(result, Path(arguments.report), session.campaign.path, history)
     if arguments.json:
         common.print_json(result.to_dict())
     else:
         print(text_of(result))
-        if page:
-            print(f"report: {page}")
+    if arguments.out:
+        write_atomic(Path(arguments.out), json.dumps(result.to_dict(), indent=2) + "\n")
+    if arguments.report:
+        page = _report(arguments.report, result, session, model)
+        print(f"report: {page}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
+
+
+def _report(folder: str, result: Diagnosis, session: Session, model: ModelFile | None) -> str:
+    """Where the page is, or why there is none."""
+    if result.search is None:
+        return f"none, there is nothing to draw ({result.reason})"
+    from flatplank_analysis.discovery.report.page import write_report
+
+    history = model.history if model else ()
+    return str(write_report(result, Path(folder), session.campaign.path, history))
 
 
 def starting_values(path: str | None) -> dict[str, dict[str, float]]:

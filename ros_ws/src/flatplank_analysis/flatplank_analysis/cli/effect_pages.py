@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import write_atomic
@@ -86,7 +86,7 @@ def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
         moved = base.copy()
         moved[i] += 1e-3 * model.parameters[i].screen
         lanes.append(Lane(moved))
-    variants = effect.variants(model.runs, np.zeros_like(model.runs.measured))
+    variants = variants_of(effect, model.runs, np.zeros_like(model.runs.measured))
     each = []
     for setting in variants:
         named = {p.name: p.null for p in effect.parameters()} | dict(setting)

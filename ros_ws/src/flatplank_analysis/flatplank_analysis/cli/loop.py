@@ -29,6 +29,7 @@ def loop_parser(verb: str, text: str, effect: bool = False) -> argparse.Argument
         "--effects", metavar="FILE", action="append", default=[], help="Python file with effects"
     )
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    common.mapping_argument(parser)
     return parser
 
 
@@ -45,12 +46,12 @@ def model_path(arguments: argparse.Namespace) -> Path:
 def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, Path]:
     """Session, model file (a new one when there is none) and its path, for add and remove."""
     path = model_path(arguments)
+    require_file(path)
     model = load_model(path) if path.exists() else ModelFile()
     folder = arguments.folder or model.campaign
     if not folder:
         raise FlatplankError("no campaign", str(path), "name the campaign folder: DIR")
-    files = [*arguments.effects, *(e.file for e in model.effects if e.file)]
-    return Session.open(folder, list(dict.fromkeys(files))), model, path
+    return _session(arguments, folder, model), model, path
 
 
 def open_to_look(
@@ -62,10 +63,38 @@ def open_to_look(
         there = Path(arguments.folder) / MODEL
         named = str(there) if there.is_file() else None
     model = load_model(named) if named else None
-    files = [*arguments.effects, *(e.file for e in (model.effects if model else ()) if e.file)]
-    session = Session.open(arguments.folder, list(dict.fromkeys(files)))
+    return _session(arguments, arguments.folder, model), model
+
+
+def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None) -> Session:
+    """The campaign with the effects of the command line and of the model file."""
+    own = [e.file for e in model.effects if e.file] if model else []
+    mapping = common.read_mapping(arguments.mapping)
+    session = Session.open(folder, [*arguments.effects, *own], mapping)
     common.tell(session.campaign.problems)
-    return session, model
+    return session
+
+
+def require_file(path: Path) -> None:
+    """FlatplankError when a file could not be written there: told before the work, not after."""
+    if path.is_dir():
+        raise FlatplankError("is a folder", str(path), "name a file in it")
+    if not path.parent.is_dir():
+        raise FlatplankError("no such folder", str(path.parent), "make it, or choose another")
+    _require_access(path.parent)
+
+
+def require_folder(path: Path) -> None:
+    """The same for a folder that may have to be made."""
+    there = next(p for p in (path, *path.absolute().parents) if p.exists())
+    if not there.is_dir():
+        raise FlatplankError("is no folder", str(there), "choose another place")
+    _require_access(there)
+
+
+def _require_access(folder: Path) -> None:
+    if not os.access(folder, os.W_OK):
+        raise FlatplankError("may not be written to", str(folder), "choose another place")
 
 
 def progress(text: str, share: float) -> None:

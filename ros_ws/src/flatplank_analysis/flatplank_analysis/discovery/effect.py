@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from flatplank_analysis.discovery.parameters import Parameter, parameters_of
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.errors import FlatplankError
 
 Kind = Literal["machine", "sensor", "tire"]
 
@@ -114,3 +116,36 @@ class Effect:
         shape = (len(values),) + (1,) * axes
         fields: dict[str, Any] = {n: values[:, i].reshape(shape) for i, n in enumerate(names)}
         return dataclasses.replace(cls(), **fields)
+
+
+def ask(effect: type[Effect], hook: Callable[..., Any], *arguments: Any) -> Any:
+    """Answer of a hook; what goes wrong in it is told with the name of the effect."""
+    try:
+        return hook(*arguments)
+    except FlatplankError:
+        raise
+    except Exception as error:
+        raise fault(effect, hook, f"raised {type(error).__name__}: {error}") from error
+
+
+def fault(effect: type[Effect], hook: Callable[..., Any], what: str) -> FlatplankError:
+    """The error that says what a hook of an effect does wrong."""
+    return FlatplankError(
+        what,
+        f"effect {effect.identifier}, {hook.__name__}()",
+        "mend the file of the effect; `flatplank effects check FILE` tests it",
+    )
+
+
+def variants_of(
+    effect: type[Effect], runs: RunSet, residual: np.ndarray
+) -> list[dict[str, float]]:
+    """What `variants` answers; FlatplankError when it fails or names what the effect has not."""
+    found = ask(effect, effect.variants, runs, residual)
+    if not isinstance(found, list) or not all(isinstance(s, Mapping) for s in found):
+        raise fault(effect, effect.variants, "gives no list of settings {parameter: value}")
+    known = {p.name for p in effect.parameters()}
+    for name in (name for setting in found for name in setting):
+        if name not in known:
+            raise fault(effect, effect.variants, f"sets '{name}', which is no parameter")
+    return found

@@ -6,6 +6,7 @@ Written to a new file that replaces the old one at once, so that it is never hal
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from collections.abc import Mapping
@@ -39,6 +40,10 @@ class ModelFile:
     parameters: Mapping[str, float] = field(default_factory=dict)
     effects: tuple[Entry, ...] = ()
     history: tuple[Mapping[str, Any], ...] = ()
+    path: str = field(default="", compare=False)
+    """the file that it was read from, empty for a new one"""
+    read: bytes | None = field(default=None, compare=False, repr=False)
+    """what that file held, None when there was none"""
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for YAML."""
@@ -66,16 +71,23 @@ class ModelFile:
 
 
 _KEYS = {"format", "base", "campaign", "parameters", "effects", "history"}
+_ENTRY_KEYS = {"name", "parameters", "file"}
 
 
 def load_model(path: str | os.PathLike[str]) -> ModelFile:
     """Read a model file."""
     where = os.fspath(path)
     try:
-        raw = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        read = Path(path).read_bytes()
+        raw = yaml.safe_load(read.decode("utf-8"))
     except FileNotFoundError as error:
         raise FlatplankError("no such model file", where, "`flatplank add` makes one") from error
-    except yaml.YAMLError as error:
+    except OSError as error:
+        what = f"cannot be read ({error.strerror})"
+        raise FlatplankError(what, where, "name a model file (YAML)") from error
+    except UnicodeDecodeError as error:
+        raise FlatplankError("is no UTF-8 text", where, "name a model file (YAML)") from error
+    except (yaml.YAMLError, ValueError) as error:
         raise FlatplankError(f"not YAML ({error})", where, "mend the file") from error
     if not isinstance(raw, Mapping) or raw.get("format") != FORMAT:
         raise FlatplankError(f"is not of format {FORMAT}", where, "write 'format: ...' first")
@@ -86,9 +98,26 @@ def load_model(path: str | os.PathLike[str]) -> ModelFile:
         base=str(raw.get("base") or "contact_patch"),
         campaign=str(raw.get("campaign") or ""),
         parameters=_numbers(raw.get("parameters"), where),
-        effects=tuple(_entry(e, where) for e in raw.get("effects") or ()),
-        history=tuple(dict(h) for h in raw.get("history") or ()),
+        effects=tuple(_entry(e, where) for e in _list(raw, "effects", where)),
+        history=tuple(_line(h, where) for h in _list(raw, "history", where)),
+        path=where,
+        read=read,
     )
+
+
+def _list(raw: Mapping[str, Any], key: str, where: str) -> list[Any]:
+    found = raw.get(key)
+    if found is not None and not isinstance(found, list):
+        raise FlatplankError(f"'{key}' is {found!r:.60}, no list", where, "write '- ...' lines")
+    return found or []
+
+
+def _line(raw: Any, where: str) -> dict[str, Any]:
+    if not isinstance(raw, Mapping):
+        raise FlatplankError(
+            f"'history' holds {raw!r:.60}", where, "leave its lines as `flatplank add` wrote them"
+        )
+    return dict(raw)
 
 
 def _entry(raw: Any, where: str) -> Entry:
@@ -96,22 +125,48 @@ def _entry(raw: Any, where: str) -> Entry:
         return Entry(raw)
     if not isinstance(raw, Mapping) or "name" not in raw:
         raise FlatplankError("effect without 'name'", where, "write '- name: road_play'")
-    return Entry(
-        str(raw["name"]), _numbers(raw.get("parameters"), where), str(raw.get("file") or "")
-    )
+    name = str(raw["name"])
+    unknown = sorted(str(key) for key in set(raw) - _ENTRY_KEYS)
+    if unknown:
+        raise FlatplankError(
+            f"effect {name}: unknown key '{unknown[0]}'", where, f"known: {sorted(_ENTRY_KEYS)}"
+        )
+    place = f"{where}, effect {name}"
+    return Entry(name, _numbers(raw.get("parameters"), place), str(raw.get("file") or ""))
 
 
 def _numbers(raw: Any, where: str) -> dict[str, float]:
     try:
-        return {str(k): float(v) for k, v in (raw or {}).items()}
+        found = {str(k): float(v) for k, v in (raw or {}).items()}
     except (AttributeError, TypeError, ValueError) as error:
         raise FlatplankError(f"parameters hold {raw!r}", where, "write 'name: number'") from error
+    for name, value in found.items():
+        if not math.isfinite(value):
+            raise FlatplankError(f"parameter '{name}' is {value}", where, "write a finite number")
+    return found
 
 
 def save_model(model: ModelFile, path: str | os.PathLike[str]) -> None:
-    """Write a model file atomically."""
-    text = yaml.safe_dump(model.to_dict(), sort_keys=False, allow_unicode=True)
-    write_atomic(path, text)
+    """Write a model file atomically, whatever is there."""
+    write_atomic(path, _text(model))
+
+
+def save_unchanged(model: ModelFile, path: str | os.PathLike[str]) -> ModelFile:
+    """Write a model file if it still is what `model` was read from; the model as it is there now.
+
+    FlatplankError when somebody else wrote, made or removed the file meanwhile; it stays so.
+    """
+    target = Path(path)
+    if (target.read_bytes() if target.exists() else None) != model.read:
+        raise FlatplankError(
+            "was changed meanwhile, nothing is written", str(target), "open it again"
+        )
+    save_model(model, target)
+    return replace(model, path=str(target), read=_text(model).encode("utf-8"))
+
+
+def _text(model: ModelFile) -> str:
+    return yaml.safe_dump(model.to_dict(), sort_keys=False, allow_unicode=True)
 
 
 def write_atomic(path: str | os.PathLike[str], text: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import SHARE, Decision, Judge
-from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.screen import Screen, Screened
@@ -123,8 +123,9 @@ def polish(search: Search) -> State | None:
     if not pieces:
         return None
     terms = [
-        Term(e, e.vector(e.variants(search.model.runs, last.residual)[0]), e.held())
+        Term(e, e.vector(settings[0]), e.held())
         for e in pieces
+        if (settings := variants_of(e, search.model.runs, last.residual))
     ]
     weight = channel_weights(search.model.runs, [f.floor for f in last.floors])
     fitter = Fitter(search.model, weight)

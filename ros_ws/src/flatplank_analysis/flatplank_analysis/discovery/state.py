@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_analysis.discovery import floor as floors
 from flatplank_analysis.discovery import gram as grams
 from flatplank_analysis.discovery import noise as noises
-from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.runs import RunSet
@@ -75,7 +75,7 @@ def make_candidates(
         present = sum(t.effect is effect for t in fit.terms)
         if present >= effect.instances:
             continue
-        for setting in effect.variants(model.runs, residual):
+        for setting in variants_of(effect, model.runs, residual):
             plan.append((effect, setting, len(lanes)))
             for p in effect.linear():
                 values = effect.vector(setting | {p.name: p.null + p.screen})

@@ -236,8 +236,9 @@ def _held_out(search: Search) -> tuple[float, float]:
 
 def _notes(runs: RunSet, search: Search) -> Sequence[str]:
     out = []
-    steps = runs.facts.get("step")
-    if steps is not None and np.ptp(steps[np.isfinite(steps)]) < 0.05:
+    steps = runs.facts.get("step", np.array([]))
+    known = steps[np.isfinite(steps)]
+    if known.size and np.ptp(known) < 0.05:
         out.append(
             "one step position in all runs: plank position and distance since the step are one "
             "coordinate; measure a second step position first"

@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.effect import Effect, ask, variants_of
 from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.effects.registry import library, source_file
 from flatplank_analysis.errors import FlatplankError
 
 KINDS = ("machine", "sensor", "tire")
@@ -61,13 +64,26 @@ def _probe_table(index: int, kappa: float, start: int) -> MeasurementTable:
 
 def check_effect(effect: type[Effect]) -> list[str]:
     """What an effect does wrong, in one line each; empty when it keeps the contract."""
-    faults = list(_texts(effect))
-    if faults:
-        return faults
     try:
-        return list(_behaviour(effect))
+        return list(_texts(effect)) or list(_behaviour(effect))
     except FlatplankError as error:
-        return [str(error)]
+        hook = error.where.removeprefix(f"effect {effect.identifier}").lstrip(", ")
+        return [f"{hook}: {error.what}" if hook else error.what]
+
+
+def sound_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
+    """`library`; FlatplankError tells which effect of a file breaks the contract, and how."""
+    known = library(files)
+    for effect in known.values():
+        file = source_file(effect)
+        faults = check_effect(effect) if file else []
+        if faults:
+            raise FlatplankError(
+                faults[0],
+                f"{file}, effect {effect.identifier}",
+                "mend the file; `flatplank effects check FILE` tests it",
+            )
+    return known
 
 
 def _texts(effect: type[Effect]) -> Iterator[str]:
@@ -78,6 +94,12 @@ def _texts(effect: type[Effect]) -> Iterator[str]:
         yield f"kind '{effect.kind}' is not one of {', '.join(KINDS)}"
     if not effect.identifier.replace("_", "").isalnum() or not effect.identifier.islower():
         yield "identifier: small letters, digits and _ only"
+    shipped = library().get(effect.identifier, effect)
+    if shipped is not effect:
+        yield f"identifier: '{effect.identifier}' is an effect of the library already"
+    places = probe_model().runs.coordinates
+    if effect.coordinate and effect.coordinate not in places:
+        yield f"coordinate '{effect.coordinate}' is not one of {', '.join(places)}"
     if not effect.linear():
         yield "no parameter has a screening step: param(..., screen=...)"
         return
@@ -99,7 +121,7 @@ def _behaviour(effect: type[Effect]) -> Iterator[str]:
     base[at["angle_offset"]] = 0.002
     plain = model.predict([Lane(base)])[0]
     residual = model.runs.measured - plain
-    settings = effect.variants(model.runs, residual)
+    settings = variants_of(effect, model.runs, residual)
     if not settings:
         yield "variants() gave nothing"
         return
@@ -118,9 +140,23 @@ def _behaviour(effect: type[Effect]) -> Iterator[str]:
         if not np.array_equal(model.predict([lane])[0], both):
             yield f"lanes influence each other ({name})"
             return
+    yield from _other_hooks(effect, model.runs)
     for p, out in zip(effect.linear(), together, strict=False):
         if not np.abs(out - plain).max() > 1e-6:
             yield f"{p.name}: nothing changes at the screening step"
+
+
+def _other_hooks(effect: type[Effect], runs: RunSet) -> Iterator[str]:
+    own = {p.name: p.null for p in effect.parameters()}
+    for name in ask(effect, effect.held):
+        if name not in own:
+            yield f"held() names '{name}', which is no parameter"
+    if not np.isfinite(ask(effect, effect.size, own)):
+        yield "size() is not finite at the null"
+    if not ask(effect, effect.starts):
+        yield "starts() gave nothing"
+    if ask(effect, effect.scanned, runs) < 1:
+        yield "scanned() is below 1"
 
 
 def _lanes(effect: type[Effect], base: np.ndarray, setting) -> tuple[list[Lane], list[str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import inspect
 import pkgutil
 import sys
 from collections.abc import Iterable
@@ -17,6 +18,7 @@ from flatplank_analysis.effects.base import TireEffect
 from flatplank_analysis.errors import FlatplankError
 
 GROUP = "flatplank.effects"
+_USER = "flatplank_user_effects_"
 _NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays", "channels"}
 
 
@@ -62,7 +64,7 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     path = Path(path)
     if not path.is_file():
         raise FlatplankError("no such file", str(path), "give the path of a Python file")
-    name = f"flatplank_user_effects_{path.stem}"
+    name = f"{_USER}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise FlatplankError("is not a Python file", str(path), "give a file that ends in .py")
@@ -82,15 +84,30 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     return found
 
 
+def source_file(effect: type[Effect]) -> str:
+    """The user's file in which an effect is defined; empty for all others."""
+    if not effect.__module__.startswith(_USER):
+        return ""
+    return str(Path(inspect.getfile(effect)).resolve())
+
+
+def _origin(effect: type[Effect]) -> str:
+    return source_file(effect) or effect.__module__
+
+
 def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
-    """All effects by identifier: shipped ones, entry points, and those of the given files."""
+    """All effects by identifier: shipped ones, entry points, and those of the given files.
+
+    A file that is given twice, in whatever way it is written, is read once.
+    """
     out: dict[str, type[Effect]] = {}
-    for effect in [*_shipped(), *(e for f in files for e in load_file(f))]:
+    own = [e for f in dict.fromkeys(Path(f).resolve() for f in files) for e in load_file(f)]
+    for effect in [*_shipped(), *own]:
         other = out.get(effect.identifier)
         if other is not None and other is not effect:
             raise FlatplankError(
-                f"identifier '{effect.identifier}' is taken by {other.__module__}",
-                effect.__module__,
+                f"identifier '{effect.identifier}' is taken by {_origin(other)}",
+                _origin(effect),
                 "choose another identifier",
             )
         out[effect.identifier] = effect

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.tirebase.calm import Common, as_input, as_load
 from flatplank_analysis.tirebase.grid import (
     SPEED,
@@ -19,6 +21,7 @@ from flatplank_analysis.tirebase.grid import (
 )
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
+NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
 """channels that may speak over into Fx"""
 START = 0.0005
@@ -82,21 +85,62 @@ class TireRuns:
 
 
 def load_runs(campaign: Campaign) -> TireRuns:
-    """Read the slip runs of a campaign; unusable ones are left in `campaign.problems`."""
-    tables = [
-        table
-        for run in campaign.runs
-        if run.info.measurement == "slip"
-        and (table := campaign.try_table(run, COLUMNS)) is not None
-    ]
+    """Read the slip runs of a campaign; unusable ones, and channels that only some runs have,
+    are told in `campaign.problems`. NothingUsableError when no run is left."""
+    tables = []
+    for run in campaign.runs:
+        table = campaign.try_table(run, COLUMNS) if run.info.measurement == "slip" else None
+        if table is None:
+            continue
+        try:
+            _require(table)
+        except FlatplankError as error:
+            campaign.note(problem_of(error, run.info.file))
+            continue
+        tables.append(table)
+    if not tables:
+        first = next((f" (first problem: {p})" for p in campaign.problems if p.fatal), "")
+        raise NothingUsableError(
+            f"no usable slip run{first}", campaign.path, "measure runs with a slip step"
+        )
+    for problem in _dropped(tables):
+        campaign.note(problem)
     return from_tables(tables)
 
 
+def _require(table: MeasurementTable) -> None:
+    for need in NEEDED:
+        if not table.has(need):
+            raise FlatplankError(
+                f"no '{need}': not used", table.info.file, "add the column, or leave the run out"
+            )
+
+
+def _common(tables: list[MeasurementTable]) -> list[str]:
+    """Channels that every run has, `time` not among them."""
+    return [n for n in COLUMNS[1:] if all(t.has(n) for t in tables)]
+
+
+def _dropped(tables: list[MeasurementTable]) -> Iterator[Problem]:
+    """Channels that some runs have and others lack: the search goes without them."""
+    for name in COLUMNS:
+        lacking = [t.info.file for t in tables if not t.has(name)]
+        if lacking and len(lacking) < len(tables):
+            yield Problem(
+                lacking[0],
+                f"no '{name}', as in {len(lacking)} of {len(tables)} runs: the search goes "
+                "without this channel",
+                remedy="add the column, or leave these runs out",
+                fatal=False,
+            )
+
+
 def from_tables(tables: list[MeasurementTable]) -> TireRuns:
-    """Align the runs of a list of measurement tables."""
-    if not tables:
-        raise FlatplankError("no usable slip run", "campaign", "measure runs with a slip step")
-    smooth = [_smooth(table) for table in tables]
+    """Align the runs of a list of measurement tables, with the channels that all of them have."""
+    for table in tables:
+        _require(table)
+    names = _common(tables)
+    smooth = [_smooth(table, names) for table in tables]
     ends = _common_ends(tables, smooth)
     nodes = [_nodes(s, t, e) for s, t, e in zip(smooth, tables, ends, strict=True)]
     count = min(len(n) for n in nodes)
@@ -105,12 +149,8 @@ def from_tables(tables: list[MeasurementTable]) -> TireRuns:
     return _assemble(tables, stack, np.array([float(s["step"]) for s in smooth]))
 
 
-def _smooth(table: MeasurementTable) -> dict[str, np.ndarray]:
+def _smooth(table: MeasurementTable, names: list[str]) -> dict[str, np.ndarray]:
     info = table.info
-    for need in ("time", "plank_position", "wheel_angle", "fx"):
-        if not table.has(need):
-            raise FlatplankError(f"no '{need}'", info.file, "the search needs this column")
-    names = [n for n in COLUMNS[1:] if table.has(n)]
     columns = np.stack([table[n] for n in names], axis=1)
     good = np.isfinite(columns).all(axis=1)
     time = table["time"][good]

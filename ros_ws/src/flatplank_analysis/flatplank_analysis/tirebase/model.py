@@ -9,10 +9,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from flatplank_analysis.discovery.effect import ask, fault
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase import kernel
 from flatplank_analysis.tirebase.data import TireRuns
 from flatplank_analysis.tirebase.grid import SPEED
@@ -84,9 +84,7 @@ class TireModel:
         motion.lateral = -slope[:, :, None] * motion.travel
         for effect, instance in deep:
             if effect.overrides("motion"):
-                _call(effect, instance.motion, motion)
-        for name in ("travel", "rolled", "lateral"):
-            _check(getattr(motion, name), shape, name)
+                _act(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
         return motion
 
     def _tire(self, base: dict, lanes: int, own: list, deep: list) -> tuple[Tire, np.ndarray]:
@@ -100,9 +98,7 @@ class TireModel:
         for effect, instance in deep:
             if effect.overrides("tire"):
                 object.__setattr__(instance, "per_run", flat[id(effect)])
-                _call(effect, instance.tire, tire)
-        _check(tire.load, shape, "load")
-        _check(tire.friction, shape, "friction")
+                _act(effect, instance.tire, tire, ("load", "friction"), shape)
         return tire, params
 
     def _fill(self, base: dict, params: np.ndarray) -> None:
@@ -180,8 +176,8 @@ class TireModel:
                 names = ("travel", "slip", "lateral", "load", "friction")
                 for name, value in zip(names, now, strict=True):
                     setattr(node, name, value.reshape(shape).copy())
-                _call(type(effect), effect.node, node)
-                now = [np.broadcast_to(getattr(node, k), shape).reshape(-1) for k in names]
+                _act(type(effect), effect.node, node, names, shape)
+                now = [np.reshape(getattr(node, k), -1) for k in names]
             travel, slip, lateral, w, mu = (np.ascontiguousarray(a) for a in now)
             both = np.stack([slip, lateral])
             kernel.one_node(
@@ -193,30 +189,22 @@ class TireModel:
         rolling = base["fx_offset"][:, None, None] * self._moving
         fx = force[0] + rolling + base["fx_zero"][:, None, None]
         signal = Signal(self.data, fx, force[1].copy(), np.zeros_like(fx), force[0], force[1])
+        names = self.runs.channels
         for effect, instance in deep:
             if effect.overrides("signal"):
-                _call(effect, instance.signal, signal)
-        names = self.runs.channels
-        shape = force.shape[1:]
-        for name in names:
-            _check(getattr(signal, name), shape, name)
+                _act(effect, instance.signal, signal, names, force.shape[1:])
         if "fz" in names and np.any(signal.fz):
             signal.fz = self.data.only_common(signal.fz)
         return np.stack([getattr(signal, name) for name in names], axis=1)
 
 
-def _call(effect, hook, argument) -> None:
-    """Run a hook; what goes wrong in it is told with the name of the effect."""
-    try:
-        hook(argument)
-    except FlatplankError:
-        raise
-    except Exception as error:
-        raise FlatplankError(
-            f"raised {type(error).__name__}: {error}",
-            f"effect {effect.identifier}, {hook.__name__}()",
-            "mend the file of the effect; `flatplank effects check FILE` tests it",
-        ) from error
+def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
+    """Run a hook; what it may change must keep its shape."""
+    ask(effect, hook, argument)
+    for name in names:
+        found = np.shape(getattr(argument, name))
+        if found != shape:
+            raise fault(effect, hook, f"'{name}' has shape {found}, not {shape}")
 
 
 def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
@@ -236,12 +224,3 @@ def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
             same = np.array_equal(params[axis, lane], params[axis, 0])
             out[axis, lane] = moved[axis] or not same
     return out
-
-
-def _check(values: np.ndarray, shape: tuple[int, ...], name: str) -> None:
-    if np.shape(values) != shape:
-        raise FlatplankError(
-            f"'{name}' has shape {np.shape(values)}, not {shape}",
-            "effect",
-            "keep (lanes, runs, samples): use the parameters as they are given",
-        )

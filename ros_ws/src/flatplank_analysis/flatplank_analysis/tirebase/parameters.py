@@ -8,6 +8,8 @@ import numpy as np
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.tirebase.data import TireRuns
 
+BASE = "contact_patch"
+"""the base by its name in a model file"""
 LEAST_LOAD = 5.0
 """[N] root mean square of the load within a run below which it does not matter who feels it"""
 
@@ -19,10 +21,23 @@ def moving_load(load: np.ndarray) -> float:
 
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     """Parameters of the base for a campaign, start values in `null`, scales in `screen`."""
-    varied_alpha = np.ptp(data.alpha) > 1e-4
     load = float(np.median(data.nominal))
+    shown = {
+        "always": True,
+        "load within a run": moving_load(data.load) > LEAST_LOAD,
+        "side force": "fy" in data.runs.channels,
+        "load": np.ptp(data.nominal) > 0.02 * load,
+        "pressure": np.ptp(data.pressure) > 0.02,
+    }
+    known = _parameters(load, turned=bool(np.ptp(data.alpha) > 1e-4))
+    return tuple(p for need, p in known if shown[need])
+
+
+def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
+    """All parameters, each with what a campaign must show; `turned`: at several side slips."""
     half = 0.07 * np.sqrt(load / 3700.0)
-    out = [
+    prior = np.inf if turned else 6.0 * load
+    always = [
         Parameter("stiff", "N", 23.0 * load, 5.0 * load, 80.0 * load, 2.0 * load),
         Parameter("peak", "1", 1.05, 0.3, 2.0, 0.1),
         Parameter("shape", "1", 3.0, 1.3, 12.0, 0.5, prior=2.0),
@@ -37,31 +52,28 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
         Parameter("fx_zero", "N", 0.0, -300.0, 300.0, 10.0),
     ]
-    if moving_load(data.load) > LEAST_LOAD:
-        # the friction follows the load; how far the slip stiffness does is the tire's own
-        out.append(Parameter("feel", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3))
-    if "fy" in data.runs.channels:
-        prior = np.inf if varied_alpha else 6.0 * load
-        out += [
-            Parameter(
-                "stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior
-            ),
-            Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
-            # 1: the rubber of the side force goes through the contact with the wheel, as with
-            # bristles; 0: side force and slip know nothing of each other
-            Parameter("turn_y", "1", 0.5, 0.0, 1.0, 0.3, prior=0.5),
-            # the protractor can be read to a tenth of a degree: more is an effect (steering
-            # zero, ply steer), which then takes the whole of it
-            Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
-        ]
-    if np.ptp(data.nominal) > 0.02 * load:
-        out += [
-            Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2),
-            Parameter("peak_load", "1", 0.0, -0.6, 0.6, 0.05),
-        ]
-    if np.ptp(data.pressure) > 0.02:
-        out += [
-            Parameter("stiff_pressure", "1", 0.0, -2.0, 2.0, 0.1),
-            Parameter("peak_pressure", "1", 0.0, -1.0, 1.0, 0.05),
-        ]
-    return tuple(out)
+    # the friction follows the load; how far the slip stiffness does is the tire's own
+    feel = Parameter("feel", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)
+    side = [
+        Parameter("stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior),
+        Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
+        # 1: the rubber of the side force goes through the contact with the wheel, as with
+        # bristles; 0: side force and slip know nothing of each other
+        Parameter("turn_y", "1", 0.5, 0.0, 1.0, 0.3, prior=0.5),
+        # the protractor can be read to a tenth of a degree: more is an effect (steering
+        # zero, ply steer), which then takes the whole of it
+        Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
+    ]
+    return [
+        *(("always", p) for p in always),
+        ("load within a run", feel),
+        *(("side force", p) for p in side),
+        ("load", Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2)),
+        ("load", Parameter("peak_load", "1", 0.0, -0.6, 0.6, 0.05)),
+        ("pressure", Parameter("stiff_pressure", "1", 0.0, -2.0, 2.0, 0.1)),
+        ("pressure", Parameter("peak_pressure", "1", 0.0, -1.0, 1.0, 0.05)),
+    ]
+
+
+NAMES = tuple(p.name for _, p in _parameters(1.0, turned=False))
+"""of all parameters of the base"""

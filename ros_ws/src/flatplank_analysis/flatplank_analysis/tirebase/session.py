@@ -6,7 +6,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,10 +25,12 @@ from flatplank_analysis.discovery.state import (
     term_of,
 )
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.effects.registry import find, library
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_analysis.effects.checks import sound_library
+from flatplank_analysis.effects.registry import find, source_file
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.data import TireRuns, load_runs
 from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.parameters import BASE, NAMES
 from flatplank_analysis.tirebase.plans import plans_for
 
 
@@ -45,13 +46,10 @@ class Session:
 
     @classmethod
     def open(cls, folder: str, files: Sequence[str] = (), mapping: Any = None) -> Session:
-        """Read a campaign; `files` hold effects of the user."""
-        effects = library(files)
+        """Read a campaign; `files` hold effects of the user, which must keep the contract."""
+        effects = sound_library(files)
         campaign = Campaign.load(folder, mapping=mapping)
-        try:
-            data = load_runs(campaign)
-        except FlatplankError as error:
-            raise NothingUsableError(error.what, folder, error.remedy) from error
+        data = load_runs(campaign)
         return cls(campaign, data, TireModel(data), effects, tuple(files))
 
     def options(
@@ -64,7 +62,7 @@ class Session:
         known = self._known(measured or {})
         if model is None:
             return Options(progress=progress, measured=known)
-        return Options(progress=progress, start=dict(model.parameters), terms=self.terms(model),
+        return Options(progress=progress, start=self.start(model), terms=self.terms(model),
                        measured=known)  # fmt: skip
 
     def _known(
@@ -82,6 +80,18 @@ class Session:
                     )  # fmt: skip
         return measured
 
+    def start(self, model: ModelFile) -> dict[str, float]:
+        """Base parameters of a model file, also those that this campaign cannot show."""
+        where = model.path or "model file"
+        if model.base != BASE:
+            raise FlatplankError(f"no base '{model.base}'", where, f"write 'base: {BASE}'")
+        for name in model.parameters:
+            if name not in NAMES:
+                raise FlatplankError(
+                    f"the base has no parameter '{name}'", where, f"known: {', '.join(NAMES)}"
+                )
+        return dict(model.parameters)
+
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
         """Effects of a model file as terms."""
         out = []
@@ -92,7 +102,8 @@ class Session:
             for name in entry.parameters:
                 if name not in known:
                     raise FlatplankError(
-                        f"effect {entry.name} has no parameter '{name}'", "model file",
+                        f"effect {entry.name} has no parameter '{name}'",
+                        model.path or "model file",
                         f"known: {', '.join(sorted(known))}",
                     )  # fmt: skip
             out.append(Term(effect, effect.vector(dict(entry.parameters)), effect.held()))
@@ -134,8 +145,11 @@ class Session:
         return {}
 
     def fit(self, model: ModelFile | None, extra: Sequence[Term] = ()) -> Step:
-        """Fit the model file's model as it is, with floor and ranking."""
-        base = start_base(self.model, dict(model.parameters) if model else None)
+        """Fit the model file's model as it is, with floor and ranking; needs repeats."""
+        if not self.model.runs.repeated:
+            why = verdict.undecidable(self.model.runs)
+            raise FlatplankError(why, self.campaign.path, "repeat one condition")
+        base = start_base(self.model, self.start(model) if model else None)
         terms = [*(self.terms(model) if model else ()), *extra]
         runs = self.model.runs
         rough = np.std(np.diff(runs.measured, axis=-1), axis=(1, 2))
@@ -152,12 +166,17 @@ class Session:
     def add(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
         """Put an effect into the model and refit everything jointly."""
         effect = self.effects.get(name) or find(name, self.files)
+        if sum(e.name == name for e in model.effects) >= effect.instances:
+            raise FlatplankError(
+                f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
+            )
         before = self.fit(model)
         known = screen.settings_of(before.screen, name)
         if not known:
             raise FlatplankError(
-                f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
-            )
+                f"'{name}' cannot show in these runs, they lack what it needs", "add",
+                f"measure runs that have it: `flatplank effects {name}`",
+            )  # fmt: skip
         start = self.best_start(before, known[0])
         after = self.fit(self.file_of(model, before.state.fit), [start])
         numbers = self.numbers(after) | {
@@ -208,24 +227,16 @@ class Session:
         """The model file with the fitted numbers."""
         names = [p.name for p in self.model.parameters]
         own = {e.name: e.file for e in model.effects}
-        user = {e.identifier: self.source_file(e) for e in self.effects.values()}
         entries = tuple(
             Entry(
                 t.effect.identifier,
                 t.named(),
-                own.get(t.effect.identifier, "") or user.get(t.effect.identifier, ""),
+                own.get(t.effect.identifier, "") or source_file(t.effect),
             )
             for t in fit.terms
         )
         parameters = dict(zip(names, (float(v) for v in fit.base), strict=True))
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)
-
-    def source_file(self, effect: type[Effect]) -> str:
-        """The user's file in which an effect is defined."""
-        for file in self.files:
-            if effect.__module__ == f"flatplank_user_effects_{Path(file).stem}":
-                return str(Path(file).resolve())
-        return ""
 
     def start_line(self, step: Step) -> Mapping[str, Any]:
         """First line of a history: the model before anything was added."""

@@ -49,6 +49,8 @@ def write_report(
     history: Sequence[Mapping[str, Any]] = (),
 ) -> Path:
     """Write page, figures and JSON; returns the page."""
+    if result.search is None:
+        raise FlatplankError(result.reason, campaign, "there is nothing to draw")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -56,8 +58,6 @@ def write_report(
             f"cannot be made ({error.strerror})", str(folder), "choose another place"
         ) from error
     write_atomic(folder / "diagnosis.json", json.dumps(result.to_dict(), indent=1) + "\n")
-    if result.search is None:
-        raise FlatplankError(result.reason, campaign, "there is nothing to draw")
     book = _Book(folder)
     page = folder / "index.html"
     write_atomic(page, _render(result, book, campaign, history))
