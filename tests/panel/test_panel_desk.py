@@ -6,10 +6,12 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path
 
+import numpy as np
 import pytest
 from made_up import campaign
 
-from flatplank_control.panel.analysis import looking, thinking
+from flatplank_control.calibration.parasitic import Turn, identify_turn
+from flatplank_control.panel.analysis import identifying, looking, thinking
 from flatplank_control.panel.analysis.stamp import stamp_of
 from flatplank_control.panel.analysis.verdicts import verdicts_of
 from flatplank_control.panel.desk import Desk, Seat
@@ -148,6 +150,42 @@ def test_a_cancelled_worker_is_followed_by_a_new_one(tmp_path):
         await second.wait()
 
     asyncio.run(work())
+
+
+@pytest.mark.parametrize(
+    ("name", "seed", "why"),
+    [("x", 1, "already"), ("", 1, "name"), ("../z", 1, "outside"), ("a b", 1, "name"),
+     ("z", "x", "seed"), ("z", -1, "seed")],
+)  # fmt: skip
+def test_a_simulated_campaign_needs_a_new_plain_name_and_a_seed(desk, tmp_path, name, seed, why):
+    with pytest.raises(ValueError, match=why):
+        asyncio.run(Seat(desk).simulate(name, seed))
+    assert desk.thinking.asked == [] and not (tmp_path / "z").exists()
+
+
+def test_a_campaign_is_simulated_below_the_data_folder(desk, tmp_path):
+    assert asyncio.run(Seat(desk).simulate(" day/z ", 3)) == "day/z"
+    assert desk.thinking.asked == [("simulate", str(tmp_path / "day" / "z"))]
+
+
+def test_only_unloaded_turns_are_identified(tmp_path):
+    for name, kind in (("turn", "unloaded_turn"), ("slip", "slip")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.yaml").write_text(f"tire: TOY\nmeasurement: {kind}\nname: x\n")
+    root, target = str(tmp_path), str(tmp_path / "fit.yaml")
+    assert identifying.turns(quiet, root) == ["turn"]
+    with pytest.raises(ValueError, match="unloaded turns"):
+        identifying.identify(quiet, root, "slip", "m", "2026-01-01", target)
+    with pytest.raises(ValueError, match="no bag"):
+        identifying.identify(quiet, root, "turn", "m", "2026-01-01", target)
+
+
+def test_too_short_a_turn_gives_no_fit(tmp_path):
+    angle = np.linspace(0.0, 5.0 * np.pi, 1000)
+    turn = Turn(angle, np.tile(np.sin(angle)[:, None], (1, 6)))
+    with pytest.raises(ValueError, match="900 deg and 1080"):
+        identify_turn(turn, "m", "2026-01-01", tmp_path / "fit.yaml")
+    assert not list(tmp_path.iterdir())
 
 
 PLAN = (
