@@ -93,6 +93,7 @@ def send_the_next_run(who, data: Path) -> None:
 
 def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, other, data):
     """B opens another campaign and cancels; A goes on with its own."""
+    analyst.click("Look for campaigns again")
     analyst.click("Open")
     wait_for(lambda: "beyond the floor" in status(analyst), 120.0, "the base is fitted")
     b = visitor()

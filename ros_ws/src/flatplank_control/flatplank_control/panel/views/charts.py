@@ -142,7 +142,7 @@ def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "itemStyle": {"color": ACTUAL},
         "name": "error",
     }
-    options["series"] = [errors]
+    options["series"] = [errors] if conditions else []
     if conditions:
         floor = _round(conditions[0]["floor"])
         _draw_floor(errors, options["xAxis"], {"xAxis": floor}, floor, "end")
@@ -265,6 +265,9 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         floor = _round(steps[-1]["floor"])
         fitted = options["series"][0]
         _draw_floor(fitted, options["yAxis"], {"yAxis": floor}, floor, "insideEndTop")
+    else:
+        # without a series a chart is drawn anew; with the same number it keeps its old floor
+        options["series"] = []
     options["legend"] = LEGEND
     return options
 

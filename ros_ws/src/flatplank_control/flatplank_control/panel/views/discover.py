@@ -57,6 +57,9 @@ class _Discover:
         with page.card("Discover"):
             with page.row():
                 self.folder = page.select("Campaign", [], None)
+                ui.button(icon="refresh", on_click=page.act(self.list)).props(
+                    'flat dense round aria-label="Look for campaigns again"'
+                )
                 self.model = page.text("Model file (empty: model.yaml of the campaign)")
                 self.button("Open", self.open, strong=True)
                 self.button("Diagnose", self.diagnose)
