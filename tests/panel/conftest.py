@@ -36,6 +36,13 @@ def data(tmp_path_factory) -> Path:
     return tmp_path_factory.mktemp("panel") / "data"
 
 
+@pytest.fixture
+def pictures(tmp_path) -> Path:
+    folder = Path(os.environ.get("FLATPLANK_PICTURES", tmp_path))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
 @pytest.fixture(scope="session")
 def address(domain, data):
     data.mkdir()

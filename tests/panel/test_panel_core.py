@@ -19,7 +19,6 @@ from flatplank_control.panel.constants import CONSTANTS
 from flatplank_control.panel.host import Host
 from flatplank_control.panel.link import Reply
 from flatplank_control.panel.live import Live, script
-from flatplank_control.panel.next_plan import write_next
 from flatplank_control.panel.operator import Operator
 from flatplank_control.panel.rings import Ring
 from flatplank_control.panel.signals import COLUMN, SIGNALS
@@ -320,14 +319,6 @@ def test_preview_of_every_waveform_is_the_waveform(name):
     after = points[points[:, 0] > 1.5]
     assert np.allclose(after[:, 1], [100.0 * wave.slip(x - 1.5) for x in after[:, 0]], atol=0.2)
     assert (points[points[:, 0] < 1.5][:, 1] == 0.0).all()
-
-
-def test_proposed_run_becomes_a_plan_that_the_bench_accepts(tmp_path):
-    proposal = {"what": "x", "settings": {"step_position": 2.2, "kappa": 0.05}, "repeats": 3}
-    path = write_next(proposal, "TOY", tmp_path)
-    assert "step_position: 2.2" in path.read_text()
-    with pytest.raises(ValueError, match="no run"):
-        write_next({"what": "check on the machine"}, "TOY", tmp_path)
 
 
 def test_answers_of_the_analysis_are_strict_json():

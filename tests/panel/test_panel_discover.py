@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from pathlib import Path
 
 import pytest
 import yaml
+from looks import looked_after, take
+from made_up import campaign
 from panel_rig import analysts, wait_for
 
 from flatplank_control.sealed.generate import make_challenge
@@ -22,15 +25,20 @@ def challenge(data: Path, address: str) -> Path:
     return make_challenge(data / "challenge", SEED)
 
 
+def shows(who, campaign: str) -> None:
+    """Choose a campaign on the page Discover."""
+    box = who.page.get_by_label("Campaign", exact=True).first
+    wait_for(lambda: box.input_value() or True, what="campaigns are listed")
+    box.click()
+    who.page.get_by_role("option").filter(has_text=campaign).first.click()
+
+
 @pytest.fixture
 def analyst(visitor, challenge):
     """In front of the page Discover, with the campaign chosen."""
     who = visitor()
     who.tab("Discover")
-    box = who.page.get_by_label("Campaign", exact=True).first
-    wait_for(lambda: box.input_value() or True, what="campaigns are listed")
-    box.click()
-    who.page.get_by_role("option").filter(has_text="challenge").first.click()
+    shows(who, "challenge")
     return who
 
 
@@ -60,7 +68,62 @@ def test_a_search_is_cancelled_and_begun_again(analyst):
     analyst.click("Cancel")
 
 
-def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data):
+@pytest.fixture
+def other(data: Path):
+    """Another campaign."""
+    yield campaign(data / "made_up")
+    shutil.rmtree(data / "made_up")
+
+
+def send_the_next_run(who, data: Path) -> None:
+    """The proposed run becomes a plan, and the page Bench offers it."""
+    who.click("Send to the plan")
+    plan = data / "plans" / "next_run_made_up.yaml"
+    wait_for(plan.exists, 30.0, "the plan is written")
+    runs = yaml.safe_load(plan.read_text())["runs"]
+    assert {(r["kappa"], r["step_position"]) for r in runs} == {
+        (-0.05, 2.2), (0.02, 2.2), (0.05, 2.2)
+    }  # fmt: skip
+    who.tab("Bench")
+    who.tab("Measure")
+    who.page.get_by_role("button", name="Look for plans again").click()
+    who.choose("Plan", "plans/next_run_made_up.yaml")
+    who.tab("Discover")
+
+
+def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, other, data):
+    """B opens another campaign and cancels; A goes on with its own."""
+    analyst.click("Look for campaigns again")
+    analyst.click("Open")
+    wait_for(lambda: "beyond the floor" in status(analyst), 120.0, "the base is fitted")
+    b = visitor()
+    b.tab("Discover")
+    shows(b, "made_up")
+    b.click("Open")
+    wait_for(lambda: "beyond the floor" in status(b), 120.0, "the other base is fitted")
+    analyst.click("Diagnose")
+    wait_for(lambda: "screening" in status(analyst), 120.0, "A searches")
+    searching = analysts()
+    b.click("Diagnose")
+    wait_for(lambda: "waiting for the work of another page" in status(b), 30.0, "B waits")
+    b.click("Cancel")
+    b.said("cancelled")
+    assert analysts() == searching and status(analyst).endswith("…")
+    shows(analyst, "made_up")
+    wait_for(lambda: searching - analysts(), 30.0, "A has laid its search away")
+    assert status(analyst) == "Open the campaign."
+    shows(analyst, "challenge")
+    analyst.click("Open")
+    wait_for(lambda: "beyond the floor" in status(analyst), 120.0, "A is back")
+    b.click("Diagnose")
+    b.page.get_by_text("Next run: the conditions that show it").wait_for(timeout=240_000)
+    send_the_next_run(b, data)
+    b.page.get_by_role("button", name="Add drive_backlash", exact=True).click()
+    wait_for(lambda: effects(other) == ["drive_backlash"], 120.0, "B has added it to its own")
+    assert effects(challenge) == []
+
+
+def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data, pictures):
     begun = time.monotonic()
     analyst.click("Open")
     curves = "() => document.querySelectorAll('canvas, svg').length > 0"
@@ -70,6 +133,7 @@ def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data):
     analyst.click("Diagnose")
     analyst.page.get_by_text("Verdict: found").wait_for(timeout=240_000)
     assert effects(challenge) == []
+    looked_after(analyst)
     analyst.page.get_by_role("button", name="Add road_play", exact=True).click()
     wait_for(lambda: effects(challenge) == ["road_play"], 120.0, "the model file has the effect")
     said = analyst.page.get_by_text("road_play added: error")
@@ -77,6 +141,8 @@ def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data):
     numbers = [float(w.strip(",")) for w in said.text_content().split() if w[0].isdigit()]
     before, after, floor = numbers
     assert after < 0.8 * before and after < 1.1 * floor
+    analyst.page.set_viewport_size({"width": 1440, "height": 1500})
+    take(analyst, pictures / "panel-discover.png")
     analyst.click("Undo")
     wait_for(lambda: effects(challenge) == [], 120.0, "the effect is out of the file")
     analyst.click("Export report")

@@ -19,19 +19,24 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Cycle, Twin
 from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.calibration.fit_check import MISMATCH, still_fits, under_load
+from flatplank_control.recording.metadata import replace_text
 from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
+from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
-from flatplank_hw.hub.parasitic import INDEX, ParasiticFit
+from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, to_text
 
 __all__ = [
-    "MISMATCH", "RawLog", "Turn", "amplitudes", "difference", "filter_on_twin", "still_fits",
+    "MISMATCH", "RawLog", "Turn", "amplitudes", "difference", "filter_on_twin", "identify_turn",
+    "still_fits",
     "turn_of_bag", "turn_on_twin",
 ]  # fmt: skip
 COUNTS = 20000
 TOPIC = "/bus/inputs"
+THREE_TURNS = 5.9 * math.pi
+"""without what the wheel takes to stop [rad]"""
 
 
 class Turn(NamedTuple):
@@ -77,11 +82,15 @@ def turn_on_twin(setup: BenchSetup) -> Turn:
 
 def turn_of_bag(path: Path) -> Turn:
     """The run from its bag."""
-    from rosbags.highlevel import AnyReader
+    from rosbags.highlevel import AnyReader, AnyReaderError
 
     counts: list[int] = []
     volts: list[Any] = []
-    with AnyReader([path]) as reader:
+    try:
+        opened = AnyReader([path])
+    except AnyReaderError as error:
+        raise ValueError(f"{path}: no bag that can be read ({error})") from None
+    with opened as reader:
         connections = [c for c in reader.connections if c.topic == TOPIC]
         if not connections:
             raise ValueError(f"{path}: no {TOPIC} in it; record the unloaded turn with the bench")
@@ -92,13 +101,34 @@ def turn_of_bag(path: Path) -> Turn:
     return _turn(counts, volts)
 
 
+def identify_turn(
+    turn: Turn, mounting: str, date: str, path: Path
+) -> dict[str, tuple[float, float]]:
+    """Write the fit of a mounting to `path`; once-per-turn Fx, Fz without it and after it [N].
+
+    ValueError when the wheel was not turned three times.
+    """
+    reached = float(np.abs(turn.angle - turn.angle[:1]).max(initial=0.0))
+    if reached < THREE_TURNS:
+        raise ValueError(
+            f"unloaded run: the wheel turned {math.degrees(reached):.0f} deg and 1080 deg are "
+            "needed; record it again"
+        )
+    fit = identify(turn.angle, turn.volts, mounting, date)
+    p = HubParameters()
+    before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    replace_text(path, to_text(fit))
+    return {name: (before[name], after[name]) for name in before}
+
+
 def amplitudes(turn: Turn, fit: ParasiticFit | None, hub: HubParameters) -> dict[str, float]:
     """Once-per-turn amplitude of Fx and Fz at the wheel [N], without a fit or after it.
 
     From the third turn, which the fit has not seen.
     """
     inside = np.abs(turn.angle - turn.angle[0])
-    keep = (inside > 4.0 * math.pi) & (inside < 5.9 * math.pi)
+    keep = (inside > 4.0 * math.pi) & (inside < THREE_TURNS)
     angle, volts = turn.angle[keep], turn.volts[keep].copy()
     if fit is not None:
         signal: Callable[[float], tuple[float, ...]] = fit.signal()

@@ -71,9 +71,7 @@ def motor(o: argparse.Namespace, book: Book) -> int:
 def parasitic(o: argparse.Namespace, book: Book) -> int:
     """Three turns of the unloaded wheel: the file of this mounting."""
     from flatplank_control.bench.setup import BenchSetup
-    from flatplank_control.calibration.parasitic import amplitudes, turn_of_bag, turn_on_twin
-    from flatplank_hw.hub.identify import identify
-    from flatplank_hw.hub.parasitic import to_text
+    from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag, turn_on_twin
 
     if (o.bag is None) != o.sim:
         raise ValueError("parasitic: give --bag of an unloaded turn, or --sim")
@@ -82,15 +80,12 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
         if o.sim
         else turn_of_bag(o.bag)
     )
-    fit = identify(turn.angle, turn.volts, o.mounting, o.date)
     path = book.path.parent / f"parasitic_{o.mounting}_{o.date}.yaml"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(to_text(fit), encoding="utf-8")
-    p = HubParameters()
-    before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
-    for name in before:
-        print(f"{name}: {before[name]:.1f} N once per turn, {after[name]:.2f} N after the filter")
-    entry = Entry("parasitic", o.date, {"parasitic_fit": str(path)}, max(after.values()), unit="N")
+    left = identify_turn(turn, o.mounting, o.date, path)
+    for name, (before, after) in left.items():
+        print(f"{name}: {before:.1f} N once per turn, {after:.2f} N after the filter")
+    most = max(after for _, after in left.values())
+    entry = Entry("parasitic", o.date, {"parasitic_fit": str(path)}, most, unit="N")
     return put(book, entry)
 
 

@@ -27,15 +27,15 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
     live = Live(operator.link.state)
     tabs: dict[str, Callable[[Page], None]] = {
         "Bench": bench.build,
-        "Runs": runs.build_with(desk),
-        "Discover": discover.build_with(desk),
+        "Runs": runs.build,
+        "Discover": discover.build,
     }
     app.add_static_files("/assets", STATIC, max_cache_age=0)
     app.add_middleware(Guard, host=host, token=token)
 
     @ui.page("/", title="Flat Plank")
     async def index(client: Client, tab: str = "") -> None:
-        page = Page(operator, client)
+        page = Page(operator, desk, client)
         shell.build(page, tabs, tab if tab in tabs else next(iter(tabs)))
         await client.connected()
         client.run_javascript(live.start())

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The analyst's desk: campaigns of the data folder, and one that is open for discovery."""
+"""The analyst's desk: campaigns of the data folder, and a seat for every page at it."""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -12,99 +14,161 @@ from flatplank_control.panel.analysis.client import Analysis
 from flatplank_control.panel.next_plan import write_next
 
 MODEL = "model.yaml"
+FITS = "parasitic"
+"""folder of the fits below the data folder"""
 
 
 class Desk:
-    """Requests of the pages Runs and Discover, checked; ValueError is a refusal."""
+    """Requests of all pages, checked; ValueError is a refusal."""
 
     def __init__(self, data: Path, log: Path | None = None) -> None:
         self.data = data
         self.looking = Analysis(log)
         self.thinking = Analysis(log)
-        self.open_folder = ""
-        self._open_model = ""
-        self.progress: tuple[str, float] = ("", 0.0)
-        self.next_run: dict[str, Any] = {}
-        self.tire = ""
 
     def close(self) -> None:
         self.looking.close()
         self.thinking.close()
 
-    def _folder(self, folder: str) -> Path:
+    def folder(self, folder: str) -> Path:
+        """A folder below the data folder that is there."""
         path = check.inside(self.data, folder)
         if not path.is_dir():
             raise ValueError(f"{str(folder)[:80]!r}: no such folder below the data folder")
         return path
 
-    # quick
     async def campaigns(self) -> list[dict[str, Any]]:
         return await self.looking.ask("campaigns", root=str(self.data))
 
     async def runs(self, folder: str) -> dict[str, Any]:
-        found = await self.looking.ask("runs", folder=str(self._folder(folder)))
-        self.tire = found["tire"]
-        return found
+        return await self.looking.ask("runs", folder=str(self.folder(folder)))
 
     async def curves(
         self, folder: str, files: Sequence[str], channel: str, over: str
     ) -> dict[str, Any]:
-        where = self._folder(folder)
+        where = self.folder(folder)
         for file in files:
             check.inside(where, file, "file")
         return await self.looking.ask(
             "curves", folder=str(where), files=list(files), channel=channel, over=over
         )
 
-    # the loop
-    def _say(self, text: str, share: float) -> None:
-        self.progress = (text, share)
+    async def unloaded_turns(self) -> list[str]:
+        """Bags from which the parasitic signal can be identified."""
+        return await self.looking.ask("turns", root=str(self.data))
 
-    async def _think(self, job: str, **arguments: Any) -> Any:
-        try:
-            return await self.thinking.ask(job, self._say, **arguments)
-        finally:
-            self.progress = ("", 0.0)
+    async def identify(self, bag: str, mounting: str) -> tuple[str, dict[str, list[float]]]:
+        """Fit of a mounting from an unloaded run: its file below the data folder, and the
+        once-per-turn forces before and after it [N]."""
+        check.inside(self.data, bag, "run")
+        day, name = date.today().isoformat(), check.name(mounting)
+        file = f"{FITS}/parasitic_{name}_{day}.yaml"
+        found = await self.looking.ask(
+            "identify", root=str(self.data), bag=str(bag), mounting=name, date=day,
+            target=str(check.inside(self.data, file, "file")),
+        )  # fmt: skip
+        return file, found["left"]
+
+
+class Seat:
+    """One page at the desk: the campaign that it has open, and its work. Every request says what
+    it is about, so that no page acts on the campaign of another."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        self._progress: tuple[str, float] = ("", 0.0)
+        self.next_run: dict[str, Any] = {}
+        self._open = ""
+        self._model = Path()
+        self._work: asyncio.Task[Any] | None = None
+
+    @property
+    def progress(self) -> tuple[str, float]:
+        """What is being done, and which share of it is done; no text while nothing is."""
+        return self._progress if self.busy else ("", 0.0)
+
+    @property
+    def busy(self) -> bool:
+        return self._work is not None and not self._work.done()
+
+    def cancel(self) -> None:
+        """End the work of this page, under way or waiting; nobody else's."""
+        if self._work is not None:
+            self._work.cancel()
+
+    def put_away(self) -> None:
+        """Nothing is open, nothing goes on."""
+        self.cancel()
+        self._work = None
+        self._open, self.next_run = "", {}
 
     async def open(self, folder: str, model: str = "") -> dict[str, Any]:
         """Open a campaign; the model file is model.yaml of the campaign when `model` is empty."""
-        where = self._folder(folder)
-        path = check.inside(self.data, model, "model file") if model else where / MODEL
+        where = self.desk.folder(folder)
+        path = check.inside(self.desk.data, model, "model file") if model else where / MODEL
         if path.suffix != ".yaml":
             raise ValueError("a model file ends in .yaml")
-        self.open_folder, self._open_model = folder, model
-        return await self._think("open", folder=str(where), model=str(path))
+        opened = await self._do("open", folder=str(where), model=str(path))
+        self._open, self._model, self.next_run = folder, path, {}
+        return opened
 
-    async def _reopened(self) -> None:
-        """After a cancelled search the process is a new one and has nothing open."""
-        if not self.open_folder:
-            raise ValueError("open a campaign first")
-        if not self.thinking.alive:
-            await self.open(self.open_folder, self._open_model)
+    async def simulate(self, folder: str, seed: Any) -> str:
+        """A campaign on the twin in a new folder, with an effect hidden in it; the folder."""
+        target = check.inside(self.desk.data, folder)
+        made = target.relative_to(self.desk.data.resolve())
+        for part in made.parts or ("",):
+            check.name(part)
+        if target.exists():
+            raise ValueError(f"{folder}: there is such a folder already; give another name")
+        number = int(check.number(seed, "seed", 0, 2**31 - 1))
+        await self._do("simulate", folder=str(target), seed=number)
+        return str(made)
 
     async def compare(self) -> dict[str, Any]:
-        await self._reopened()
         return await self._think("compare")
 
     async def diagnose(self) -> dict[str, Any]:
-        await self._reopened()
         found = await self._think("diagnose")
         self.next_run = found.get("next_run") or {}
         return found
 
     async def add(self, effect: str) -> dict[str, Any]:
-        await self._reopened()
         return await self._think("add", effect=check.note(effect)[:80])
 
     async def remove(self, effect: str) -> dict[str, Any]:
-        await self._reopened()
         return await self._think("remove", effect=check.note(effect)[:80])
 
     async def report(self) -> Path:
-        await self._reopened()
-        target = check.folder_below(self.data, "reports/" + Path(self.open_folder).name)
-        return Path((await self._think("report", folder=str(target)))["page"])
+        self._checked()
+        target = check.folder_below(self.desk.data, f"reports/{self._open}")
+        return Path((await self._think("report", target=str(target)))["page"])
 
     def plan_next(self) -> Path:
         """The proposed run as a plan that the page Bench offers."""
-        return write_next(self.next_run, self.tire, self.data)
+        return write_next(self.next_run, self._checked().name, self.desk.data)
+
+    def _checked(self) -> Path:
+        if not self._open:
+            raise ValueError("open a campaign first")
+        return self.desk.folder(self._open)
+
+    async def _think(self, job: str, **arguments: Any) -> Any:
+        about = {"folder": str(self._checked()), "model": str(self._model)}
+        return await self._do(job, **about, **arguments)
+
+    async def _do(self, job: str, **arguments: Any) -> Any:
+        self._rests()
+        self._say("", 0.0)
+        work = self.desk.thinking.ask(job, self._say, **arguments)
+        task = self._work = asyncio.create_task(work)
+        await asyncio.wait([task])
+        if task.cancelled() or self._work is not task:
+            raise ValueError("cancelled")
+        return task.result()
+
+    def _rests(self) -> None:
+        if self.busy:
+            raise ValueError("this page is still at work; wait for it, or cancel it")
+
+    def _say(self, text: str, share: float) -> None:
+        self._progress = (text, share)

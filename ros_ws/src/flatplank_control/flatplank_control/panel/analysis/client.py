@@ -17,64 +17,51 @@ LINE = 64 * 1024 * 1024
 Progress = Callable[[str, float], None]
 
 
-class Cancelled(ValueError):
-    """The operator has cancelled the work."""
-
-
 class Analysis:
-    """One worker; one request at a time, further ones wait."""
+    """One worker; one request at a time, further ones wait. To cancel the task that asks ends the
+    process, and with it the work; those that wait go on with a new one."""
 
     def __init__(self, log: Path | None = None) -> None:
         self._log = log
         self._process: asyncio.subprocess.Process | None = None
         self._lock = asyncio.Lock()
-        self._cancelled = False
-
-    @property
-    def busy(self) -> bool:
-        return self._lock.locked()
-
-    @property
-    def alive(self) -> bool:
-        """The process is there, with what was opened in it."""
-        return self._process is not None and self._process.returncode is None
 
     async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
         """Result of a job; ValueError with the reason when it cannot be done."""
+        tell = progress or _nobody
+        if self._lock.locked():
+            tell("waiting for the work of another page", 0.0)
         async with self._lock:
-            self._cancelled = False
-            process = await self._started()
-            assert process.stdin and process.stdout
-            process.stdin.write(json.dumps({"do": job, "with": arguments}).encode() + b"\n")
-            await process.stdin.drain()
-            while line := await process.stdout.readline():
-                message = json.loads(line)
-                if "progress" in message:
-                    if progress:
-                        progress(message["progress"], message["share"])
-                elif "error" in message:
-                    raise ValueError(message["error"])
-                else:
-                    return message["result"]
-            await process.wait()
-            if self._cancelled:
-                raise Cancelled("cancelled")
-            raise ValueError(
-                f"the analysis has ended with code {process.returncode}; see {self._log}"
-            )
+            try:
+                return await self._asked(job, tell, arguments)
+            except asyncio.CancelledError:
+                self.close()
+                raise
 
-    def cancel(self) -> None:
-        """End the work that is under way; the next request starts a new process."""
-        if self.busy:
-            self._cancelled = True
-            self.close()
+    async def _asked(self, job: str, tell: Progress, arguments: dict[str, Any]) -> Any:
+        process = await self._started()
+        assert process.stdin and process.stdout
+        process.stdin.write(json.dumps({"do": job, "with": arguments}).encode() + b"\n")
+        await process.stdin.drain()
+        while line := await process.stdout.readline():
+            message = json.loads(line)
+            if "progress" in message:
+                tell(message["progress"], message["share"])
+            elif "error" in message:
+                raise ValueError(message["error"])
+            else:
+                return message["result"]
+        await process.wait()
+        raise ValueError(f"the analysis has ended with code {process.returncode}; see {self._log}")
 
     def close(self) -> None:
-        if self.alive:
-            self._process.terminate()
+        """End the process; the next request starts a new one."""
+        process, self._process = self._process, None
+        if process is not None and process.returncode is None:
+            process.terminate()
 
     async def _started(self) -> asyncio.subprocess.Process:
-        if not self.alive:
+        if self._process is None or self._process.returncode is not None:
             errors = open(self._log, "ab") if self._log else None  # noqa: SIM115
             try:
                 self._process = await asyncio.create_subprocess_exec(
@@ -92,3 +79,7 @@ class Analysis:
                 if errors:
                     errors.close()
         return self._process
+
+
+def _nobody(_text: str, _share: float) -> None:
+    """Progress that nobody looks at."""

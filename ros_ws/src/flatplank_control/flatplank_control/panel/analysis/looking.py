@@ -13,6 +13,8 @@ import numpy as np
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.errors import FlatplankError
 from flatplank_control.panel.analysis.names import CHANNELS, OVER
+from flatplank_control.panel.analysis.stamp import Stamp, stamp_of
+from flatplank_control.panel.analysis.verdicts import verdicts_of
 
 Progress = Callable[[str, float], None]
 DEPTH = 3
@@ -36,22 +38,31 @@ def campaigns(_progress: Progress, root: str) -> list[dict[str, Any]]:
 
 
 @lru_cache(maxsize=4)
-def _campaign(folder: str, stamp: float) -> Campaign:
-    del stamp
+def _campaign(folder: str, _stamp: Stamp) -> Campaign:
     return Campaign.load(folder)
 
 
 def _load(folder: str) -> Campaign:
-    return _campaign(folder, Path(folder).stat().st_mtime)
+    return _campaign(folder, stamp_of(folder))
+
+
+def _verdicts(campaign: Campaign) -> dict[str, str]:
+    """File -> the campaign's own verdict and what is wrong with the file, or ok."""
+    judged = verdicts_of(campaign.path)
+    out = {}
+    for file in (run.info.file for run in campaign.runs):
+        remarks = [p.what for p in campaign.problems if p.file == file]
+        out[file] = "; ".join([*([judged[file]] if file in judged else []), *remarks]) or "ok"
+    return out
 
 
 def runs(_progress: Progress, folder: str) -> dict[str, Any]:
     """One row per run, and what is wrong with some."""
     campaign = _load(folder)
+    verdicts = _verdicts(campaign)
     rows = []
     for run in campaign.runs:
         i = run.info
-        remarks = [p.text for p in campaign.problems if p.file == i.file]
         rows.append(
             {
                 "file": i.file,
@@ -67,7 +78,7 @@ def runs(_progress: Progress, folder: str) -> dict[str, Any]:
                 "order": i.run_index,
                 "status": i.status or "complete",
                 "notes": i.notes,
-                "verdict": "; ".join(remarks) or "ok",
+                "verdict": verdicts[i.file],
             }
         )
     problems = [str(p) for p in campaign.problems]
@@ -77,11 +88,13 @@ def runs(_progress: Progress, folder: str) -> dict[str, Any]:
 def curves(
     _progress: Progress, folder: str, files: Sequence[str], channel: str, over: str
 ) -> dict[str, Any]:
-    """Measured curves of some runs, thinned; and the scatter between repeats of a condition."""
+    """Measured curves of some runs, thinned; the scatter between repeats of a condition; and the
+    verdicts, which know more when samples were read."""
     if channel not in CHANNELS or over not in OVER:
         raise FlatplankError(f"no curve of {channel} over {over}", folder, "choose from the lists")
     wanted = set(files)
-    campaign = _load(folder).where(lambda i: i.file in wanted)
+    whole = _load(folder)
+    campaign = whole.where(lambda i: i.file in wanted)
     out = []
     for run in campaign.runs:
         table = campaign.try_table(run, [channel, over, "plank_position"])
@@ -102,7 +115,8 @@ def curves(
     return {
         "curves": out,
         "scatter": _scatter(out),
-        "problems": [str(p) for p in campaign.problems],
+        "verdicts": _verdicts(whole),
+        "problems": [str(p) for p in whole.problems],
     }
 
 

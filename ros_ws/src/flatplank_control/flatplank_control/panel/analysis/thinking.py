@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,8 +15,9 @@ from flatplank_analysis.discovery import screen, verdict, where
 from flatplank_analysis.discovery.decide import amplitude
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_model
 from flatplank_analysis.discovery.search import Step
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.session import Session
+from flatplank_control.panel.analysis.proposal import runs_of
+from flatplank_control.panel.analysis.stamp import Stamp, stamp_of
 
 Progress = Callable[[str, float], None]
 POINTS = 250
@@ -23,55 +25,63 @@ MAPS = 4
 RANKED = 12
 
 
-class _Desk:
-    """What lies open."""
+class _Open(NamedTuple):
+    """What one request is about; nothing is kept between requests but what was read."""
 
-    session: Session | None = None
-    path: Path = Path()
-    model: ModelFile = ModelFile()
+    session: Session
+    path: Path
+    """of the model file"""
+    model: ModelFile
 
-
-_desk = _Desk()
-
-
-def _session() -> Session:
-    if _desk.session is None:
-        raise FlatplankError("no campaign is open", "Discover", "open one first")
-    return _desk.session
+    @property
+    def start(self) -> ModelFile | None:
+        """The model to begin with; None: that of the library."""
+        return self.model if self.model.parameters else None
 
 
-def open_(progress: Progress, folder: str, model: str = "") -> dict[str, Any]:
-    """Read a campaign and its model file, `model` or model.yaml beside the runs."""
+@lru_cache(maxsize=2)
+def _session(folder: str, _stamp: Stamp) -> Session:
+    return Session.open(folder)
+
+
+def _opened(folder: str, model: str) -> _Open:
+    """Campaign and model as they are on the disk now."""
+    path = Path(model)
+    session = _session(folder, stamp_of(folder))
+    return _Open(session, path, load_model(path) if path.exists() else ModelFile())
+
+
+def open_(progress: Progress, folder: str, model: str) -> dict[str, Any]:
+    """Read a campaign and its model file."""
     progress("reading the runs", 0.05)
-    _desk.session = Session.open(folder)
-    _desk.path = Path(model) if model else Path(folder) / "model.yaml"
-    _desk.model = load_model(_desk.path) if _desk.path.exists() else ModelFile()
-    runs = _desk.session.data.runs
+    at = _opened(folder, model)
+    runs = at.session.data.runs
     return {
         "runs": runs.runs,
         "conditions": list(runs.condition_names),
         "undecidable": verdict.undecidable(runs),
-        "problems": [str(p) for p in _desk.session.campaign.problems],
-    } | _model()
+        "problems": [str(p) for p in at.session.campaign.problems],
+    } | _model(at)
 
 
-def _model() -> dict[str, Any]:
+def _model(at: _Open) -> dict[str, Any]:
     return {
-        "effects": [{"name": e.name, **e.parameters} for e in _desk.model.effects],
-        "history": list(_desk.model.history),
-        "writable": os.access(_desk.path.parent, os.W_OK),
-        "file": str(_desk.path),
+        "effects": [{"name": e.name, **e.parameters} for e in at.model.effects],
+        "history": list(at.model.history),
+        "writable": os.access(at.path.parent, os.W_OK),
+        "file": str(at.path),
     }
 
 
-def compare(progress: Progress) -> dict[str, Any]:
+def compare(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """The model as it is: error against floor, curves and residual maps."""
-    session = _session()
+    at = _opened(folder, model)
     progress("fit of the model", 0.2)
-    return _picture(session, session.fit(_desk.model if _desk.model.parameters else None))
+    return _picture(at, at.session.fit(at.start))
 
 
-def _picture(session: Session, step: Step) -> dict[str, Any]:
+def _picture(at: _Open, step: Step) -> dict[str, Any]:
+    session = at.session
     runs, state = session.data.runs, step.state
     level, residual = state.floors[0], state.residual[0]
     maps = where.make_maps(runs, residual, level.floor)[:MAPS]
@@ -94,7 +104,7 @@ def _picture(session: Session, step: Step) -> dict[str, Any]:
             "curves": _curves(session, step),
             "ranked": _ranked(step),
         }
-        | _model()
+        | _model(at)
     )
 
 
@@ -149,11 +159,12 @@ def _ranked(step: Step) -> list[dict[str, Any]]:
     return out
 
 
-def diagnose(progress: Progress) -> dict[str, Any]:
+def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """Search for what the model lacks."""
-    session = _session()
-    result = session.diagnose(_desk.model if _desk.model.parameters else None, progress)
+    at = _opened(folder, model)
+    result = at.session.diagnose(at.start, progress)
     answer = result.to_dict()
+    answer["next_run"] = runs_of(at.session, result.next_run)
     if result.search is None:
         return answer | {"ranked": [], "collapse": []}
     refits = {d.term.effect.identifier: d for s in result.search.steps for d in s.refits}
@@ -195,35 +206,33 @@ def _collapse(search: Any, number: int) -> dict[str, Any]:
     return {"name": term.effect.identifier, "over": title, "series": series}
 
 
-def add(progress: Progress, effect: str) -> dict[str, Any]:
+def add(progress: Progress, folder: str, model: str, effect: str) -> dict[str, Any]:
     """Put an effect into the model and refit everything."""
-    session = _session()
+    at = _opened(folder, model)
     progress("refit of everything", 0.3)
-    changed, step, numbers = session.add(_desk.model, effect)
-    return _kept(session, changed, step) | {"added": numbers}
+    changed, step, numbers = at.session.add(at.model, effect)
+    return _kept(at, changed, step) | {"added": numbers}
 
 
-def remove(progress: Progress, effect: str) -> dict[str, Any]:
+def remove(progress: Progress, folder: str, model: str, effect: str) -> dict[str, Any]:
     """Take an effect out and refit everything."""
-    session = _session()
+    at = _opened(folder, model)
     progress("refit of everything", 0.3)
-    changed, step, _ = session.remove(_desk.model, effect)
-    return _kept(session, changed, step)
+    changed, step, _ = at.session.remove(at.model, effect)
+    return _kept(at, changed, step)
 
 
-def _kept(session: Session, changed: ModelFile, step: Step) -> dict[str, Any]:
-    _desk.model = changed
-    save_model(changed, _desk.path)
-    return _picture(session, step)
+def _kept(at: _Open, changed: ModelFile, step: Step) -> dict[str, Any]:
+    save_model(changed, at.path)
+    return _picture(at._replace(model=changed), step)
 
 
-def report(progress: Progress, folder: str) -> dict[str, Any]:
-    """The page of a diagnosis, with its figures."""
+def report(progress: Progress, folder: str, model: str, target: str) -> dict[str, Any]:
+    """The page of a diagnosis, with its figures, in the folder `target`."""
     from flatplank_analysis.discovery.report.page import write_report
 
-    session = _session()
-    model = _desk.model if _desk.model.parameters else None
-    result = session.diagnose(model, progress)
+    at = _opened(folder, model)
+    result = at.session.diagnose(at.start, progress)
     progress("figures", 0.95)
-    page = write_report(result, Path(folder), session.campaign.path, _desk.model.history)
+    page = write_report(result, Path(target), at.session.campaign.path, at.model.history)
     return {"page": str(page)}

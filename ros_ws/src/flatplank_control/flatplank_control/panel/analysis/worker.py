@@ -25,6 +25,9 @@ JOBS = {
     "add": "thinking",
     "remove": "thinking",
     "report": "thinking",
+    "simulate": "simulating",
+    "turns": "identifying",
+    "identify": "identifying",
 }
 """job -> module that does it, in a function of the same name (`open` is `open_`)"""
 

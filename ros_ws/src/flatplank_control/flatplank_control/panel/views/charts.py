@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,6 +22,9 @@ COLORS = [
     "#5b7a1e",
 ]
 QUIET = {"color": SOFT, "fontSize": 11}
+LEGEND = {"top": 0, "right": 0, "left": 70, "align": "left", "textStyle": QUIET}
+DASHES = ("solid", "dashed", "dotted")
+"""of the repeats of a condition"""
 
 
 def short(conditions: Sequence[str]) -> list[str]:
@@ -39,12 +43,12 @@ def axes(x: str, y: str) -> dict[str, Any]:
         "animation": False,
         "color": COLORS,
         "tooltip": {"trigger": "item", "confine": True},
-        "grid": {"left": 56, "right": 16, "top": 34, "bottom": 40},
+        "grid": {"left": 70, "right": 16, "top": 34, "bottom": 44},
         "xAxis": {
             "type": "value",
             "name": x,
             "nameLocation": "middle",
-            "nameGap": 26,
+            "nameGap": 28,
             "scale": True,
             "axisLabel": QUIET,
             "splitLine": {"show": False},
@@ -54,9 +58,13 @@ def axes(x: str, y: str) -> dict[str, Any]:
         "yAxis": {
             "type": "value",
             "name": y,
+            # beside the axis: above it is the place of the legend
+            "nameLocation": "middle",
+            "nameRotate": 90,
+            "nameGap": 50,
             "scale": True,
             "axisLabel": QUIET,
-            "nameTextStyle": {**QUIET, "align": "left"},
+            "nameTextStyle": QUIET,
             "splitNumber": 4,
             "axisLine": {"show": False, "onZero": False},
             "splitLine": {"lineStyle": {"color": LINE}},
@@ -72,6 +80,7 @@ def line(
         "name": name,
         "data": points,
         "showSymbol": False,
+        "symbol": "none",
         "lineStyle": {"width": 1.4, **style},
     }
     if color:
@@ -81,15 +90,22 @@ def line(
 
 
 def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, Any]:
-    """Curves of runs, one colour per condition."""
+    """Curves of runs: one colour per condition, its repeats solid, dashed, dotted; of a single
+    condition one colour per run, and the name of each."""
     options = axes(x, y)
     labels = list(dict.fromkeys(c["condition"] for c in curves))
-    color = {label: COLORS[i % len(COLORS)] for i, label in enumerate(labels)}
-    name = dict(zip(labels, short(labels), strict=True)) if labels else {}
-    options["series"] = [
-        line(name[c["condition"]], c["points"], color[c["condition"]]) for c in curves
-    ]
-    options["legend"] = {"type": "scroll", "top": 0, "right": 0, "left": 90, "textStyle": QUIET}
+    shown = dict(zip(labels, short(labels), strict=True)) if labels else {}
+    repeats = dict.fromkeys(labels, 0)
+    options["series"] = []
+    for k, c in enumerate(curves):
+        label = c["condition"]
+        alone = len(labels) == 1
+        name, tone = (c["file"], k) if alone else (shown[label], labels.index(label))
+        dash = DASHES[repeats[label] % len(DASHES)]
+        repeats[label] += 1
+        color = COLORS[tone % len(COLORS)]
+        options["series"].append(line(name, c["points"], color, type=dash))
+    options["legend"] = {**LEGEND, "type": "scroll"}
     return options
 
 
@@ -101,7 +117,7 @@ def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
         line("measured", measured, ACTUAL),
         line("model", model, REFERENCE, type="dashed"),
     ]
-    options["legend"] = {"top": 0, "right": 0, "textStyle": QUIET}
+    options["legend"] = LEGEND
     return options
 
 
@@ -109,7 +125,7 @@ def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error of every condition as bars, the floor as a line."""
     names = short([c["condition"] for c in conditions]) if conditions else []
     options = axes("RMS error of Fx [N]", "")
-    options["xAxis"]["min"] = 0
+    options["xAxis"] |= {"min": 0, "scale": False}
     options["yAxis"] = {
         "type": "category",
         "data": names,
@@ -118,28 +134,33 @@ def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "axisTick": {"show": False},
         "axisLine": {"lineStyle": {"color": LINE}},
     }
-    options["grid"] = {"left": 8, "right": 24, "top": 8, "bottom": 40, "containLabel": True}
-    options["series"] = (
-        [
-            {
-                "type": "bar",
-                "data": [c["rmse"] for c in conditions],
-                "barMaxWidth": 14,
-                "itemStyle": {"color": ACTUAL},
-                "name": "error",
-                "markLine": {
-                    "silent": True,
-                    "symbol": "none",
-                    "data": [{"xAxis": conditions[0]["floor"]}],
-                    "lineStyle": {"color": REFERENCE, "type": "solid", "width": 1.6},
-                    "label": {"formatter": "floor", "color": REFERENCE, "position": "start"},
-                },
-            }
-        ]
-        if conditions
-        else []
-    )
+    options["grid"] = {"left": 8, "right": 40, "top": 26, "bottom": 40, "containLabel": True}
+    errors = {
+        "type": "bar",
+        "data": [_round(c["rmse"]) for c in conditions],
+        "barMaxWidth": 14,
+        "itemStyle": {"color": ACTUAL},
+        "name": "error",
+    }
+    options["series"] = [errors] if conditions else []
+    if conditions:
+        floor = _round(conditions[0]["floor"])
+        _draw_floor(errors, options["xAxis"], {"xAxis": floor}, floor, "end")
     return options
+
+
+def _draw_floor(
+    bars: dict[str, Any], axis: dict[str, Any], at: dict[str, Any], floor: float, where: str
+) -> None:
+    """A line right across the chart, with its value; the axis reaches it."""
+    axis["max"] = None if max(bars["data"]) >= floor else math.ceil(1.2 * floor)
+    bars["markLine"] = {
+        "silent": True,
+        "symbol": "none",
+        "data": [at],
+        "lineStyle": {"color": REFERENCE, "type": "solid", "width": 1.6},
+        "label": {"formatter": f"floor {floor:g} N", "color": REFERENCE, "position": where},
+    }
 
 
 def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, Any]:
@@ -205,7 +226,7 @@ def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
             }
         )
         options["series"].append(line(name, s["effect"], color))
-    options["legend"] = {"type": "scroll", "top": 0, "right": 0, "left": 60, "textStyle": QUIET}
+    options["legend"] = {**LEGEND, "type": "scroll"}
     return options
 
 
@@ -221,7 +242,7 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "axisTick": {"show": False},
         "axisLine": {"lineStyle": {"color": LINE}},
     }
-    options["yAxis"]["min"] = 0
+    options["yAxis"] |= {"min": 0, "scale": False}
     shown = {"show": True, "position": "top", "fontSize": 11, "color": INK}
     options["series"] = [
         {
@@ -240,15 +261,14 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             "data": [_round(h.get("held_out") or h["rmse"]) for h in steps],
         },
     ]
-    floor = {"yAxis": _round(steps[-1]["floor"])} if steps else {"yAxis": 0}
-    options["series"][0]["markLine"] = {
-        "silent": True,
-        "symbol": "none",
-        "data": [floor],
-        "lineStyle": {"color": REFERENCE, "type": "solid", "width": 1.6},
-        "label": {"formatter": "floor {c}", "color": REFERENCE, "position": "insideEndTop"},
-    }
-    options["legend"] = {"top": 0, "right": 0, "textStyle": QUIET}
+    if steps:
+        floor = _round(steps[-1]["floor"])
+        fitted = options["series"][0]
+        _draw_floor(fitted, options["yAxis"], {"yAxis": floor}, floor, "insideEndTop")
+    else:
+        # without a series a chart is drawn anew; with the same number it keeps its old floor
+        options["series"] = []
+    options["legend"] = LEGEND
     return options
 
 

@@ -4,25 +4,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
-from flatplank_control.panel.desk import Desk
+from flatplank_control.panel.desk import Seat
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
 
-OWN = ""
-"""model file: the campaign's own"""
+ASK = "Diagnose ranks the effects of the library."
 
 
-def build_with(desk: Desk) -> Callable[[Page], None]:
-    return lambda page: _Discover(page, desk).build()
+def build(page: Page) -> None:
+    _Discover(page).build()
 
 
 class _Discover:
-    def __init__(self, page: Page, desk: Desk) -> None:
-        self.page, self.desk = page, desk
+    def __init__(self, page: Page) -> None:
+        self.page, self.desk, self.seat = page, page.desk, Seat(page.desk)
         self.picture: dict[str, Any] = {}
         self.ranked: list[dict[str, Any]] = []
         self.found: dict[str, Any] = {}
@@ -40,6 +40,8 @@ class _Discover:
             with ui.element("div").classes("fp-two"):
                 self.build_ranking()
                 self.build_effect()
+        self.folder.on_value_change(self.put_away)
+        self.page.client.on_delete(self.seat.cancel)
         ui.timer(0.05, self.page.act(self.list), once=True)
         ui.timer(0.3, self.refresh)
 
@@ -55,11 +57,20 @@ class _Discover:
         with page.card("Discover"):
             with page.row():
                 self.folder = page.select("Campaign", [], None)
+                ui.button(icon="refresh", on_click=page.act(self.list)).props(
+                    'flat dense round aria-label="Look for campaigns again"'
+                )
                 self.model = page.text("Model file (empty: model.yaml of the campaign)")
                 self.button("Open", self.open, strong=True)
                 self.button("Diagnose", self.diagnose)
-                self.cancel_button = self.button("Cancel", self.cancel)
+                self.cancel_button = self.button("Cancel", self.seat.cancel)
                 self.button("Export report", self.report)
+            with page.row():
+                name = page.text("New campaign", "hidden_1")
+                seed = page.number("Seed", 1.0, step=1.0)
+                self.button(
+                    "Simulate with a hidden effect", lambda: self.simulate(name.value, seed.value)
+                )
             self.bar = ui.linear_progress(0.0, show_value=False).props(
                 "aria-label=Progress rounded"
             )
@@ -91,9 +102,7 @@ class _Discover:
 
     def build_ranking(self) -> None:
         with self.page.card("What it may be"):
-            self.verdict = ui.label("Diagnose ranks the effects of the library.").classes(
-                "fp-quiet"
-            )
+            self.verdict = ui.label(ASK).classes("fp-quiet")
             self.list_box = ui.column().classes("w-full").style("gap:4px")
             with self.page.row():
                 self.next_text = ui.label("").classes("fp-quiet grow")
@@ -112,27 +121,37 @@ class _Discover:
         options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
         self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
 
+    async def simulate(self, name: str, seed: Any) -> None:
+        self.put_away()
+        made = await self.seat.simulate(name, seed)
+        await self.list()
+        self.folder.set_value(made)
+        self.say(f"{made}: something is hidden in it; open the campaign and diagnose it")
+
     async def open(self) -> None:
         if not self.folder.value:
             raise ValueError("choose a campaign first")
-        await self.first_picture()
-        opened = await self.desk.open(self.folder.value, self.model.value or OWN)
-        self.clear()
+        self.put_away()
+        folder, model = self.folder.value, str(self.model.value or "")
+        await self.first_picture(folder)
+        if self.folder.value != folder:
+            return
+        opened = await self.seat.open(folder, model)
         self.draw_history(opened)
         if opened["undecidable"]:
             self.say(opened["undecidable"])
             return
-        self.take(await self.desk.compare())
+        self.take(await self.seat.compare())
 
-    async def first_picture(self) -> None:
+    async def first_picture(self, folder: str) -> None:
         """Measured curves at once, before anything is fitted."""
-        rows = (await self.desk.runs(self.folder.value))["rows"]
+        rows = (await self.desk.runs(folder))["rows"]
         files = [r["file"] for r in rows[:60]]
-        found = await self.desk.curves(self.folder.value, files, "fx", "plank_position")
+        found = await self.desk.curves(folder, files, "fx", "plank_position")
         _set(self.curve_chart, charts.overlay(found["curves"], "road displacement [m]", "Fx [N]"))
 
     async def diagnose(self) -> None:
-        self.found = await self.desk.diagnose()
+        self.found = await self.seat.diagnose()
         self.ranked = self.found["ranked"]
         f = self.found
         self.say(
@@ -148,7 +167,7 @@ class _Discover:
             self.show(f["effects"][0]["name"])
 
     async def add(self, name: str) -> None:
-        picture = await self.desk.add(name)
+        picture = await self.seat.add(name)
         numbers = picture["added"]
         self.take(picture)
         self.say(
@@ -160,18 +179,15 @@ class _Discover:
         effects = self.picture.get("effects") or []
         if not effects:
             raise ValueError("there is no effect in the model")
-        self.take(await self.desk.remove(effects[-1]["name"]))
+        self.take(await self.seat.remove(effects[-1]["name"]))
         self.say(f"{effects[-1]['name']} taken out")
 
     async def report(self) -> None:
-        path = await self.desk.report()
+        path = await self.seat.report()
         self.say(f"report: {path}")
 
-    def cancel(self) -> None:
-        self.desk.thinking.cancel()
-
     def send(self) -> None:
-        path = self.desk.plan_next()
+        path = self.seat.plan_next()
         self.say(f"plan written: {path.name}; the page Bench offers it under Measure, Campaign")
 
     # drawing
@@ -179,17 +195,29 @@ class _Discover:
         self.status.set_text(text)
 
     def refresh(self) -> None:
-        text, share = self.desk.progress
+        text, share = self.seat.progress
         self.bar.set_value(round(share, 2))
-        self.cancel_button.set_enabled(self.desk.thinking.busy)
+        self.cancel_button.set_enabled(self.seat.busy)
         if text:
             self.say(f"{text} …")
 
-    def clear(self) -> None:
+    def put_away(self) -> None:
+        """Nothing is open, and nothing that was said of another campaign stays."""
+        self.seat.put_away()
         self.picture, self.ranked, self.found = {}, [], {}
+        for text in (self.next_text, self.effect_name, self.map_text, self.in_model):
+            text.set_text("")
+        self.verdict.set_text(ASK)
+        self.say("Open the campaign.")
+        self.next_button.set_visibility(False)
         self.list_box.clear()
         self.effect_text.clear()
-        self.effect_name.set_text("")
+        for field in (self.condition, self.coordinate):
+            field.set_options([], value=None)
+        for chart in (self.curve_chart, self.map_chart, self.collapse_chart):
+            _set(chart, charts.axes("", ""))
+        _set(self.error_chart, charts.against_floor([]))
+        _set(self.fall_chart, charts.waterfall([]))
 
     def take(self, picture: dict[str, Any]) -> None:
         """A fitted model: every picture anew."""
@@ -216,7 +244,9 @@ class _Discover:
             history = [{"action": "start", **{k: model[k] for k in ("rmse", "floor", "held_out")}}]
         _set(self.fall_chart, charts.waterfall(history))
         names = [e["name"] for e in model["effects"]]
-        self.in_model.set_text("In the model: " + (", ".join(names) or "no effect yet"))
+        self.in_model.set_text(
+            f"In {Path(model['file']).name}: " + (", ".join(names) or "no effect yet")
+        )
         self.undo_button.set_enabled(bool(names))
 
     def draw_curve(self) -> None:

@@ -7,9 +7,14 @@ from typing import Any
 
 from nicegui import ui
 
+from flatplank_control.panel.next_plan import plans_of
 from flatplank_control.panel.views.page import Page
-from flatplank_hw.share import config_file
 
+KINDS = {
+    "slip": "slip step",
+    "free_rolling": "free rolling",
+    "unloaded_turn": "three unloaded turns",
+}
 STARTS = {1: "1: 0°", 2: "2: 120°", 3: "3: 240°"}
 
 
@@ -47,9 +52,7 @@ def _recording(page: Page) -> Any:
 def _run(page: Page, folder: Any) -> None:
     with page.card("One measurement from start to end"):
         with page.row():
-            kind = page.select(
-                "Measurement", {"slip": "slip step", "free_rolling": "free rolling"}, "slip"
-            )
+            kind = page.select("Measurement", KINDS, "slip")
             start = page.select("Start", STARTS, 1)
         with page.row():
             tire = page.text("Tire", "TOY")
@@ -80,20 +83,20 @@ def _run(page: Page, folder: Any) -> None:
 
 
 def _campaign(page: Page, folder: Any) -> None:
-    base = config_file("flatplank_control", "tires.yaml")
-    plans = sorted((base.parent / "plans").glob("*.yaml")) if base else []
+    op = page.operator
     with page.card("Campaign"):
-        chosen = page.select(
-            "Plan", {p.stem: p.stem.replace("_", " ") for p in plans}, None
-        ).classes("w-full")
-        by_name = {p.stem: p for p in plans}
+        with page.row():
+            chosen = page.select("Plan", list(plans_of(op.data)), None)
+            ui.button(
+                icon="refresh", on_click=lambda: chosen.set_options(list(plans_of(op.data)))
+            ).props('flat dense round aria-label="Look for plans again"')
 
         def begin() -> Any:
-            if chosen.value not in by_name:
+            plan = plans_of(op.data).get(chosen.value)
+            if plan is None:
                 raise ValueError("choose a plan first")
-            text = by_name[chosen.value].read_text(encoding="utf-8")
-            target = folder.value or chosen.value
-            return page.operator.measure(page.id, text, target)
+            text = plan.read_text(encoding="utf-8")
+            return op.measure(page.id, text, folder.value or plan.stem)
 
         page.button("Start campaign", begin)
 

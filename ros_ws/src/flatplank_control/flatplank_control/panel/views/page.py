@@ -9,6 +9,7 @@ from typing import Any
 
 from nicegui import binding, ui
 
+from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.operator import Operator
 
 
@@ -17,8 +18,9 @@ class Page:
 
     in_charge = binding.BindableProperty()
 
-    def __init__(self, operator: Operator, client: Any) -> None:
-        self.operator, self.client, self.id = operator, client, client.id
+    def __init__(self, operator: Operator, desk: Desk, client: Any) -> None:
+        self.operator, self.desk = operator, desk
+        self.client, self.id = client, client.id
         self.in_charge = False
 
     def act(self, work: Callable[[], Any]) -> Callable[[], Any]:

@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from nicegui import ui
 
 from flatplank_control.panel.analysis.names import CHANNELS, OVER
-from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
 
@@ -32,13 +31,13 @@ SELECT = {
 """slot of the table -> what a screen reader says of its boxes"""
 
 
-def build_with(desk: Desk) -> Callable[[Page], None]:
-    return lambda page: _Runs(page, desk).build()
+def build(page: Page) -> None:
+    _Runs(page).build()
 
 
 class _Runs:
-    def __init__(self, page: Page, desk: Desk) -> None:
-        self.page, self.desk = page, desk
+    def __init__(self, page: Page) -> None:
+        self.page, self.desk = page, page.desk
         self.rows: list[dict[str, Any]] = []
 
     def build(self) -> None:
@@ -49,7 +48,7 @@ class _Runs:
                     self.folder = page.select("Campaign", [], None)
                     self.find = page.text("Filter")
                     self.find.props('clearable aria-label="Filter runs"')
-                    ui.button(icon="refresh", on_click=page.act(self.list)).props(
+                    ui.button(icon="refresh", on_click=page.act(self.again)).props(
                         'flat dense round aria-label="Look for campaigns again"'
                     )
                 columns = [
@@ -83,15 +82,33 @@ class _Runs:
         options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
         self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
 
-    async def load(self) -> None:
+    async def again(self) -> None:
+        """Campaigns and the chosen one as they are now."""
+        before = self.folder.value
+        await self.list()
+        if self.folder.value == before:
+            await self.load({row["file"] for row in self.table.selected})
+
+    async def load(self, chosen: Collection[str] = ()) -> None:
+        """The rows of the campaign; `chosen` of them stay so."""
+        self.rows, self.table.rows, self.table.selected = [], [], []
         if not self.folder.value:
             return
         found = await self.desk.runs(self.folder.value)
         self.rows = found["rows"]
-        self.table.selected = []
-        count = len(found["problems"])
-        self.problems.set_text(f"{count} remarks: {found['problems'][0]}" if count else "")
+        self.table.selected = [row for row in self.rows if row["file"] in chosen]
+        self.remark(found["problems"])
         await self.filter()
+
+    def remark(self, problems: Sequence[str]) -> None:
+        more = f" and {len(problems) - 1} more" if len(problems) > 1 else ""
+        self.problems.set_text(f"Remarks: {problems[0]}{more}" if problems else "")
+
+    def judge(self, verdicts: dict[str, str]) -> None:
+        """What was found out by reading samples goes into the table."""
+        for row in self.rows:
+            row["verdict"] = verdicts.get(row["file"], row["verdict"])
+        self.table.update()
 
     async def filter(self) -> None:
         words = str(self.find.value or "").lower().split()
@@ -109,6 +126,8 @@ class _Runs:
         found = await self.desk.curves(
             self.folder.value, files, self.channel.value, self.over.value
         )
+        self.remark(found["problems"])
+        self.judge(found["verdicts"])
         options = charts.overlay(
             found["curves"], OVER[self.over.value], CHANNELS[self.channel.value]
         )

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from flatplank_control.panel.constants import CONSTANTS
+from flatplank_control.panel.desk import FITS
 from flatplank_control.panel.views.page import Page
 
 LABELS = {
@@ -17,7 +18,7 @@ LABELS = {
     "road_camber_offset_deg": "Road camber offset",
     "slip_angle_offset_deg": "Slip angle offset",
 }
-FITS = "*.yaml"
+FILES = "*.yaml"
 
 
 def build(page: Page) -> None:
@@ -57,16 +58,35 @@ def _filter(page: Page) -> None:
     op = page.operator
 
     def fits() -> list[str]:
-        found = sorted(op.data.glob(FITS)) + sorted(op.data.glob(f"parasitic/{FITS}"))
+        found = sorted(op.data.glob(FILES)) + sorted(op.data.glob(f"{FITS}/{FILES}"))
         return [str(p.relative_to(op.data)) for p in found]
+
+    async def look() -> None:
+        file.set_options(fits())
+        run.set_options(await page.desk.unloaded_turns())
+
+    async def identify() -> None:
+        if not run.value:
+            raise ValueError("choose the run of three unloaded turns first")
+        found, left = await page.desk.identify(run.value, mounting.value)
+        words = (f"{name} {before:.1f} to {after:.1f} N" for name, (before, after) in left.items())
+        result.set_text("Once per turn, before and after: " + ", ".join(words))
+        file.set_options(fits(), value=found)
+        await op.load_fit(page.id, found)
 
     with page.card("Parasitic filter"):
         with page.row():
             file = page.select("Fit of this mounting", fits(), None).props("clearable")
-            ui.button(icon="refresh", on_click=lambda: file.set_options(fits())).props(
+            ui.button(icon="refresh", on_click=page.act(look)).props(
                 'flat dense round aria-label="Look for fits again"'
             )
         with page.row():
             page.button("Load", lambda: op.load_fit(page.id, file.value))
             page.button("Filter on", lambda: op.set_filter(page.id, True))
             page.button("Filter off", lambda: op.set_filter(page.id, False))
+        with page.row():
+            run = page.select("Run of three unloaded turns", [], None)
+            mounting = page.text("Mounting", "mounting_1")
+        with page.row():
+            page.button("Identify from the run", identify)
+            result = ui.label("").classes("fp-quiet")

@@ -35,7 +35,7 @@ class Journal:
         self.done: dict[str, Done] = {}
         self.interrupted: str = ""
         """key of a run that was begun and never ended"""
-        lines = _read(path)
+        lines = read_lines(path)
         if lines and lines[0].get("digest") != digest:
             raise ValueError(
                 f"{path}: belongs to another version of the plan ({lines[0].get('name')}); "
@@ -93,8 +93,8 @@ def note(path: Path, text: str) -> None:
             file.write(json.dumps({"event": "note", "text": text.strip()}) + "\n")
 
 
-def _read(path: Path) -> list[dict[str, Any]]:
-    """Whole lines; a last one that a crash has torn is left out."""
+def read_lines(path: Path) -> list[dict[str, Any]]:
+    """Whole lines of a journal; a last one that a crash has torn is left out."""
     if not path.exists():
         return []
     lines = []
