@@ -4,22 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from flatplank_control.runner.campaign import load_plan
-from flatplank_control.runner.measurement import Measurement
-
-_KNOWN = {f.name for f in fields(Measurement)}
+from flatplank_control.runner.campaign.plan import OF_A_RUN
 
 
 def write_next(proposal: Mapping[str, Any], tire: str, data: Path) -> Path:
     """A checked plan file in DATA/plans; ValueError when the bench cannot make the run."""
     settings = dict(proposal.get("settings") or {})
-    run = {k: v for k, v in settings.items() if k in _KNOWN}
+    run = {k: v for k, v in settings.items() if k in OF_A_RUN}
     if not run:
         raise ValueError("the proposal names no run that the bench can make")
     run["repeats"] = int(proposal.get("repeats") or 3)
