@@ -67,7 +67,7 @@ def test_every_manual_step_has_a_prompt_and_a_check(steps):
         ({"waveform": "stepp"}, "waveform is 'stepp'; the nearest is 'step'"),
         ({"step_position": 4.15}, "the slip would never be given"),
         ({"end_position": 4.5}, "end_position is 4.5, must be within 0 .. 4.2"),
-        ({"tire": 5}, "tire is 5, must be a str"),
+        ({"tire": 5}, "tire is 5, must be text"),
     ],
 )
 def test_what_cannot_be_measured_is_refused_in_one_line(data, reason):

@@ -12,7 +12,8 @@ from camp_plans import HEAD, RUNS, small
 from flatplank_control.cli.run import main
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
-from flatplank_control.runner.campaign.plan import condition
+from flatplank_control.runner.campaign.order import condition
+from flatplank_control.runner.measurement import Measurement
 from flatplank_hw.share import config_file
 
 TIRES = config_file("flatplank_control", "tires.yaml")
@@ -55,10 +56,44 @@ def test_random_order_is_the_same_each_time_and_another_with_another_seed():
     assert keys(1) == keys(1) != keys(2)
 
 
-def test_a_reference_run_comes_every_so_often():
+def test_a_reference_run_comes_first_and_every_so_often():
     plan = small("reference: {every: 2, measurement: slip, kappa: 0.05}\n")
     roles = [run.role for run in plan.runs]
-    assert roles == ["radius", "run", "reference", "run", "run", "reference", "run"]
+    assert roles == ["radius", "reference", "run", "run", "reference", "run", "run"]
+
+
+def test_a_reference_run_is_made_as_the_runs_of_its_plan():
+    """Only what it says itself is its own; its r_e is that of its own condition."""
+    plan = plan_from_text(
+        HEAD.replace("TOY", "CON")
+        + "serial: A17\noperator: Ada\nsession: {rim: 6Jx15}\n"
+        + "common: {et_value: 0.04, end_position: 3.0, alpha_deg: [5, 0]}\n"
+        + "reference: {every: 3, kappa: 0.05}\n"
+        + "runs:\n- measurement: slip\n  fz: 2000\n  start: [1, 2]\n",
+        "p.yaml",
+    )
+    radius, reference = (r for r in plan.runs[:2])
+    m = reference.measurement
+    assert (reference.role, radius.role, reference.needs) == ("reference", "radius", radius.key)
+    assert (m.tire, m.fz, m.pressure) == ("CON", 3250.0, 2.8)
+    assert (m.kappa, m.alpha_deg, m.end_position, m.et_value) == (0.05, 5, 3.0, 0.04)
+    assert (m.serial, m.operator, m.session) == ("A17", "Ada", {"rim": "6Jx15"})
+    assert condition(radius.measurement) == condition(m)
+    needs = {r.needs for r in plan.runs if r.role == "reference"}
+    assert needs == {radius.key}
+    assert all(r.needs != radius.key for r in plan.runs if r.measurement.fz == 2000)
+
+
+def test_the_run_that_gives_r_e_is_made_as_the_run_that_needs_it():
+    plan = small(
+        "serial: A17\nsession: {rim: 6Jx15}\n"
+        "common: {et_value: 0.04, adapter_thickness: 0.02, hold_load: true, end_position: 3.0}\n"
+    )
+    free, slip = (r.measurement for r in plan.runs[:2])
+    assert free.measurement == "free_rolling"
+    for name in ("serial", "session", "et_value", "adapter_thickness", "hold_load",
+                 "end_position"):  # fmt: skip
+        assert getattr(free, name) == getattr(slip, name) != getattr(Measurement(), name)
 
 
 def test_facts_of_the_session_go_into_every_run_record():
@@ -91,21 +126,120 @@ REFUSED = {
         RUNS.replace("measurement: slip", "measurement: slop"), 5, "the nearest is 'slip'"
     ),
     "order": ("order: backwards\n" + RUNS, 4, "order is 'backwards'"),
-    "limit": ("quality: {setling: 3}\n" + RUNS, 4, "unknown limit 'setling'"),
+    "limit": ("quality: {setling: 3}\n" + RUNS, 4, "quality: unknown key 'setling'"),
+    "limit below 0": (
+        "quality: {settling: -1}\n" + RUNS, 4, "settling is -1; give a number above 0"
+    ),
+    "quality is no section": ("quality: 3\n" + RUNS, 4, "quality is 3; give keys and values"),
+    "blocked through 0 deg": (
+        RUNS + "set_up: {blocked_wheel_angles_deg: [[350, 10]]}\n",
+        7, "start 1 (0 deg) collides: 350 .. 10 deg",
+    ),
+    "blocked all around": (
+        RUNS + "set_up: {blocked_wheel_angles_deg: [[0, 360]]}\n", 7, "start 2 (120 deg) collides",
+    ),
+    "blocked for the run that gives r_e": (
+        RUNS.replace("[1, 2]", "[2]") + "set_up: {blocked_wheel_angles_deg: [[0, 10]]}\n",
+        5, "the run that gives r_e (a free_rolling block of yours takes its place): start 1",
+    ),
+    "blocked, no pairs": (
+        RUNS + "set_up: {blocked_wheel_angles_deg: [100, 130]}\n",
+        8, "blocked_wheel_angles_deg is [100, 130]; give pairs of numbers",
+    ),
+    "key of set_up": (
+        RUNS + "set_up: {blocked_wheel_angle_deg: [[0, 10]], steer_limit: 3}\n",
+        8, "set_up: unknown key 'steer_limit'; the nearest is 'steer_limit_deg'",
+    ),
+    "set_up is no section": (RUNS + "set_up: 5\n", 8, "set_up is 5; give keys and values"),
+    "steering limit": (
+        RUNS + "set_up: {steer_limit_deg: abc}\n", 8,
+        "steer_limit_deg is 'abc'; give a number of 0 .. 48",
+    ),
+    "key of the session": (
+        RUNS + "session: {room_temprature: 21}\n", 8,
+        "session: unknown key 'room_temprature'; the nearest is 'room_temperature'",
+    ),
+    "fact of the session": (
+        RUNS + "session: {room_temperature: warm}\n", 8,
+        "room_temperature is 'warm'; give a number of -20 .. 60",
+    ),
+    "session is no section": (RUNS + "session: 5\n", 8, "session is 5; give keys and values"),
+    "common is no section": (RUNS + "common: 5\n", 8, "common is 5; give keys and values"),
+    "common": ("common: {fz: 9000}\n" + RUNS, 4, "fz is 9000, must be within 0 .. 8000"),
+    "key of common": ("common: {kapa: 1}\n" + RUNS, 4, "common: unknown key 'kapa'"),
+    "tire of a block": (RUNS + "  tire: CON\n", 8, "tire does not belong here; write it once"),
+    "number of a run": (RUNS + "  run_index: 3\n", 8, "run_index does not belong here; leave it"),
+    "repeat": (RUNS + "  repeat: 3\n", 8, "repeat does not belong here; give repeats"),
+    "no attempts": (RUNS + "attempts: 0\n", 8, "attempts is 0; give a whole number, 1 or more"),
+    "attempts below 0": (RUNS + "attempts: -3\n", 8, "attempts is -3; give a whole number"),
+    "attempts in words": (RUNS + "attempts: two\n", 8, "attempts is 'two'; give a whole number"),
+    "seed": (RUNS + "seed: [1]\n", 8, "seed is [1]; give a whole number, 0 or more"),
+    "empty list": (
+        RUNS.replace("[0.0, 0.05]", "[]"), 6, "kappa is an empty list; give values"
+    ),
+    "no number": (RUNS + "  et_value: abc\n", 8, "et_value is 'abc', must be a number"),
+    "millimetres": (RUNS + "  et_value: 40\n", 8, "et_value is 40, must be within -1 .. 1"),
+    "no parameters": (
+        RUNS + "  waveform_parameters: 3\n", 8, "waveform_parameters is 3, must be keys and values"
+    ),
+    "truth for a number": (RUNS + "  fz: true\n", 8, "fz is True, must be a number"),
+    "no load": (RUNS + "  fz: 0\n", 8, "fz of 0 N: give a load, up to 8000 N"),
+    "cleat": (
+        "runs:\n- measurement: cleat\n  end_position: 1.8\n",
+        6, "end_position of 1.8 m: the cleat is at 2 m, give 2.2 m or more",
+    ),
+    "impulse after the run": (
+        "runs:\n- measurement: turning\n  profile: impulse\n  profile_parameters: {start: 100}\n"
+        "  end_position: 2.0\n",
+        7, "the impulse needs 101 s, there are 16.2 s",
+    ),
+    "parking after its time": (
+        "runs:\n- measurement: parking\n  profile_time: 10\n", 6,
+        "the parking needs 70.6 s, there are 10 s",
+    ),
+    "no reference": (RUNS + "reference: 20\n", 8, "reference is 20; give keys and values"),
+    "reference every 0 runs": (
+        RUNS + "reference: {every: 0}\n", 8, "every is 0; give a whole number, 1 or more"
+    ),
+    "load of the reference": (
+        RUNS + "reference:\n  every: 2\n  fz: 9000\n", 10, "fz is 9000, must be within 0 .. 8000"
+    ),
+    "key of the reference": (
+        RUNS + "reference: {kapa: 1}\n", 8, "reference: unknown key 'kapa'"
+    ),
+    "blocked for the reference": (
+        RUNS.replace("[1, 2]", "[2]") + "  effective_rolling_radius: 0.31\nr_e: given\n"
+        "reference: {every: 9}\nset_up: {blocked_wheel_angles_deg: [[0, 10]]}\n",
+        10, "start 1 (0 deg) collides",
+    ),
+    "no r_e": ("r_e: given\n" + RUNS, 6, "r_e is given: write effective_rolling_radius [m] here"),
+    "block": (RUNS + "- 5\n", 4, "runs: block 2 is 5; give keys and values"),
+    "no blocks": ("runs: []\n", 4, "runs: nothing to measure; give a list of blocks"),
+    "serial": (RUNS + "serial: [1]\n", 8, "serial is [1]; give text"),
+    "name": (RUNS + "# no file name\n", 2, "name: 'a/b': not a name"),
     "twice": (RUNS + "  kappa: 0.1\n", 8, "'kappa' is given twice"),
     "not YAML": ("runs: [\n", 5, "correct the file"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_cannot_be_done_is_refused_with_line_and_reason(name):
+def test_what_cannot_be_done_is_refused_with_line_and_reason(name, tmp_path, capsys):
     body, line, reason = REFUSED[name]
     head = HEAD.replace("TOY", "MIC") if "MIC" in reason else HEAD
-    with pytest.raises(PlanError) as error:
-        plan_from_text(head + body, "p.yaml")
-    said = [p for p in error.value.problems if reason in p]
-    assert said, error.value.problems
-    assert said[0].startswith(f"p.yaml:{line}: ")
+    head = head.replace("small", "a/b") if "a/b" in reason else head
+    plan = tmp_path / "p.yaml"
+    plan.write_text(head + body)
+    assert main([str(plan), "--dry-run"]) == 2
+    refused = capsys.readouterr().err.splitlines()[1:]
+    assert any(p.startswith(f"{plan}:{line}: ") and reason in p for p in refused), refused
+
+
+def test_a_start_is_blocked_by_its_own_angle_alone():
+    plan = small(
+        "set_up: {blocked_wheel_angles_deg: [[350, 355], [20, 110], [-250, -130]]}\n",
+        RUNS.replace("[1, 2]", "[1, 3]"),
+    )
+    assert {r.measurement.start for r in plan.runs} == {1, 3}
 
 
 def test_an_unknown_tire_names_the_nearest_one():

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_control.runner.campaign.quality import Limits, judge, limits_from, profile
+from flatplank_control.runner.campaign.quality import Limits, judge, profile
 from flatplank_control.runner.measurement import Measurement
 
 
@@ -67,9 +67,3 @@ def test_free_rolling_must_hold_its_50_n():
     assert judge(columns, free, Limits()).ok
     columns["fx"] += 10.0
     assert "force_error" in judge(columns, free, Limits()).text()
-
-
-def test_limits_of_a_plan():
-    assert limits_from({"settling": 5}).settling == 5.0
-    with pytest.raises(ValueError, match="settling is -1, must be a number above 0"):
-        limits_from({"settling": -1})

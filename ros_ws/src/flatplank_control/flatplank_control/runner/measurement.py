@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import MISSING, asdict, dataclass, field, fields
 from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
@@ -27,6 +27,14 @@ OF_THE_PLAN = (
 """fields that say how it is made and are no field of the run record"""
 START_ANGLES = {1: 0.0, 2: 120.0, 3: 240.0}
 """starting position -> wheel angle [deg]"""
+
+
+class MeasurementError(ValueError):
+    """A measurement that cannot be: `key` is the field at fault, `reason` what is wrong."""
+
+    def __init__(self, text: str, key: str = "", reason: str = "") -> None:
+        super().__init__(text)
+        self.key, self.reason = key, reason or text
 
 
 @dataclass(frozen=True)
@@ -77,15 +85,18 @@ class Measurement:
     """what is known of the instruments, expired and absent ones too"""
 
     def __post_init__(self) -> None:
-        reason = self._reason()
-        if reason:
-            raise ValueError(f"measurement {self.name or self.measurement}: {reason}")
+        found = self._refuse()
+        if found:
+            key, reason = found
+            text = f"measurement {self.name or self.measurement}: {reason}"
+            raise MeasurementError(text, key, reason)
 
-    def _reason(self) -> str | None:
+    def _refuse(self) -> tuple[str, str] | None:
+        """Key at fault and reason."""
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, float) and not math.isfinite(value):
-                return f"{f.name} is {value}, must be finite"
+                return f.name, f"{f.name} is {value}, must be finite"
         limits = {
             "kappa": (-MAX_SLIP, MAX_SLIP),
             "fz": (0.0, MAX_FZ),
@@ -99,34 +110,36 @@ class Measurement:
             "cleat_mm": (0.0, 20.0),
             "profile_time": (0.1, 3600.0),
             "optical_trigger": (0.0, 1.0),
+            "et_value": (-1.0, 1.0),
+            "adapter_thickness": (-1.0, 1.0),
         }
         for name, (low, high) in limits.items():
             value = getattr(self, name)
-            if not low <= value <= high:
-                return f"{name} is {value:g}, must be within {low:g} .. {high:g}"
+            if value is not None and not low <= value <= high:
+                return name, f"{name} is {value:g}, must be within {low:g} .. {high:g}"
         if self.start not in START_ANGLES:
-            return f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
+            return "start", f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
         if self.waveform not in WAVEFORMS:
-            return f"waveform is '{self.waveform}'{nearest(self.waveform, WAVEFORMS)}"
+            return "waveform", f"waveform is '{self.waveform}'{nearest(self.waveform, WAVEFORMS)}"
         if self.measurement in PROFILED:
-            reason = self._refuse_profile()
-            if reason:
-                return reason
+            found = self._refuse_profile()
+            if found:
+                return found
         if self.measurement in ON_THE_ROAD and self.end_position <= self.step_position:
-            return (
+            return "end_position", (
                 f"end_position {self.end_position:g} m is not behind step_position "
                 f"{self.step_position:g} m: the slip would never be given"
             )
         return None
 
-    def _refuse_profile(self) -> str | None:
+    def _refuse_profile(self) -> tuple[str, str] | None:
         kind = PROFILES.get(self.profile)
         if kind is None:
-            return f"profile is '{self.profile}'{nearest(self.profile, PROFILES)}"
+            return "profile", f"profile is '{self.profile}'{nearest(self.profile, PROFILES)}"
         try:
             from_params(kind, self.profile_parameters, "profile_parameters")
         except ParameterError as error:
-            return str(error)
+            return "profile_parameters", str(error)
         return None
 
     def slip_parameters(self) -> dict[str, float]:
@@ -170,20 +183,39 @@ class Measurement:
 
 
 def from_mapping(data: Mapping[str, Any], where: str) -> Measurement:
-    """A measurement from YAML; ValueError names the unknown key and the nearest one."""
+    """A measurement from YAML; MeasurementError names the unknown key and the nearest one."""
     known = {f.name: f for f in fields(Measurement)}
-    for key in data:
-        if key not in known:
-            raise ValueError(f"{where}: unknown key '{key}'{nearest(key, known)}")
     values = {}
-    for key, value in data.items():
-        default = known[key].default
-        if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
-            value = float(value)
-        if isinstance(default, (float, int, str)) and not isinstance(value, type(default)):
-            raise ValueError(f"{where}: {key} is {value!r}, must be a {type(default).__name__}")
-        values[key] = value
     try:
+        for key, value in data.items():
+            if key not in known:
+                raise _wrong(key, f"unknown key '{key}'{nearest(key, known)}")
+            values[key] = _typed(key, value, known[key].default)
         return Measurement(**values)
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
+    except MeasurementError as error:
+        raise MeasurementError(f"{where}: {error}", error.key, error.reason) from None
+
+
+def _wrong(key: str, reason: str) -> MeasurementError:
+    return MeasurementError(reason, key, reason)
+
+
+_TYPES: dict[type, tuple[tuple[type, ...], str]] = {
+    bool: ((bool,), "true or false"),
+    int: ((int,), "a whole number"),
+    float: ((int, float), "a number"),
+    str: ((str,), "text"),
+    dict: ((Mapping,), "keys and values"),
+}
+"""type of a field -> what YAML may give for it, and how to say it"""
+
+
+def _typed(key: str, value: Any, default: Any) -> Any:
+    """The value as the field wants it; a field without a default number takes one or nothing."""
+    if default is None and value is None:
+        return None
+    kind = dict if default is MISSING else float if default is None else type(default)
+    allowed, words = _TYPES[kind]
+    if not isinstance(value, allowed) or (isinstance(value, bool) and kind is not bool):
+        raise _wrong(key, f"{key} is {value!r}, must be {words}")
+    return float(value) if kind is float else value

@@ -31,6 +31,8 @@ from flatplank_control.runner.steps import (
 Plan = Iterator[Step]
 STANDS_AT = 0.15
 """machine position of a plank under a standing tire, behind the motion trigger [m]"""
+CLEAT_AT = 2.0
+"""machine position of the cleat [m]"""
 SLOW = 0.0015
 """[m/s]"""
 PAUSE = 0.5

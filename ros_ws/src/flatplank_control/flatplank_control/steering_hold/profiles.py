@@ -28,6 +28,11 @@ class Profile(Params):
         p: Any = self
         return abs(p.amplitude) + abs(getattr(p, "offset", 0.0))
 
+    def shown_after(self) -> float:
+        """When it has reached its largest angle, or is over where it has an end [s]."""
+        p: Any = self
+        return 0.25 * p.period
+
 
 @dataclass(frozen=True)
 class Sine(Profile):
@@ -66,11 +71,14 @@ class Parking(Profile):
     cycles: int = param(1, "to both sides", bounds=(1, 100))
 
     def angle(self, t: float) -> float:
-        period = 4.0 * abs(self.amplitude) / self.rate
-        if t >= self.cycles * period:
+        if t >= self.shown_after():
             return 0.0
+        period = self.shown_after() / self.cycles
         quarter = (t / period + 0.25) % 1.0
         return self.amplitude * (1.0 - 4.0 * abs(quarter - 0.5))
+
+    def shown_after(self) -> float:
+        return self.cycles * 4.0 * abs(self.amplitude) / self.rate
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,9 @@ class Impulse(Profile):
     def angle(self, t: float) -> float:
         share = (t - self.start) / self.length
         return self.amplitude * (1.0 - abs(2.0 * share - 1.0)) if 0.0 < share < 1.0 else 0.0
+
+    def shown_after(self) -> float:
+        return self.start + self.length
 
 
 PROFILES: dict[str, Callable[..., Profile]] = {

@@ -3,10 +3,10 @@
 
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.journal import SUFFIX, Journal, note, read_lines
+from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import (
     CampaignPlan,
     PlanError,
-    PlannedRun,
     is_campaign,
     load_plan,
     plan_from_text,

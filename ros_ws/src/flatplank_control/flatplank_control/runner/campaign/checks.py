@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from flatplank_control.runner.campaign.tires import TireEntry
@@ -14,14 +15,29 @@ from flatplank_control.runner.measurement import (
     START_ANGLES,
     Measurement,
 )
+from flatplank_control.runner.moves import SPEED
 from flatplank_control.runner.plans import PLANS
-from flatplank_control.runner.standing import STANDS_AT
+from flatplank_control.runner.standing import CLEAT_AT, STANDS_AT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.sequencer.waveforms.base import LENGTH
-from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_control.steering_hold.profiles import PROFILES, Profile
 from flatplank_hw.params import ParameterError, from_mapping, nearest
 
-Check = Callable[[Measurement, TireEntry, Mapping[str, Any]], tuple[str, str] | None]
+STEER_LIMIT = 48.0
+"""the motor hits the pillar [deg]"""
+
+
+@dataclass(frozen=True)
+class SetUp:
+    """What of the machine, as it stands now, is in the way."""
+
+    blocked: tuple[tuple[float, float], ...] = ()
+    """wheel angles from .. to [deg] at which something would collide; may go through 0"""
+    steer_limit: float = STEER_LIMIT
+    """[deg]"""
+
+
+Check = Callable[[Measurement, TireEntry, SetUp], tuple[str, str] | None]
 """(measurement, tire, set_up) -> key at fault and reason, or None"""
 DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
 LEAST_ANGLE = 5.0
@@ -32,13 +48,15 @@ LEAST_ROAD = 0.2
 """a slip needs at least so much road behind its start to be seen [m]"""
 
 
-def load(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
-    if 0.0 < m.fz <= tire.max_load:
+def load(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
+    if 0.0 < m.fz <= tire.max_load or m.measurement == "unloaded_turn":
         return None
+    if m.fz == 0.0:
+        return "fz", f"fz of 0 N: give a load, up to {tire.max_load:g} N"
     return "fz", f"fz of {m.fz:g} N: the {tire.name} stands up to {tire.max_load:g} N"
 
 
-def pressure(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+def pressure(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     low, high = tire.pressure_range
     if low <= m.pressure <= high:
         return None
@@ -47,13 +65,13 @@ def pressure(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tupl
     )
 
 
-def kind(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+def kind(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     if m.measurement in PLANS:
         return None
     return "measurement", f"measurement is '{m.measurement}'{nearest(m.measurement, PLANS)}"
 
 
-def road(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+def road(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     """The waveform, from its start on, must fit on the road."""
     if m.measurement in DRAGGED and m.distance > 0.0 and STANDS_AT + m.distance > ROAD_LENGTH:
         return "distance", f"distance of {m.distance:g} m: there are {ROAD_LENGTH - STANDS_AT:g} m"
@@ -72,28 +90,38 @@ def road(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[st
     )
 
 
-def collision(
-    m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]
-) -> tuple[str, str] | None:
+def cleat(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
+    """The tire must roll over the cleat and down again."""
+    needed = CLEAT_AT + LEAST_ROAD
+    if m.measurement != "cleat" or m.end_position >= needed:
+        return None
+    return "end_position", (
+        f"end_position of {m.end_position:g} m: the cleat is at {CLEAT_AT:g} m, "
+        f"give {needed:g} m or more"
+    )
+
+
+def collision(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     """Wheel angles at which something of the set-up stands in the way (valve, balance weight)."""
     angle = START_ANGLES[m.start]
-    for low, high in set_up.get("blocked_wheel_angles_deg", ()):
-        if low <= angle % 360.0 <= high:
+    for low, high in set_up.blocked:
+        if high - low >= 360.0 or (angle - low) % 360.0 <= (high - low) % 360.0:
             return "start", (
                 f"start {m.start} ({angle:g} deg) collides: {low:g} .. {high:g} deg of the wheel "
-                "are blocked in set_up"
+                "are blocked in set_up; take another start"
             )
     return None
 
 
-def steering(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
-    limit = float(set_up.get("steer_limit_deg", 48.0))
-    if abs(m.alpha_deg) <= limit:
+def steering(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
+    if abs(m.alpha_deg) <= set_up.steer_limit:
         return None
-    return "alpha_deg", f"alpha of {m.alpha_deg:g} deg: the motor hits the pillar at {limit:g} deg"
+    return "alpha_deg", (
+        f"alpha of {m.alpha_deg:g} deg: the motor hits the pillar at {set_up.steer_limit:g} deg"
+    )
 
 
-def oblique(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+def oblique(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     """The lateral stiffness comes from a road that moves across the wheel."""
     if m.measurement == "stiffness_lateral" and abs(m.alpha_deg) < LEAST_ANGLE:
         return "alpha_deg", (
@@ -102,27 +130,42 @@ def oblique(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple
     return None
 
 
-def angles(m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]) -> tuple[str, str] | None:
+def _profile(m: Measurement) -> Profile:
+    found: Any = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")  # type: ignore[type-var]
+    return found
+
+
+def angles(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     """A profile must stay within what its axis can."""
     if m.measurement not in PROFILED:
         return None
-    camber = m.measurement == "camber_sweep"
-    limit = CAMBER_LIMIT if camber else float(set_up.get("steer_limit_deg", 48.0))
-    profile: Any = from_mapping(PROFILES[m.profile], m.profile_parameters, "profile")  # type: ignore[type-var]
-    most = math.degrees(profile.largest())
+    limit = CAMBER_LIMIT if m.measurement == "camber_sweep" else set_up.steer_limit
+    most = math.degrees(_profile(m).largest())
     if most <= limit:
         return None
     return "profile_parameters", f"the {m.profile} reaches {most:.3g} deg, the axis {limit:g} deg"
 
 
+def in_time(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
+    """A profile must have shown itself before the run is over."""
+    if m.measurement not in PROFILED:
+        return None
+    standing = m.measurement == "parking"
+    there = m.profile_time if standing else (m.end_position - m.step_position) / SPEED
+    needed = _profile(m).shown_after()
+    if needed <= there + 1e-9:
+        return None
+    return "profile_time" if standing else "profile_parameters", (
+        f"the {m.profile} needs {needed:.3g} s, there are {there:.3g} s"
+    )
+
+
 CHECKS: tuple[Check, ...] = (
-    kind, load, pressure, road, collision, steering, oblique, angles,
+    kind, load, pressure, road, cleat, collision, steering, oblique, angles, in_time,
 )  # fmt: skip
 
 
-def refuse(
-    m: Measurement, tire: TireEntry, set_up: Mapping[str, Any]
-) -> Iterator[tuple[str, str]]:
+def refuse(m: Measurement, tire: TireEntry, set_up: SetUp) -> Iterator[tuple[str, str]]:
     """(key at fault, reason) of everything that speaks against a run."""
     for check in CHECKS:
         found = check(m, tire, set_up)

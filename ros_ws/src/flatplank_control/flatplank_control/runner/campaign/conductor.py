@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner.campaign.journal import Journal
-from flatplank_control.runner.campaign.plan import CampaignPlan, PlannedRun
+from flatplank_control.runner.campaign.order import PlannedRun
+from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Verdict
 from flatplank_control.runner.measurement import Measurement
 

@@ -6,42 +6,61 @@ from __future__ import annotations
 import hashlib
 import itertools
 import random
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.runner.campaign.checks import refuse
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.naming import check_name
+from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, refuse
 from flatplank_control.runner.campaign.located import Located, load
-from flatplank_control.runner.campaign.quality import Limits, limits_from
+from flatplank_control.runner.campaign.order import (
+    RADIUS,
+    PlannedRun,
+    with_radius,
+    with_reference,
+)
+from flatplank_control.runner.campaign.quality import Limits
+from flatplank_control.runner.campaign.reading import Reading, plain
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
-from flatplank_control.runner.measurement import ON_THE_ROAD, Measurement, from_mapping
+from flatplank_control.runner.measurement import (
+    ON_THE_ROAD,
+    Measurement,
+    MeasurementError,
+    from_mapping,
+)
 from flatplank_hw.params import nearest
 
 FORMAT = "flatplank-plan/1"
+KEYS = (
+    "format", "name", "tire", "serial", "operator", "session", "order", "seed", "attempts", "r_e",
+    "reference", "set_up", "quality", "common", "runs",
+)  # fmt: skip
 ORDERS = ("as_written", "random")
 RADII = ("measured", "given")
-SESSION = ("room_temperature", "paper_batch", "sliding_distance", "pressure_after", "rim", "notes")
-"""facts of the session that a run record keeps beside its own fields"""
-_MEASUREMENT = {f.name for f in fields(Measurement)}
-_WHOLE = ("waveform_parameters", "profile_parameters", "session")
+SET_UP = ("blocked_wheel_angles_deg", "steer_limit_deg")
+SESSION: dict[str, tuple[float, float] | None] = {
+    "room_temperature": (-20.0, 60.0),
+    "paper_batch": None,
+    "sliding_distance": (0.0, 1e6),
+    "pressure_after": (0.0, 10.0),
+    "rim": None,
+    "notes": None,
+}
+"""fact of the session that a run record keeps beside its own fields -> its range; none: text"""
+NOT_OF_A_BLOCK = {
+    **dict.fromkeys(("tire", "serial", "operator", "session"), "write it once, at the top"),
+    **dict.fromkeys(("name", "run_index", "calibration"), "leave it out: the run gets its own"),
+    "repeat": "give repeats",
+}
+"""field of a measurement that no block may have -> what to do"""
+OF_A_RUN = frozenset(f.name for f in fields(Measurement)) - frozenset(NOT_OF_A_BLOCK)
+OF_A_BLOCK = OF_A_RUN | {"repeats"}
+_LIMITS = tuple(f.name for f in fields(Limits))
+RADIUS_RUN = "the run that gives r_e (a free_rolling block of yours takes its place): "
+_WHOLE = ("waveform_parameters", "profile_parameters")
 """keys whose value is no list of alternatives"""
-
-
-@dataclass(frozen=True)
-class PlannedRun:
-    """One run of a campaign."""
-
-    key: str
-    """identity within the plan, for resume"""
-    measurement: Measurement
-    line: int
-    """in the plan, where it comes from"""
-    role: str = "run"
-    """run, radius (gives r_e to others) or reference (wear)"""
-    needs: str = ""
-    """key of the run that gives its effective rolling radius"""
 
 
 @dataclass(frozen=True)
@@ -93,204 +112,147 @@ def plan_from_text(text: str, where: str) -> CampaignPlan:
 class _Builder:
     """Reads, expands, orders; collects problems instead of stopping at the first."""
 
-    KEYS = frozenset(
-        [
-            "format",
-            "name",
-            "tire",
-            "order",
-            "seed",
-            "attempts",
-            "r_e",
-            "reference",
-            "quality",
-            "common",
-            "runs",
-            "set_up",
-            "session",
-            "serial",
-            "operator",
-        ]
-    )
-
     def __init__(self, data: Any, where: str, digest: str) -> None:
+        if not isinstance(data, Located) or data.get("format") != FORMAT:
+            raise PlanError([f"{where}: not a plan; expected 'format: {FORMAT}'"])
         self.data, self.where, self.digest = data, where, digest
-        self.problems: list[str] = []
+        self.read = Reading(where)
 
     def build(self) -> CampaignPlan:
-        data = self.data
-        if not isinstance(data, Located) or data.get("format") != FORMAT:
-            raise PlanError([f"{self.where}: not a plan; expected 'format: {FORMAT}'"])
-        self._keys(data, self.KEYS, "")
-        tire = self._tire(data)
-        self._choice(data, "order", ORDERS)
-        self._choice(data, "r_e", RADII)
-        limits = self._limits(data)
-        runs = list(self._expand(data)) if tire else []
-        if not runs and not self.problems:
-            self._say(data.line_of("runs"), "runs: nothing to measure; give at least one block")
-        if tire:
-            self._check_all(runs, tire)
-        if self.problems:
-            raise PlanError(self.problems)
-        ordered = self._ordered(runs)
-        return CampaignPlan(
-            str(data.get("name") or Path(self.where).stem), self.where, self.digest, tire,
-            tuple(self._with_reference(self._with_radius(ordered))),
-            int(data.get("attempts", 2)), limits,
-        )  # fmt: skip
+        data, read = self.data, self.read
+        read.keys(data, KEYS)
+        name, tire, limits, set_up = self._name(), self._tire(), self._limits(), self._set_up()
+        attempts = read.whole(data, "attempts", 2, least=1)
+        common = read.section(data, "common", OF_A_BLOCK, NOT_OF_A_BLOCK)
+        if tire is None:
+            raise PlanError(read.problems)
+        about = self._about(tire)
+        runs = list(self._in_order(list(self._expand(about, common)), about, common))
+        for run in runs:
+            for key, reason in refuse(run.measurement, tire, set_up):
+                own = run.key.startswith(RADIUS) and key not in run.lines
+                read.say(run.line_of(key), f"{RADIUS_RUN if own else ''}{reason}")
+        if read.problems:
+            raise PlanError(read.problems)
+        return CampaignPlan(name, self.where, self.digest, tire, tuple(runs), attempts, limits)
 
     # reading
-    def _say(self, line: int, text: str) -> None:
-        problem = f"{self.where}:{line}: {text}"
-        if problem not in self.problems:
-            self.problems.append(problem)
-
-    def _keys(self, data: Located, known: frozenset[str] | set[str], prefix: str) -> None:
-        for key in data:
-            if key not in known:
-                self._say(data.line_of(key), f"{prefix}unknown key '{key}'{nearest(key, known)}")
-
-    def _choice(self, data: Located, key: str, allowed: Sequence[str]) -> None:
-        value = data.get(key, allowed[0])
-        if value not in allowed:
-            self._say(data.line_of(key), f"{key} is '{value}'{nearest(str(value), allowed)}")
-
-    def _tire(self, data: Located) -> TireEntry | None:
-        name = str(data.get("tire", ""))
-        known = known_tires()
-        if name not in known:
-            self._say(data.line_of("tire"), f"unknown tire '{name}'{nearest(name, known)}")
-            return None
-        return known[name]
-
-    def _limits(self, data: Located) -> Limits:
+    def _name(self) -> str:
+        name = self.read.text(self.data, "name", Path(self.where).stem)
         try:
-            return limits_from(data.get("quality") or {})
-        except ValueError as error:
-            self._say(data.line_of("quality"), f"quality: {error}")
-            return Limits()
+            return check_name(name)
+        except RecordingError as error:
+            self.read.say(self.data.line_of("name"), f"name: {error}")
+            return name
+
+    def _tire(self) -> TireEntry | None:
+        name, known = str(self.data.get("tire", "")), known_tires()
+        if name not in known:
+            line = self.data.line_of("tire")
+            self.read.say(line, f"unknown tire '{name}'{nearest(name, known)}")
+        return known.get(name)
+
+    def _limits(self) -> Limits:
+        section = self.read.section(self.data, "quality", _LIMITS)
+        return Limits(**{k: self.read.positive(section, k) for k in section if k in _LIMITS})
+
+    def _set_up(self) -> SetUp:
+        section = self.read.section(self.data, "set_up", SET_UP)
+        blocked, steer = SET_UP
+        limits = (0.0, STEER_LIMIT)
+        return SetUp(
+            self.read.spans(section, blocked),
+            self.read.number(section, steer, STEER_LIMIT, limits),
+        )
+
+    def _about(self, tire: TireEntry) -> dict[str, Any]:
+        """What is the same in every run, and what holds when a block says nothing."""
+        data, read = self.data, self.read
+        session = read.section(data, "session", SESSION)
+        facts = {
+            key: read.number(session, key, span[0], span) if span else read.text(session, key)
+            for key, span in SESSION.items()
+            if key in session
+        }
+        nominal = {"tire": tire.name, "fz": tire.nominal_load, "pressure": tire.nominal_pressure}
+        return {
+            **nominal,
+            "serial": read.text(data, "serial"),
+            "operator": read.text(data, "operator"),
+            "session": facts,
+        }
 
     # expanding
-    def _expand(self, data: Located) -> Iterator[PlannedRun]:
-        common = data.get("common") or {}
-        blocks = data.get("runs")
-        if not isinstance(blocks, list):
-            self._say(data.line_of("runs"), "runs: expected a list of blocks")
+    def _expand(self, about: dict[str, Any], common: Located) -> Iterator[PlannedRun]:
+        blocks = self.data.get("runs")
+        if not isinstance(blocks, list) or not blocks:
+            line = self.data.line_of("runs")
+            self.read.say(line, "runs: nothing to measure; give a list of blocks")
             return
         for number, block in enumerate(blocks):
             if not isinstance(block, Located):
-                self._say(data.line_of("runs"), f"runs: block {number + 1} is no mapping")
+                line = self.data.line_of("runs")
+                self.read.say(line, f"runs: block {number + 1} is {block!r}; give keys and values")
                 continue
-            yield from self._block(number, {**common}, block)
+            self.read.keys(block, OF_A_BLOCK, "", NOT_OF_A_BLOCK)
+            lines = common.lines | block.lines
+            yield from self._block(number, about, _known({**common, **block}), lines, block.line)
 
-    def _block(self, number: int, common: dict, block: Located) -> Iterator[PlannedRun]:
-        self._keys(block, _MEASUREMENT | {"repeats"}, "")
-        values = {**common, **{k: v for k, v in block.items() if k in _MEASUREMENT}}
-        varied = {k: v for k, v in values.items() if isinstance(v, list) and k not in _WHOLE}
-        fixed = {k: _plain(v) for k, v in values.items() if k not in varied}
-        repeats = block.get("repeats", 1)
-        if not isinstance(repeats, int) or repeats < 1:
-            self._say(block.line_of("repeats"), f"repeats is {repeats!r}; give 1 or more")
+    def _block(
+        self, number: int, about: dict, values: dict, lines: Mapping[str, int], line: int
+    ) -> Iterator[PlannedRun]:
+        repeats = values.pop("repeats", 1)
+        if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
+            self.read.say(lines["repeats"], f"repeats is {repeats!r}; give 1 or more")
             return
+        varied = {k: v for k, v in values.items() if isinstance(v, list) and k not in _WHOLE}
+        for key in (k for k, v in varied.items() if not v):
+            self.read.say(lines[key], f"{key} is an empty list; give values, or leave it out")
         combinations = itertools.product(*varied.values(), range(repeats))
         for k, combination in enumerate(combinations):
-            own = dict(zip(varied, combination, strict=False))
-            run = self._run(f"{number}.{k}", fixed | own, combination[-1], block)
-            if run:
-                yield run
+            own = {**values, **dict(zip(varied, combination, strict=False))}
+            m = self._measurement({**about, **own, "repeat": combination[-1]}, lines, line)
+            if m:
+                yield PlannedRun(f"{number}.{k}", m, line, lines=lines)
 
-    def _run(self, key: str, values: dict, repeat: int, block: Located) -> PlannedRun | None:
-        data = self.data
-        about = {"tire": data.get("tire"), "session": dict(data.get("session") or {})}
-        about |= {k: str(data[k]) for k in ("serial", "operator") if k in data}
+    def _measurement(
+        self, values: Mapping[str, Any], lines: Mapping[str, int], line: int
+    ) -> Measurement | None:
         try:
-            m = from_mapping({**about, "repeat": repeat, **values}, "")
-        except ValueError as error:
-            text = re.sub(r"^: (measurement [^:]*: )?", "", str(error))
-            line = next(
-                (n for k, n in block.lines.items() if k in re.findall(r"\w+", text)), block.line
-            )
-            self._say(line, text)
+            m = from_mapping({k: plain(v) for k, v in values.items()}, self.where)
+        except MeasurementError as error:
+            self.read.say(lines.get(error.key, line), error.reason)
             return None
-        return PlannedRun(key, m, block.line)
-
-    def _check_all(self, runs: Sequence[PlannedRun], tire: TireEntry) -> None:
-        """Reasons against runs, each said once with the line of its block and key."""
-        blocks = {b.line: b for b in self.data.get("runs") or [] if isinstance(b, Located)}
-        said = set()
-        for run in runs:
-            for key, reason in refuse(run.measurement, tire, self.data.get("set_up") or {}):
-                line = blocks[run.line].line_of(key)
-                if (line, reason) not in said:
-                    said.add((line, reason))
-                    self._say(line, reason)
+        untold = m.measurement in ON_THE_ROAD and "effective_rolling_radius" not in values
+        if untold and self.data.get("r_e") == "given":
+            self.read.say(line, "r_e is given: write effective_rolling_radius [m] here")
+        return m
 
     # ordering
-    def _ordered(self, runs: list[PlannedRun]) -> list[PlannedRun]:
-        if self.data.get("order") == "random":
-            random.Random(self.data.get("seed", 0)).shuffle(runs)
-        return runs
+    def _in_order(
+        self, runs: list[PlannedRun], about: dict[str, Any], common: Located
+    ) -> Iterable[PlannedRun]:
+        data, read = self.data, self.read
+        seed = read.whole(data, "seed", 0, least=0)
+        if read.choice(data, "order", ORDERS) == "random":
+            random.Random(seed).shuffle(runs)
+        spec = read.section(data, "reference", OF_A_RUN | {"every"}, NOT_OF_A_BLOCK)
+        every = read.whole(spec, "every", 20, least=1)
+        base = self._reference(spec, about, common) if spec else None
+        all_runs = with_reference(runs, base, every) if base else runs
+        measured = read.choice(data, "r_e", RADII) == "measured"
+        return with_radius(all_runs) if measured else all_runs
 
-    def _with_radius(self, runs: list[PlannedRun]) -> Iterator[PlannedRun]:
-        """Before the first slip run of a condition comes the run that gives its r_e."""
-        if self.data.get("r_e", RADII[0]) == "given":
-            yield from runs
-            return
-        makers: dict[tuple, PlannedRun] = {}
-        for run in runs:
-            if run.measurement.measurement == "free_rolling":
-                makers.setdefault(condition(run.measurement), run)
-        made: set[str] = set()
-        for run in runs:
-            if run.key in made:
-                continue
-            if run.measurement.measurement not in ON_THE_ROAD:
-                made.add(run.key)
-                yield run
-                continue
-            maker = makers.get(condition(run.measurement))
-            if maker is None:
-                maker = makers[condition(run.measurement)] = _radius_run(run)
-            if maker.key not in made:
-                made.add(maker.key)
-                yield PlannedRun(maker.key, maker.measurement, maker.line, "radius")
-            yield PlannedRun(run.key, run.measurement, run.line, "run", maker.key)
-
-    def _with_reference(self, runs: Iterator[PlannedRun]) -> Iterator[PlannedRun]:
-        """A reference run before the first and after every N runs: what the paper has lost."""
-        spec = self.data.get("reference")
-        runs = list(runs)
-        if not spec:
-            yield from runs
-            return
-        every = int(spec.get("every", 20))
-        values = {k: v for k, v in spec.items() if k != "every"}
-        base = from_mapping({"tire": self.data["tire"], **values}, f"{self.where}: reference")
-        needs = next((r.key for r in runs if r.role == "radius"
-                      and condition(r.measurement) == condition(base)), "")  # fmt: skip
-        for k, run in enumerate(runs):
-            yield run
-            ready = not needs or any(r.key == needs for r in runs[: k + 1])
-            if ready and (k + 1) % every == 0 and k + 1 < len(runs):
-                number = (k + 1) // every
-                yield PlannedRun(
-                    f"reference.{number}", base, self.data.line_of("reference"), "reference", needs
-                )
+    def _reference(
+        self, spec: Located, about: dict[str, Any], common: Located
+    ) -> PlannedRun | None:
+        """As the plan's runs, where it says nothing else; of a list in `common` its first value."""
+        same = {k: v[0] if isinstance(v, list) and v else v for k, v in common.items()}
+        values = {k: v for k, v in {**same, **spec}.items() if k in OF_A_RUN}
+        line, lines = self.data.line_of("reference"), common.lines | spec.lines
+        m = self._measurement({**about, **values}, lines, line)
+        return PlannedRun("reference", m, line, "reference", lines=lines) if m else None
 
 
-def _plain(value: Any) -> Any:
-    return dict(value) if isinstance(value, Located) else value
-
-
-def condition(m: Measurement) -> tuple:
-    """What one effective rolling radius holds for."""
-    return (m.tire, m.fz, m.pressure, m.alpha_deg, m.gamma_deg)
-
-
-def _radius_run(run: PlannedRun) -> PlannedRun:
-    m = run.measurement
-    same = {k: getattr(m, k) for k in ("tire", "fz", "pressure", "alpha_deg", "gamma_deg")}
-    about = {k: getattr(m, k) for k in ("serial", "operator", "session", "end_position")}
-    free = Measurement(measurement="free_rolling", **same, **about)
-    return PlannedRun(f"r_e.{run.key}", free, run.line)
+def _known(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {k: v for k, v in values.items() if k in OF_A_BLOCK}

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from flatplank_control.runner.measurement import Measurement
-from flatplank_hw.params import nearest
 
 SPEED = 0.03092
 """commanded speed of the road [m/s], thesis 4.3"""
@@ -40,17 +39,6 @@ class Limits:
     """rms of Fx against the mean of earlier runs of the condition [N]"""
     force_error: float = 0.05
     """free rolling: mean Fx over the last 1.5 m against 50 N"""
-
-
-def limits_from(values: Mapping[str, float]) -> Limits:
-    """Limits with some changed; ValueError names an unknown one."""
-    known = {f.name for f in fields(Limits)}
-    for key, value in values.items():
-        if key not in known:
-            raise ValueError(f"unknown limit '{key}'{nearest(key, known)}")
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0:
-            raise ValueError(f"{key} is {value!r}, must be a number above 0")
-    return Limits(**{k: float(v) for k, v in values.items()})
 
 
 class Finding(NamedTuple):

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Takes values out of a plan and gathers what is wrong with them: file, line, what, what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from flatplank_control.runner.campaign.located import Located
+from flatplank_hw.params import nearest
+
+Span = tuple[float, float]
+Hints = Mapping[str, str]
+_NONE: Hints = {}
+
+
+class Reading:
+    """Every reader gives what the plan says, or its default when that is refused."""
+
+    def __init__(self, where: str) -> None:
+        self.where = where
+        self.problems: list[str] = []
+
+    def say(self, line: int, text: str) -> None:
+        """One problem; the same words are said once."""
+        problem = f"{self.where}:{line}: {text}"
+        if problem not in self.problems:
+            self.problems.append(problem)
+
+    def keys(
+        self, data: Located, known: Collection[str], prefix: str = "", not_here: Hints = _NONE
+    ) -> None:
+        """`not_here`: key that belongs elsewhere -> what to do with it."""
+        for key in data:
+            if key in not_here:
+                self.say(data.line_of(key), f"{prefix}{key} does not belong here; {not_here[key]}")
+            elif key not in known:
+                self.say(data.line_of(key), f"{prefix}unknown key '{key}'{nearest(key, known)}")
+
+    def section(
+        self, data: Located, key: str, known: Collection[str], not_here: Hints = _NONE
+    ) -> Located:
+        """A mapping with known keys; empty when the plan has none."""
+        value = data.get(key)
+        if isinstance(value, Located):
+            self.keys(value, known, f"{key}: ", not_here)
+            return value
+        if value is not None:
+            self._refuse(data, key, "keys and values, as in {key: value}")
+        return Located()
+
+    def choice(self, data: Located, key: str, allowed: Sequence[str]) -> str:
+        """The first one is the default."""
+        value = data.get(key, allowed[0])
+        if value in allowed:
+            return str(value)
+        self.say(data.line_of(key), f"{key} is '{value}'{nearest(str(value), allowed)}")
+        return allowed[0]
+
+    def whole(self, data: Located, key: str, default: int, least: int) -> int:
+        value = data.get(key, default)
+        if isinstance(value, int) and not isinstance(value, bool) and value >= least:
+            return value
+        self._refuse(data, key, f"a whole number, {least} or more")
+        return default
+
+    def number(self, data: Located, key: str, default: float, span: Span) -> float:
+        """Within `span`."""
+        value = data.get(key, default)
+        if is_number(value) and span[0] <= value <= span[1]:
+            return float(value)
+        self._refuse(data, key, f"a number of {span[0]:g} .. {span[1]:g}")
+        return default
+
+    def positive(self, data: Located, key: str) -> float:
+        value = data[key]
+        if is_number(value) and value > 0:
+            return float(value)
+        self._refuse(data, key, "a number above 0")
+        return 1.0
+
+    def text(self, data: Located, key: str, default: str = "") -> str:
+        """A number stands for its digits."""
+        value = data.get(key, default)
+        if isinstance(value, str) or is_number(value):
+            return str(value)
+        self._refuse(data, key, "text")
+        return default
+
+    def spans(self, data: Located, key: str) -> tuple[Span, ...]:
+        """Pairs of numbers."""
+        value = data.get(key, [])
+        if isinstance(value, list) and all(_is_pair(v) for v in value):
+            return tuple((float(low), float(high)) for low, high in value)
+        self._refuse(data, key, "pairs of numbers, as in [[100, 130], [350, 10]]")
+        return ()
+
+    def _refuse(self, data: Located, key: str, wanted: str) -> None:
+        self.say(data.line_of(key), f"{key} is {plain(data[key])!r}; give {wanted}")
+
+
+def is_number(value: Any) -> bool:
+    """Finite, and no truth value."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and -math.inf < value < math.inf
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(map(is_number, value))
+
+
+def plain(value: Any) -> Any:
+    """Without the lines."""
+    return dict(value) if isinstance(value, Located) else value
