@@ -76,6 +76,7 @@ def test_the_second_reading_comes_from_the_cache(tmp_path, bag, source):
 @pytest.mark.parametrize("share", [0.5, 0.97])
 def test_a_bag_without_its_end_is_read_as_far_as_it_goes(tmp_path, bag, source, share):
     folder = shutil.copytree(bag, tmp_path / "cut")
+    (folder / NAME / "run.yaml").write_text(RECORD + "status: complete\n")
     mcap = next(folder.rglob("*.mcap"))
     data = mcap.read_bytes()
     mcap.write_bytes(data[: int(share * len(data))])
@@ -85,6 +86,45 @@ def test_a_bag_without_its_end_is_read_as_far_as_it_goes(tmp_path, bag, source, 
     assert share * len(source) - 200 < rows < len(source)
     np.testing.assert_array_equal(table["fx"], source["fx"][:rows])
     assert "no end" in str(campaign.problems[0])
+
+
+def three(folder):
+    """Bags of one condition: complete, discarded by the operator, interrupted by a crash."""
+    ends = {
+        NAME: "status: complete\n",
+        f"{NAME}_r02": "status: discarded\nstop_reason: discard by the operator\n",
+        f"{NAME}_r03": "status: interrupted\n",
+    }
+    for name, end in ends.items():
+        write_run(folder / name, dict(step_table(0.05).columns), RECORD, name)
+        (folder / name / "metadata.yaml").write_text("{}")
+        (folder / name / "run.yaml").write_text(RECORD + end)
+    return folder
+
+
+def test_runs_that_did_not_end_well_are_left_out_and_named(tmp_path):
+    campaign = Campaign.load(three(tmp_path / "data"))
+    assert [run.info.name for run in campaign.runs] == [NAME]
+    discarded, interrupted = campaign.problems
+    assert discarded.file.endswith("_r02") and "(discard by the operator)" in str(discarded)
+    assert interrupted.file.endswith("_r03") and "ended as 'interrupted'" in str(interrupted)
+    assert not discarded.fatal and "run kept" not in str(discarded)
+
+
+def test_a_list_counts_and_what_it_does_not_name_is_told(tmp_path):
+    folder = three(tmp_path / "data")
+    entry = f"- {{file: {NAME}, kappa: 0.05, fz: 3700.0, step_position: 1.5}}\n"
+    text = "format: flatplank-measurement-table/1\ntire: TOY\nruns:\n"
+    (folder / "campaign.yaml").write_text(text + entry)
+    write_run(folder / "attempt", dict(step_table(0.05).columns), RECORD, "attempt")
+    (folder / "attempt" / "metadata.yaml").write_text("{}")
+    (folder / "attempt" / "run.yaml").write_text(RECORD + "status: complete\n")
+    campaign = Campaign.load(folder)
+    assert [run.info.name for run in campaign.runs] == [NAME]
+    told = {problem.file: str(problem) for problem in campaign.problems}
+    assert set(told) == {"attempt", f"{NAME}_r02", f"{NAME}_r03"}
+    assert "not in campaign.yaml" in told["attempt"]
+    assert "ended as 'discarded'" in told[f"{NAME}_r02"]
 
 
 def test_an_empty_bag_is_told(tmp_path, bag):
@@ -214,4 +254,5 @@ def test_a_single_bag_knows_how_its_run_ended(tmp_path, source):
     assert Campaign.load(folder).infos[0].status == "complete"
     (folder / "run.yaml").write_text(RECORD + "status: interrupted\nuuid: u1\n")
     assert Campaign.load(folder).infos[0].status == "interrupted"
-    assert Campaign.load(tmp_path).infos[0].status == "interrupted"
+    with pytest.raises(FlatplankError, match="left out: it ended as 'interrupted'"):
+        Campaign.load(tmp_path)

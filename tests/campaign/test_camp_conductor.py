@@ -59,6 +59,22 @@ def test_a_bad_run_is_made_again_under_another_name_and_then_kept_flagged(tmp_pa
     assert not conductor.journal.done[first.run.key].facts["good"]
 
 
+def test_kept_is_the_last_attempt_of_what_is_done(tmp_path):
+    plan = small("attempts: 2\n", runs="runs:\n- {measurement: slip, kappa: [0.0, 0.05, 0.1]}\n")
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    conductor.finish(radius := conductor.take(), outcome(radius))
+    for _ in range(2):
+        conductor.finish(job := conductor.take(), outcome(job, BAD))
+    conductor.finish(left := conductor.take(), outcome(left, BAD))
+    conductor.skip(left.run.key, "by the operator")
+    again = Conductor(plan, journal(tmp_path, plan))
+    assert again.kept() == [
+        (radius.measurement, radius.measurement.name),
+        (job.measurement, job.measurement.name),
+    ]
+    assert job.attempt == 2
+
+
 @pytest.mark.parametrize("torn", [False, True])
 @pytest.mark.parametrize("until", range(5))
 def test_resume_after_a_crash_at_any_run(tmp_path, until, torn):

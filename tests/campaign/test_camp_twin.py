@@ -7,6 +7,7 @@ import pytest
 import yaml
 from camp_plans import LENIENT, ROAD, small
 
+from flatplank_analysis.data import Campaign
 from flatplank_control.bench.campaign_run import run_on_twin
 from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
@@ -50,6 +51,27 @@ def test_stopped_resumed_and_nothing_lost(tmp_path):
     assert {run["effective_rolling_radius"] for run in slips} == {
         journal.done["r_e.0.0"].facts["radius"]
     }
+
+
+def test_a_failed_attempt_is_not_analysed(tmp_path):
+    strict = LENIENT.replace("load_drift: 1,", "load_drift: 1.0e-9,")
+    plan = small(ROAD + strict, runs="runs:\n- {measurement: slip, kappa: 0.05, start: 1}\n")
+    journal = Journal(tmp_path / "j.jsonl", plan.name, plan.digest)
+    run_on_twin(Conductor(plan, journal), SETUP, tmp_path, bags=True)
+    bad, kept = ({done.files[k] for done in journal.done.values()} for k in (0, 1))
+    campaign = Campaign.load(tmp_path)
+    assert {run.info.file for run in campaign.runs} == kept
+    assert {problem.file for problem in campaign.problems} == bad
+
+
+def test_a_list_that_a_crash_left_behind_is_made_up_for(tmp_path):
+    plan = small(ROAD + LENIENT, runs="runs:\n- {measurement: slip, kappa: 0.05, start: 1}\n")
+    journal = Journal(tmp_path / "j.jsonl", plan.name, plan.digest)
+    run_on_twin(Conductor(plan, journal), SETUP, tmp_path)
+    listing = (tmp_path / "campaign.yaml").read_text()
+    (tmp_path / "campaign.yaml").unlink()
+    run_on_twin(Conductor(plan, journal), SETUP, tmp_path)
+    assert (tmp_path / "campaign.yaml").read_text() == listing
 
 
 @pytest.mark.parametrize("kind", ["slip", "free_rolling"])

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from bench_graph import graph
 
+from flatplank_analysis.data import Campaign
 from flatplank_control.cli.run import find_plan
 from flatplank_control.nodes import client
 from flatplank_control.nodes.client import BenchError
@@ -82,6 +83,7 @@ def resumed(folder: Path, monkeypatch, text: str, kill_in: int) -> None:
     files = [journal.done[run.key].files[-1] for run in plan.runs]
     assert len(set(files)) == len(plan.runs)
     assert all(load_record(data / name).status == "complete" for name in files)
+    assert {run.info.file for run in Campaign.load(data).runs} == set(files)
 
 
 @pytest.mark.timeout(600)

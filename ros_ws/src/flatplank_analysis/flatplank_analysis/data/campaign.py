@@ -16,12 +16,15 @@ from flatplank_analysis.data.info import Condition, RunInfo, info_from_dict
 from flatplank_analysis.data.names import parse_name
 from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.data.readers import Request, describe, reader_for, suffixes
+from flatplank_analysis.data.readers.bag import RECORD_FILE
 from flatplank_analysis.data.store import Store, open_store
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 
 FORMAT = "flatplank-measurement-table/1"
 CAMPAIGN_FILE = "campaign.yaml"
+USED = ("", "complete")
+"""how a run ended that is evaluated; none: its file does not say"""
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,7 @@ class Campaign:
         for number, entry in enumerate(raw["runs"], start=1):
             campaign._add(store, entry, number, mapping)
         campaign._drop_doubles()
+        campaign._tell_unlisted(store)
         if not campaign.runs:
             first = f" (first problem: {problems[0]})" if problems else ""
             raise NothingUsableError(
@@ -130,11 +134,25 @@ class Campaign:
             file = entry.get("file", where) if isinstance(entry, Mapping) else where
             self.problems.append(problem_of(error, str(file)))
             return
+        # a bag that was opened by itself is meant, however it ended
+        if info.status not in USED and not store.exists(RECORD_FILE):
+            self.problems.append(_left_out(info.file, info.to_dict()))
+            return
         self.problems += [
             Problem(info.file, text, where, "correct the spelling", fatal=False)
             for text in remarks
         ]
         self.runs.append(Run(info, store, mapping))
+
+    def _tell_unlisted(self, store: Store) -> None:
+        """Runs that lie in the folder, and that its campaign.yaml does not name."""
+        if not store.exists(CAMPAIGN_FILE):
+            return
+        known = {run.info.file for run in self.runs} | {problem.file for problem in self.problems}
+        for entry in _found(store):
+            file = entry["file"]
+            if file not in known and (_is_bag(store, file) or "tire" in entry):
+                self.problems.append(_left_out(file, _told(store, file)))
 
     def _drop_doubles(self) -> None:
         """Two runs with one UUID are one run copied, or a record gone wrong: keep the first."""
@@ -243,6 +261,26 @@ def _found(store: Store) -> list[dict[str, Any]]:
             stem = name.rsplit(".", 1)[0] if known else name
             out.append({"file": name, "run_index": len(out)} | parse_name(stem) | {"_own": True})
     return out
+
+
+def _told(store: Store, file: str) -> Mapping[str, Any]:
+    """What an unlisted file says of itself; one that cannot be read says nothing."""
+    try:
+        return describe(store, file)
+    except FlatplankError:
+        return {}
+
+
+def _left_out(file: str, facts: Mapping[str, Any]) -> Problem:
+    """Why a run is not evaluated: how it ended, or that it is not in the list."""
+    status = str(facts.get("status") or "")
+    if status in USED:
+        what, remedy = f"left out: not in {CAMPAIGN_FILE}", "list it there if it counts"
+    else:
+        why = facts.get("stop_reason") or facts.get("notes")
+        what = f"left out: it ended as '{status}'" + (f" ({why})" if why else "")
+        remedy = "measure it again if it is missed"
+    return Problem(file, what, remedy=remedy, fatal=False, left_out=True)
 
 
 def _is_bag(store: Store, name: str) -> bool:

@@ -19,11 +19,13 @@ class Problem:
     remedy: str = ""
     fatal: bool = True
     """the run cannot be used"""
+    left_out: bool = False
+    """the run is not used, and nothing is wrong with that"""
 
     def __str__(self) -> str:
         head = f"{self.file}: {self.place}: " if self.place else f"{self.file}: "
         tail = f"; {self.remedy}" if self.remedy else ""
-        return f"{head}{self.what}{tail}" + ("" if self.fatal else " (run kept)")
+        return f"{head}{self.what}{tail}" + ("" if self.fatal or self.left_out else " (run kept)")
 
     def error(self) -> FlatplankError:
         """The same as an exception."""

@@ -10,20 +10,16 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
 
-import yaml
-
+from flatplank_control.bench.listing import write_campaign
 from flatplank_control.bench.log import BagLog, TableLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
 from flatplank_control.bench.twin_bench import TwinBench
-from flatplank_control.recording.metadata import replace_text
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
 from flatplank_control.runner.plans import plan_of
 
 SLIPS = (0.0, 0.01, -0.01, 0.02, -0.02, 0.05, -0.05, 0.1, -0.1)
 """section 6.2"""
-FORMAT = "flatplank-measurement-table/1"
-CAMPAIGN_FILE = "campaign.yaml"
 Progress = Callable[[int, int, str], None]
 
 
@@ -91,20 +87,3 @@ def _run(
         }
         for task in as_completed(tasks):
             yield tasks[task], task.result()
-
-
-def write_campaign(folder: Path, runs: Sequence[tuple[Measurement, Path]]) -> None:
-    """Add runs to the folder's campaign.yaml."""
-    path = folder / CAMPAIGN_FILE
-    old = yaml.safe_load(path.read_text(encoding="utf-8")) if path.exists() else {}
-    names = {p.name for _, p in runs}
-    kept = [run for run in old.get("runs", []) if run["file"] not in names]
-    new = [_entry(m, p) for m, p in runs]
-    content = {"format": FORMAT, "tire": runs[0][0].tire, "runs": [*kept, *new]}
-    replace_text(path, yaml.safe_dump(content, sort_keys=False))
-
-
-def _entry(m: Measurement, path: Path) -> dict:
-    leave = ("name", "calibration")
-    record = {k: v for k, v in m.record().items() if v not in (None, "", {}) and k not in leave}
-    return {"file": path.name, **record}

@@ -9,8 +9,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from dataclasses import replace
 from pathlib import Path
 
-from flatplank_control.bench.campaign import write_campaign
 from flatplank_control.bench.judging import outcome_of
+from flatplank_control.bench.listing import list_kept
 from flatplank_control.bench.log import BagLog, TableLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
@@ -63,11 +63,12 @@ def run_on_twin(
     """All runs of the plan that are not done; the journal and campaign.yaml grow with each."""
     folder.mkdir(parents=True, exist_ok=True)
     setup = setup_for(conductor.plan, setup)
+    list_kept(conductor, folder)
     arguments = (setup, folder, bags, conductor.plan.quality)
 
     def take_in(job: Job, outcome: Outcome) -> None:
-        if conductor.finish(job, outcome):
-            write_campaign(folder, [(job.measurement, folder / outcome.file)])
+        conductor.finish(job, outcome)
+        list_kept(conductor, folder)
         progress(conductor, job, outcome)
 
     if jobs == 1:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many, write_campaign
+from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many
+from flatplank_control.bench.listing import write_campaign
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.demo.steps import Teller

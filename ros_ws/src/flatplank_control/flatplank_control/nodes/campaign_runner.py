@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_control.bench.judging import outcome_of
+from flatplank_control.bench.listing import list_kept
 from flatplank_control.calibration.book import book_for
 from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.nodes.ros_bench import RosBench
@@ -52,6 +53,7 @@ class CampaignRunner:
         """Until the plan is done; PlanFailed when the bench stops it or it is cancelled."""
         self.bench.interrupt = lambda: self._look(cancelled)
         await self._leave_behind(tell)
+        list_kept(self.conductor, self.folder)
         while job := self.conductor.take():
             name = job.measurement.name
             tell(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)
@@ -61,6 +63,7 @@ class CampaignRunner:
                 await self._grant(str(wish), job, tell)
                 continue
             self.conductor.finish(job, outcome)
+            list_kept(self.conductor, self.folder)
             tell(f"{outcome.file}: {outcome.text()}")
 
     def time_left(self) -> float:

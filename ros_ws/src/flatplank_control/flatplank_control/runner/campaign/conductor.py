@@ -93,6 +93,15 @@ class Conductor:
             self._waiting.remove(job.run)
         return final
 
+    def kept(self) -> list[tuple[Measurement, str]]:
+        """The runs that are done and the file of the attempt that counts, as the plan has them."""
+        done = ((run, self.journal.done.get(run.key)) for run in self.plan.runs)
+        return [
+            (self._measurement(run, entry.attempts), entry.files[-1])
+            for run, entry in done
+            if entry and entry.ok and not entry.skipped
+        ]
+
     def give_back(self, job: Job) -> None:
         """The run was interrupted: it will be made again."""
         self._busy.discard(job.run.key)
