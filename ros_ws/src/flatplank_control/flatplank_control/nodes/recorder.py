@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from struct import Struct
 
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -20,13 +19,13 @@ from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.run_record import record_from_yaml
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
+from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.params import Params, param
 from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
-_STAMP = Struct("<iI")
 PATIENCE = 5.0
 """a close waits so long for messages that are under way; one that was lost comes again after 3 s
 [s]"""
@@ -91,8 +90,7 @@ class RecorderNode(BenchNode):
     def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
         stamp_ns = self.arrivals.bus_ns
         if with_header:
-            seconds, nanoseconds = _STAMP.unpack_from(cdr, 4)
-            stamp_ns = self.arrivals.add(topic, seconds * 1_000_000_000 + nanoseconds)
+            stamp_ns = self.arrivals.add(topic, convert.raw_stamp_ns(cdr))
         if self.session.state is not State.IDLE:
             self.guarded(lambda: self.session.write(topic, cdr, stamp_ns))
         self.tell_waiting()

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
 import yaml
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
@@ -19,6 +20,7 @@ from flatplank_control.nodes.asking import Asking
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
+from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
@@ -57,8 +59,11 @@ AXIS_OF = {node.name: axis for axis, nodes in AXIS_NODES.items() for node in nod
 SOURCES = {
     "encoders": (EncoderState, "/encoders/state", convert.encoders_from_msg),
     "hub": (HubState, "/measurement_hub/state", convert.hub_from_msg),
+    "contact": (WrenchStamped, "/measurement_hub/wrench_contact", convert.wrench_from_msg),
     "drive": (DriveStatus, "/wheel_drive/status", convert.drive_from_msg),
 }
+OF_HUB = ("hub", "contact")
+"""sources that are one sample: looked at together, of one cycle"""
 
 
 class RosBench:
@@ -87,8 +92,9 @@ class RosBench:
         """the operator has seen enough of what is under way"""
         self.interrupt: Callable[[], None] = lambda: None
         """asked during waits; raises when the plan shall end"""
-        self._prompt, self._say = prompt, say
+        self.prompt, self._say = prompt, say
         self._raw: dict[str, bytes] = {}
+        self._join = CycleJoin(OF_HUB, self._on_hub)
         self._arrival: Future | None = None
         self._awaited: tuple[str, ...] = ()
         self._clients: dict[str, Any] = {}
@@ -132,15 +138,29 @@ class RosBench:
 
     # samples
     def _on_message(self, name: str, raw: bytes) -> None:
-        self._raw[name] = raw
+        if name in OF_HUB:
+            self._join.put(name, convert.raw_stamp_ns(raw), raw)
+        else:
+            self._raw[name] = raw
         awaited = self._arrival
         if awaited is not None and name in self._awaited and not awaited.done():
             awaited.set_result(None)
+
+    def _on_hub(self, at: int, latest: Mapping[str, bytes]) -> None:
+        contact = latest["contact"]
+        if contact is not None and convert.raw_stamp_ns(contact) == at:
+            self._raw |= latest
 
     async def _message_of(self, *names: str) -> None:
         """A sample of one of these has come, or a tick of the wall clock has gone by."""
         self._arrival, self._awaited = Future(), names
         await self._arrival
+
+    async def until(self, said: Callable[[], bool]) -> None:
+        """As long as it takes, whether or not the bench speaks; interrupted like every wait."""
+        while not said():
+            self.interrupt()
+            await self._message_of()
 
     def _tick(self) -> None:
         self._asking.look()
@@ -152,18 +172,22 @@ class RosBench:
         s = self.snapshot()
         if s is None:
             return sorted(set(SOURCES) - set(self._raw))
-        return [name for name in SOURCES if getattr(s, name).cycle < cycle]
+        return [name for name, sample in s._asdict().items() if sample.cycle < cycle]
 
     def snapshot(self) -> S.Snapshot | None:
         """The latest samples, when all are there."""
         if len(self._raw) < len(SOURCES):
             return None
-        return S.Snapshot(
-            **{
-                name: read(deserialize_message(self._raw[name], kind))
-                for name, (kind, _, read) in SOURCES.items()
-            }
-        )
+        read = {
+            name: read(deserialize_message(self._raw[name], kind))
+            for name, (kind, _, read) in SOURCES.items()
+        }
+        hub = read["hub"]._replace(contact=read["contact"])
+        return S.Snapshot(read["encoders"], hub, read["drive"])
+
+    def plank_moves(self) -> bool:
+        s = self.snapshot()
+        return s is not None and s.encoders.plank_moving
 
     async def advance(self, cycles: int) -> None:
         """Let a held bus make cycles, and see the samples of the last one.
@@ -202,9 +226,9 @@ class RosBench:
     async def _manual(self, step: S.Manual) -> None:
         text = prompt_of(step)
         if not self.simulated:
-            if self._prompt is None:
+            if self.prompt is None:
                 raise S.PlanFailed(f"nobody to ask: {text}")
-            await self._prompt(text)
+            await self.prompt(text)
         elif step.quantity == "unload":
             await self.call(Trigger, f"{PLANT}/unload")
         else:
@@ -221,9 +245,9 @@ class RosBench:
                 fast=step.fast,
                 stop_at=step.stop_at,
             )
-        elif self._prompt is not None:
+        elif self.prompt is not None:
             word = {1: "forward", 0: "stop", -1: "reverse"}[step.direction]
-            await self._prompt(f"turn the plank switch to {word}")
+            await self.prompt(f"turn the plank switch to {word}")
 
     async def _enable(self, step: S.Enable) -> None:
         await self.call(SetBool, "/wheel_drive/enable", data=step.on)

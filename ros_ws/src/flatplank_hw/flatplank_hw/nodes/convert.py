@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Sequence
+from struct import Struct
 
 from geometry_msgs.msg import WrenchStamped
 
@@ -25,6 +26,7 @@ from flatplank_msgs.msg import Reference as ReferenceMsg
 NO_WRENCH = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 CHANNELS = 6
 _AXES = len(AXES)
+_STAMP = Struct("<iI")
 
 
 def set_stamp(header, stamp_ns: int) -> None:
@@ -33,6 +35,12 @@ def set_stamp(header, stamp_ns: int) -> None:
 
 def stamp_ns(header) -> int:
     return header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
+
+
+def raw_stamp_ns(cdr: bytes) -> int:
+    """Of a serialised message that begins with a header."""
+    seconds, nanoseconds = _STAMP.unpack_from(cdr, 4)
+    return seconds * 1_000_000_000 + nanoseconds
 
 
 def inputs_to_msg(batch: Sequence[BusInputs], period_ns: int, msg: BusInputsMsg, t0: int) -> None:
