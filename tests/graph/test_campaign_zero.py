@@ -17,7 +17,7 @@ attempts: 1
 r_e: given
 common: {step_position: 0.03, end_position: 0.23}
 runs:
-- {measurement: slip, kappa: 0.05, start: 3}
+- {measurement: slip, kappa: 0.05, start: 3, effective_rolling_radius: 0.3108}
 """
 
 

@@ -190,7 +190,7 @@ def test_too_short_a_turn_gives_no_fit(tmp_path):
 
 PLAN = (
     "format: flatplank-plan/1\nname: judged\ntire: TOY\nr_e: given\nruns:\n"
-    "- {measurement: slip, kappa: 0.05, start: [1, 2, 3]}\n"
+    "- {measurement: slip, kappa: 0.05, start: [1, 2, 3], effective_rolling_radius: 0.31}\n"
 )
 
 
