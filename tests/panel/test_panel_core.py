@@ -50,6 +50,7 @@ class Answers:
     def __init__(self, reason: str = "") -> None:
         self.state, self.asked, self.reason = BenchState(), [], reason
         self.beats: list[str] = []
+        self.hands = True
 
     async def ask(self, request, **fields):
         self.asked.append((request, fields))
@@ -62,7 +63,10 @@ class Answers:
         return dict.fromkeys(names, 0.0)
 
     async def measure(self, plan, folder, simulated):
-        return await self.ask("measure", plan=plan, folder=folder)
+        return await self.ask("measure", plan=plan, folder=folder, simulated=simulated)
+
+    def simulated(self):
+        return self.hands
 
     async def cancel(self):
         return await self.ask("cancel")
@@ -200,7 +204,7 @@ def test_only_the_page_in_charge_acts(bench):
 def test_every_public_action_asks_who_it_is(bench):
     """Walks the operator's methods: a new one is checked by being there."""
     open_to_all = {"take", "give_back", "beat", "supervise", "emergency_stop", "constants", "say"}
-    values = {"mode": "velocity", "what": "steer", "kind": "sim", "name": "x", "plan": {}}
+    values = {"mode": "velocity", "what": "steer", "name": "x", "plan": {}}
     for name in [n for n in vars(Operator) if not n.startswith("_") and n not in open_to_all]:
         method = getattr(bench, name)
         names = method.__code__.co_varnames[1 : method.__code__.co_argcount]
@@ -261,3 +265,25 @@ def test_answers_of_the_analysis_are_strict_json():
         json.dumps(plain(value), allow_nan=False)
         == '{"a": [1.0, null], "b": [2.5, null], "3": "x"}'
     )
+
+
+def test_a_bench_in_the_lab_needs_an_interface_and_a_bus_file_that_are_there(tmp_path):
+    host = Host(tmp_path, tmp_path / "log")
+    (tmp_path / "mine.yaml").write_text("format: something\n")
+    wanted = {
+        ("eth_of_nobody", ""): "network interface 'eth_of_nobody' is not known",
+        ("", "../bench.yaml"): "outside the data folder",
+        ("", "gone.yaml"): "give the path of a bus file",
+        ("", "mine.yaml"): "mine.yaml",
+    }
+    for (interface, bus_file), text in wanted.items():
+        with pytest.raises(ValueError, match=text):
+            host.start("lab", interface=interface, bus_file=bus_file)
+    assert not host.running and host.setup is None
+
+
+def test_who_sets_things_by_hand_is_asked_of_the_bench(bench):
+    for there in (True, False):
+        bench.link.hands = there
+        run(bench.measure("me", "name: x", ""))
+        assert bench.link.asked[-1][1]["simulated"] is there

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import yaml
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from flatplank_control.calibration.book import book_for
@@ -40,7 +39,8 @@ class MeasurementRunnerNode(BenchNode):
 
     def connect(self) -> None:
         self.busy = False
-        self.confirmation: Future | None = None
+        self.asking = False
+        """a prompt waits for the operator"""
         self.server = ActionServer(
             self,
             RunMeasurement,
@@ -64,11 +64,8 @@ class MeasurementRunnerNode(BenchNode):
         return GoalResponse.REJECT if self.busy else GoalResponse.ACCEPT
 
     def on_confirm(self, _request, response):
-        waiting = self.confirmation is not None and not self.confirmation.done()
-        if waiting:
-            self.confirmation.set_result(None)
-        response.success = waiting
-        response.message = "" if waiting else "nothing is being asked"
+        response.success, self.asking = self.asking, False
+        response.message = "" if response.success else "nothing is being asked"
         return response
 
     def on_enough(self, _request, response):
@@ -95,8 +92,12 @@ class MeasurementRunnerNode(BenchNode):
 
         async def ask(text: str) -> None:
             say(text, prompt=text)
-            self.confirmation = Future()
-            await self.confirmation
+            self.asking = True
+            try:
+                await bench.until(lambda: not self.asking)
+            finally:
+                self.asking = False
+            say(text)
 
         request = goal.request
         bench = RosBench(
@@ -117,6 +118,8 @@ class MeasurementRunnerNode(BenchNode):
             result.message = " ".join(str(error).split())
             self.get_logger().error(result.message)
             await self.end_safely(bench, result.message)
+            if not request.simulated and bench.plank_moves():
+                result.message += "; turn the plank switch to stop"
         finally:
             bench.close()
             self.busy, self.bench, self.campaign = False, None, None
@@ -157,6 +160,7 @@ class MeasurementRunnerNode(BenchNode):
         await campaign.run(lambda: goal.is_cancel_requested, tell)
 
     async def end_safely(self, bench: RosBench, reason: str) -> None:
+        bench.prompt = None  # the wheel does not wait for an answer
         for step in (*plans.safe_end(), StopRecord("stopped", reason)):
             try:
                 await bench.do(step)

@@ -112,6 +112,7 @@ class PanelNode:
         self._goal: Any = None
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
+        self._client(*REQUESTS["load_to"])  # whether it is there is known before it is asked for
         self._over = threading.Event()
         self._threads = [
             threading.Thread(target=work, name=f"panel {work.__name__}", daemon=True)
@@ -181,10 +182,7 @@ class PanelNode:
     async def _call(
         self, kind: type, name: str, fields: Mapping[str, Any], read: Callable[[Any], Reply]
     ) -> Reply:
-        client = self._services.get(name)
-        if client is None:
-            client = self._services[name] = self.node.create_client(kind, name)
-            self._executor.wake()
+        client = self._client(kind, name)
         if not await self._wait(client.service_is_ready):
             return Reply(False, f"{name} does not answer: is the bench running?")
         try:
@@ -192,6 +190,13 @@ class PanelNode:
         except asyncio.TimeoutError:
             return Reply(False, f"{name}: no answer within 10 s")
         return read(response)
+
+    def _client(self, kind: type, name: str) -> Any:
+        client = self._services.get(name)
+        if client is None:
+            client = self._services[name] = self.node.create_client(kind, name)
+            self._executor.wake()
+        return client
 
     async def set_parameters(self, node: str, values: Mapping[str, Any]) -> Reply:
         parameters = [Parameter(k, value=v).to_parameter_msg() for k, v in values.items()]
@@ -215,6 +220,9 @@ class PanelNode:
 
     def beat(self, token: str) -> None:
         self._heartbeat.publish(String(data=token))
+
+    def simulated(self) -> bool:
+        return self._client(*REQUESTS["load_to"]).service_is_ready()
 
     def nodes(self) -> list[str]:
         return sorted(set(self.node.get_node_names()))

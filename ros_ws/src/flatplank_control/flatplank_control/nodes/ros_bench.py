@@ -87,7 +87,7 @@ class RosBench:
         """the operator has seen enough of what is under way"""
         self.interrupt: Callable[[], None] = lambda: None
         """asked during waits; raises when the plan shall end"""
-        self._prompt, self._say = prompt, say
+        self.prompt, self._say = prompt, say
         self._raw: dict[str, bytes] = {}
         self._arrival: Future | None = None
         self._awaited: tuple[str, ...] = ()
@@ -142,6 +142,12 @@ class RosBench:
         self._arrival, self._awaited = Future(), names
         await self._arrival
 
+    async def until(self, said: Callable[[], bool]) -> None:
+        """As long as it takes, whether or not the bench speaks; interrupted like every wait."""
+        while not said():
+            self.interrupt()
+            await self._message_of()
+
     def _tick(self) -> None:
         self._asking.look()
         if self._arrival is not None and not self._arrival.done():
@@ -164,6 +170,10 @@ class RosBench:
                 for name, (kind, _, read) in SOURCES.items()
             }
         )
+
+    def plank_moves(self) -> bool:
+        s = self.snapshot()
+        return s is not None and s.encoders.plank_moving
 
     async def advance(self, cycles: int) -> None:
         """Let a held bus make cycles, and see the samples of the last one.
@@ -202,9 +212,9 @@ class RosBench:
     async def _manual(self, step: S.Manual) -> None:
         text = prompt_of(step)
         if not self.simulated:
-            if self._prompt is None:
+            if self.prompt is None:
                 raise S.PlanFailed(f"nobody to ask: {text}")
-            await self._prompt(text)
+            await self.prompt(text)
         elif step.quantity == "unload":
             await self.call(Trigger, f"{PLANT}/unload")
         else:
@@ -221,9 +231,9 @@ class RosBench:
                 fast=step.fast,
                 stop_at=step.stop_at,
             )
-        elif self._prompt is not None:
+        elif self.prompt is not None:
             word = {1: "forward", 0: "stop", -1: "reverse"}[step.direction]
-            await self._prompt(f"turn the plank switch to {word}")
+            await self.prompt(f"turn the plank switch to {word}")
 
     async def _enable(self, step: S.Enable) -> None:
         await self.call(SetBool, "/wheel_drive/enable", data=step.on)

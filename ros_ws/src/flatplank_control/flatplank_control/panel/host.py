@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,18 @@ from flatplank_control.bench.node_specs import BUSES
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.panel import validation
+from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.params import load_parameters
+from flatplank_hw.share import config_file
 
 TIRES = ("toyo", "continental", "michelin", "racing")
 PRESETS = ("", "thesis2023")
 KINDS = {"sim": "Simulated", "emulated": "Emulated bus", "lab": "Lab"}
+
+
+def interfaces() -> list[str]:
+    """Network interfaces of this machine that a bus can hang on."""
+    return [name for _, name in socket.if_nameindex() if name != "lo"]
 
 
 def read_parameters(path: Path) -> dict[str, dict[str, Any]]:
@@ -47,9 +55,20 @@ class Host:
         return self._processes is not None
 
     def start(
-        self, kind: str, tire: str, preset: str, seed: object = 1, rate: object = 250
+        self,
+        kind: str,
+        tire: str = TIRES[0],
+        preset: str = "",
+        seed: object = 1,
+        rate: object = 250,
+        interface: str = "",
+        bus_file: str = "",
     ) -> BenchSetup:
-        """Start the nodes; ValueError when something is not known."""
+        """Start the nodes; ValueError when something is not known.
+
+        `interface` and `bus_file` (a name of ours, or a file below the data folder) count in the
+        lab only.
+        """
         if self._processes is not None:
             raise ValueError("a bench is running already; stop it first")
         self.setup = BenchSetup(
@@ -59,14 +78,29 @@ class Host:
             seed=int(validation.number(seed, "seed", 0, 2**31 - 1)),
             rate_hz=int(validation.number(rate, "bus rate", 50, 1000, "Hz")),
             data=str(self.data),
+            **(self._wiring(interface, bus_file) if kind == "lab" else {}),
             parameters=self.parameters,
         )
         self._processes = BenchProcesses(self.setup, log=self.log)
         self._processes.start()
         return self.setup
 
+    def _wiring(self, interface: str, bus_file: str) -> dict[str, str]:
+        """Where the bus of the machine is, and what hangs on it."""
+        text = str(bus_file or "").strip()
+        ours = config_file("flatplank_hw", f"bus/{text}.yaml") if text.isidentifier() else None
+        if text and ours is None:
+            path = validation.inside(self.data, text, "bus file")
+            read_bus_file(path)
+            text = str(path)
+        return {
+            "interface": validation.choice(interface, interfaces(), "network interface"),
+            "bus_file": text,
+        }
+
     def stop(self) -> None:
         """End the nodes; nothing happens when there are none."""
+        self.setup = None
         processes, self._processes = self._processes, None
         if processes is not None:
             processes.stop()

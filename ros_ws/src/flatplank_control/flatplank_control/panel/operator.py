@@ -11,6 +11,7 @@ import asyncio
 import math
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -50,8 +51,6 @@ class Operator:
     def __init__(self, link: BenchLink, host: Host, data: Path) -> None:
         self.link, self.host, self.data = link, host, data
         self.charge = Charge()
-        self.simulated = True
-        """manual steps of a measurement are done by the simulated operator"""
         self._me = f"panel-{uuid4().hex[:8]}"
         self._token = ""
         self._claim_refused = ""
@@ -97,14 +96,12 @@ class Operator:
             await self.link.ask("claim", client="")
 
     # bench
-    async def start_bench(
-        self, page: str, kind: str, tire: str, preset: str, seed: Any = 1, rate: Any = 250
-    ) -> str:
+    async def start_bench(self, page: str, wishes: Mapping[str, Any]) -> str:
+        """Start the nodes; `wishes` by the names of `Host.start`."""
         self.charge.check(page)
         if self.link.state.running(time.monotonic()):
             raise ValueError("a bench is running already, started elsewhere; the page uses it")
-        setup = await asyncio.to_thread(self.host.start, kind, tire, preset, seed, rate)
-        self.simulated = kind != "lab"
+        setup = await asyncio.to_thread(partial(self.host.start, **wishes))
         return self.say(f"bench {setup.kind} started, tire {setup.tire}")
 
     async def stop_bench(self, page: str) -> str:
@@ -242,7 +239,7 @@ class Operator:
         self.charge.check(page)
         text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
         target = str(check.folder_below(self.data, folder))
-        self._judge(await self.link.measure(text, target, self.simulated))
+        self._judge(await self.link.measure(text, target, self.link.simulated()))
         return self.say("measurement begun")
 
     async def cancel(self, page: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from flatplank_control.panel.host import KINDS, PRESETS, TIRES
+from flatplank_control.panel.host import KINDS, PRESETS, TIRES, interfaces
 from flatplank_control.panel.operator import HANDS
 from flatplank_control.panel.views.page import Page
 
@@ -23,17 +23,27 @@ def build(page: Page) -> None:
     with page.card("Bench"):
         with page.row():
             kind = page.select("Kind", KINDS, "sim")
+            rate = page.number("Bus rate", 250, "Hz")
+        with page.row().bind_visibility_from(kind, "value", lambda k: k != "lab"):
             tire = page.select("Simulated tire", list(TIRES), TIRES[0])
-        with page.row():
             preset = page.select("Defects", {p: p or "none" for p in PRESETS}, "")
             seed = page.number("Seed", 1)
-            rate = page.number("Bus rate", 250, "Hz")
+        with page.row().bind_visibility_from(kind, "value", value="lab"):
+            interface = page.select("Network interface", interfaces(), None)
+            bus_file = page.text("Bus file", "bench")
+        fields = {
+            "kind": kind,
+            "rate": rate,
+            "tire": tire,
+            "preset": preset,
+            "seed": seed,
+            "interface": interface,
+            "bus_file": bus_file,
+        }
         with page.row():
             page.button(
                 "Start bench",
-                lambda: op.start_bench(
-                    page.id, kind.value, tire.value, preset.value, seed.value, rate.value
-                ),
+                lambda: op.start_bench(page.id, {k: f.value for k, f in fields.items()}),
                 strong=True,
             )
             page.button("Stop bench", lambda: op.stop_bench(page.id))
