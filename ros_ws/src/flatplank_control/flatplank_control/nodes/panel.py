@@ -171,8 +171,8 @@ class PanelNode:
             samples.encoders = convert.encoders_from_msg(m["encoders"])
         if "drive" in m:
             samples.drive = convert.drive_from_msg(m["drive"])
-        if "slip" in m and "inputs" in m and m["slip"].cycle + 250 > m["inputs"].cycle:
-            samples.slip = Slip(m["slip"].reference_slip, m["slip"].actual_slip)
+        if "slip" in m:
+            samples.slip = Slip(m["slip"].cycle, m["slip"].reference_slip, m["slip"].actual_slip)
         return samples
 
     def _on_run(self, msg: Run) -> None:
