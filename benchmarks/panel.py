@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Three open pages beside the graph at 250 Hz: lost cycles, update rate, memory.
 
-`python benchmarks/panel.py 120` goes on for two hours; without a number for two minutes.
+`./flatplank bench-speed panel --minutes 120` goes on for two hours; else for two minutes.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from flatplank_msgs.srv import StartRecording, StopRecording
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
 PAGES = 3
+WANTED_HZ = 10
 NODES = ("simulated_plant", "measurement_hub", "encoders", "wheel_drive", "recorder")
 PANEL = "import sys; from flatplank_control.cli.panel import main; sys.exit(main(sys.argv[1:]))"
 
@@ -106,6 +107,7 @@ def watch(server: int, address: str, minutes: float) -> None:
         before = int(seen["skipped"])
         print(f"{PAGES} pages beside the graph at 250 Hz, {minutes:g} min")
         print("  minute   updates/s of each page   server [MiB]   browser [MiB]")
+        minutes_seen = []
         for minute in range(1, round(minutes) + 1):
             count, begun = ticks(pages), time.perf_counter()
             spin(client, 60.0)
@@ -115,13 +117,24 @@ def watch(server: int, address: str, minutes: float) -> None:
             ]
             text = "  ".join(f"{rate:5.2f}" for rate in rates)
             sizes = memory([server]), memory(browsers(os.getpid()))
+            minutes_seen.append((min(rates), *sizes))
             print(f"  {minute:6d}   {text}   {sizes[0]:15.0f}   {sizes[1]:13.0f}", flush=True)
+        print(f"  first and last minute: {compared(minutes_seen)}")
         done = client.call(StopRecording, "/recorder/stop", status="complete", timeout=30.0)
         dropped = int(seen["skipped"]) - before
         print(f"  cycles recorded {done.cycles_received}, lost {done.cycles_lost} (wanted: 0)")
         print(f"  cycles that the bus itself dropped: {dropped} (wanted: 0)")
         print(f"  drive command p99 {seen['command age p99']} cycles after its sample")
         browser.close()
+
+
+def compared(minutes: list[tuple[float, float, float]]) -> str:
+    """Slowest page, server and browser in the first minute and in the last."""
+    (rate, server, browser), (last, server_last, browser_last) = minutes[0], minutes[-1]
+    return (
+        f"updates/s {rate:.2f} -> {last:.2f} (wanted: at least {WANTED_HZ}), server "
+        f"{server:.0f} -> {server_last:.0f} MiB, browser {browser:.0f} -> {browser_last:.0f} MiB"
+    )
 
 
 def reach(page: Page, address: str) -> None:

@@ -6,14 +6,16 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
 from flatplank_control.panel import validation as check
-from flatplank_control.panel.access import COOKIE, Guard, is_loopback
+from flatplank_control.panel.access import COOKIE, Guard, address, host_of, is_loopback
 from flatplank_control.panel.analysis.worker import plain
-from flatplank_control.panel.bench_state import BenchState, Samples
+from flatplank_control.panel.bench_state import BEHIND, BenchState, Samples, Slip
 from flatplank_control.panel.charge import PATIENCE, Charge, NotInCharge
 from flatplank_control.panel.constants import CONSTANTS
 from flatplank_control.panel.host import Host
@@ -22,6 +24,7 @@ from flatplank_control.panel.live import Live, script
 from flatplank_control.panel.operator import Operator
 from flatplank_control.panel.rings import Ring
 from flatplank_control.panel.signals import COLUMN, SIGNALS
+from flatplank_control.panel.views import page
 from flatplank_control.panel.views.waveform import preview
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_hw.bus.image import AXES, AxisInputs, BusInputs
@@ -127,7 +130,53 @@ def test_state_takes_a_row_per_new_cycle_and_stays_small():
     assert state.ring.since(0)[:, COLUMN["fz"]].tolist() == [10.0, 20.0, 30.0]
     assert state.words(0.2)["state"] == "operation enabled"
     assert state.words(9.0)["bench"] == "not running"
-    assert [a["axis"] for a in state.axes()] == list(AXES)
+    assert [a["axis"] for a in state.axes(0.2)] == list(AXES)
+    assert state.axes(9.0) == []
+
+
+def test_samples_far_behind_the_bus_are_missing():
+    """The hub has died: no number of its last sample is shown or drawn."""
+    state = BenchState()
+    for cycle in range(0, BEHIND + 100, 50):
+        now = samples(cycle)
+        now.hub = samples(0).hub
+        now.slip = Slip(0, 0.1, 0.1)
+        state.accept(now, 0.0)
+    gone = np.isnan(state.ring.since(0))
+    for key in ("fx", "mz", "rl", "slip", "slip_ref"):
+        assert gone[:, COLUMN[key]].tolist() == [False] * 6 + [True], key
+    assert not gone[:, [COLUMN[key] for key in ("t", "x", "vel")]].any()
+    assert "filter" not in state.words(0.0) and "plank" in state.words(0.0)
+
+
+def test_another_bus_begins_with_an_empty_table():
+    """Neither rows nor samples of the bus before it are mixed in."""
+    state = BenchState()
+    live = Live(state)
+    for cycle in (1000, 1010):
+        state.accept(samples(cycle), 0.0)
+    live.tick()
+    state.accept(samples(1020), 0.0)
+    begins = samples(3)
+    begins.hub = samples(1020).hub
+    state.accept(begins, 0.0)
+    message = json.loads(live.tick().removeprefix("fp.tick(").removesuffix(")"))
+    assert message["begun"] == 3 and message["serial"] == 4
+    (row,) = message["rows"]
+    assert row[COLUMN["t"]] == 0.0 and row[COLUMN["fz"]] is None
+    assert state.ring.since(0).shape[0] == 1
+
+
+def test_a_node_that_ends_by_itself_is_told_once(bench, monkeypatch):
+    ended = {}
+    monkeypatch.setattr(bench.host, "_processes", SimpleNamespace(ended=lambda: dict(ended)))
+    bench.look_after_nodes()
+    assert not bench.link.state.log
+    ended["encoders"] = -9
+    bench.look_after_nodes()
+    bench.look_after_nodes()
+    (line,) = [text for _, text in bench.link.state.log]
+    assert line.startswith("encoders has ended by itself (exit code -9)")
 
 
 def test_live_message_is_strict_json_with_what_is_new():
@@ -211,6 +260,31 @@ def test_guard_elsewhere_wants_the_token():
     assert is_loopback("::1") and not is_loopback("192.168.1.4")
 
 
+def test_the_printed_address_is_one_that_others_reach():
+    assert address("127.0.0.1", 8080) == "http://127.0.0.1:8080/"
+    assert address("::1", 80, "abc") == "http://[::1]:80/?token=abc"
+    for everywhere in ("0.0.0.0", "::"):
+        name = host_of(address(everywhere, 8080).removeprefix("http://").rstrip("/"))
+        assert name not in ("0.0.0.0", "::", "") and not is_loopback(name)
+
+
+@pytest.mark.parametrize(
+    "fault, shown",
+    [(ValueError("the tire stands"), "the tire stands"), (KeyError("x"), "KeyError: 'x'")],
+)
+def test_whatever_goes_wrong_behind_a_button_is_said(bench, monkeypatch, caplog, fault, shown):
+    said = []
+    monkeypatch.setattr(page.ui, "notify", lambda text, **_: said.append(text))
+    client = MagicMock(id="me")
+
+    def work():
+        raise fault
+
+    assert run(page.Page(bench, MagicMock(), client).do(work)) is None
+    assert len(said) == 1 and shown in said[0]
+    assert bool(caplog.records) == isinstance(fault, KeyError)
+
+
 def test_only_the_page_in_charge_acts(bench):
     run(bench.enable("me", True))
     with pytest.raises(ValueError, match="only watches"):
@@ -259,6 +333,7 @@ def test_whatever_moves_is_asked_for_with_a_claim_that_holds(bench):
 def test_every_public_action_asks_who_it_is(bench):
     """Walks the operator's methods: a new one is checked by being there."""
     open_to_all = {"take", "give_back", "beat", "supervise", "emergency_stop", "constants", "say"}
+    open_to_all.add("look_after_nodes")
     values = {"mode": "velocity", "what": "steer", "name": "x", "plan": {}}
     for name in [n for n in vars(Operator) if not n.startswith("_") and n not in open_to_all]:
         method = getattr(bench, name)

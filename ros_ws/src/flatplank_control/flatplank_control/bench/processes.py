@@ -74,7 +74,8 @@ class BenchProcesses:
 
     def ended(self) -> dict[str, int]:
         """Nodes that have ended by themselves and their exit codes."""
-        return {n: p.returncode for n, p in self.running.items() if p.poll() is not None}
+        nodes = tuple(self.running.items())  # more may just be started by another thread
+        return {name: p.returncode for name, p in nodes if p.poll() is not None}
 
     def stop(self) -> None:
         for process in self.running.values():

@@ -16,13 +16,17 @@ def main(argv: list[str]) -> int:
     """Exit code 0: every part ran."""
     p = argparse.ArgumentParser(prog="flatplank bench-speed", description=__doc__)
     p.add_argument("parts", nargs="*", help=f"some of {', '.join(PARTS)}; default: all")
+    p.add_argument("--minutes", type=float, help="how long the pages are watched; default: 2")
     o = p.parse_args(argv)
     for part in o.parts:
         if part not in PARTS:
             p.error(f"unknown part '{part}'; known are {', '.join(PARTS)}")
+    if o.minutes is not None and o.minutes < 1.0:
+        p.error(f"--minutes is {o.minutes:g}; rates are taken over whole minutes: give 1 or more")
+    words = {"panel": [] if o.minutes is None else [f"{o.minutes:g}"]}
     folder = Path(os.environ.get("FLATPLANK_ROOT", ".")) / "benchmarks"
     failed = False
     for part in o.parts or PARTS:
-        command = [sys.executable, str(folder / f"{part}.py")]
+        command = [sys.executable, str(folder / f"{part}.py"), *words.get(part, [])]
         failed |= subprocess.run(command, check=False).returncode != 0
     return int(failed)

@@ -8,7 +8,7 @@ import secrets
 import sys
 from pathlib import Path
 
-from flatplank_control.panel.access import is_loopback
+from flatplank_control.panel.access import address, is_loopback
 from flatplank_hw.parent import end_with_parent
 
 
@@ -49,11 +49,11 @@ def main(argv: list[str]) -> int:
     except ValueError as error:
         print(f"flatplank panel: {error}", file=sys.stderr)
         return 1
-    address = f"http://{o.host}:{o.port}/" + (f"?token={token}" if token else "")
     with PanelNode(BenchState()) as link:
         data, log = o.data.resolve(), o.log or o.data / "bench.log"
         host = Host(data, log, parameters)
-        print(f"panel: {address}\ndata: {data}; Ctrl-C ends it", flush=True)
+        where = address(o.host, o.port, token)
+        print(f"panel: {where}\ndata: {data}; Ctrl-C ends it", flush=True)
         try:
             serve(Operator(link, host, data), Desk(data, log), o.host, o.port, token)
         finally:

@@ -54,6 +54,10 @@ TOPICS = {
     "slip": (SequencerState, "/slip_sequencer/state"),
 }
 
+PATIENCE = 10.0
+"""an answer of the bench is waited for so long [s]"""
+LATE = f"no answer within {PATIENCE:g} s"
+
 PLANT = "/simulated_plant"
 REQUESTS: dict[str, tuple[type, str]] = {
     "enable": (SetBool, "/wheel_drive/enable"),
@@ -166,8 +170,8 @@ class PanelNode:
             samples.encoders = convert.encoders_from_msg(m["encoders"])
         if "drive" in m:
             samples.drive = convert.drive_from_msg(m["drive"])
-        if "slip" in m and "inputs" in m and m["slip"].cycle + 250 > m["inputs"].cycle:
-            samples.slip = Slip(m["slip"].reference_slip, m["slip"].actual_slip)
+        if "slip" in m:
+            samples.slip = Slip(m["slip"].cycle, m["slip"].reference_slip, m["slip"].actual_slip)
         return samples
 
     def _on_run(self, msg: Run) -> None:
@@ -188,9 +192,9 @@ class PanelNode:
         if not await self._wait(client.service_is_ready):
             return Reply(False, f"{name} does not answer: is the bench running?")
         try:
-            response = await self._result(client.call_async(kind.Request(**fields)), 10.0)
+            response = await self._result(client.call_async(kind.Request(**fields)))
         except asyncio.TimeoutError:
-            return Reply(False, f"{name}: no answer within 10 s")
+            return Reply(False, f"{name}: {LATE}")
         return read(response)
 
     async def set_parameters(self, node: str, values: Mapping[str, Any]) -> Reply:
@@ -228,19 +232,30 @@ class PanelNode:
         if not await self._wait(self._runner.server_is_ready):
             return Reply(False, "the measurement runner is not there: is the bench running?")
         goal = RunMeasurement.Goal(plan=plan, folder=folder, simulated=simulated)
-        handle = await self._result(self._runner.send_goal_async(goal, self._on_feedback), 10.0)
-        if not handle.accepted:
-            return Reply(False, "the runner is busy with another measurement")
-        self._goal = handle
-        self.state.progress = Progress(active=True, step="begun")
-        handle.get_result_async().add_done_callback(self._on_result)
-        return Reply(True)
+        sent = self._runner.send_goal_async(goal, self._on_feedback)
+        sent.add_done_callback(self._on_goal)  # also when it is late: it can be stopped then
+        try:
+            handle = await self._result(sent)
+        except asyncio.TimeoutError:
+            return Reply(False, f"the measurement runner: {LATE}")
+        busy = "the runner is busy with another measurement"
+        return Reply(True) if handle.accepted else Reply(False, busy)
 
     async def cancel(self) -> Reply:
         if self._goal is None or not self.state.progress.active:
             return Reply(False, "no measurement is being made")
-        await self._result(self._goal.cancel_goal_async(), 10.0)
+        try:
+            await self._result(self._goal.cancel_goal_async())
+        except asyncio.TimeoutError:
+            return Reply(False, f"the measurement runner: {LATE}; STOP stops the wheel")
         return Reply(True)
+
+    def _on_goal(self, future: Any) -> None:
+        handle = future.result()
+        if handle.accepted:
+            self._goal = handle
+            self.state.progress = Progress(active=True, step="begun")
+            handle.get_result_async().add_done_callback(self._on_result)
 
     def _on_feedback(self, message: Any) -> None:
         f = message.feedback
@@ -261,7 +276,7 @@ class PanelNode:
             await asyncio.sleep(0.02)
         return True
 
-    async def _result(self, future: Any, timeout: float) -> Any:
+    async def _result(self, future: Any) -> Any:
         """Result of a future of rclpy in the event loop of the page."""
         loop = asyncio.get_running_loop()
         ours: asyncio.Future = loop.create_future()
@@ -274,4 +289,4 @@ class PanelNode:
             loop.call_soon_threadsafe(hand_over, theirs)
 
         future.add_done_callback(done)
-        return await asyncio.wait_for(ours, timeout)
+        return await asyncio.wait_for(ours, PATIENCE)

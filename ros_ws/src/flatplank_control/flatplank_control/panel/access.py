@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import socket
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import SimpleCookie
 from typing import Any
@@ -28,6 +29,26 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def address(host: str, port: int, token: str = "") -> str:
+    """What to open in a browser; for an address that means all of this machine's, one of them that
+    other machines reach.
+    """
+    if host in ("0.0.0.0", "::"):
+        host = _outward()
+    name = f"[{host}]" if ":" in host else host
+    return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
+
+
+def _outward() -> str:
+    """Address of this machine on the way to others; its name where there is no way."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+        try:
+            s.connect(("192.0.2.1", 9))  # sends nothing: only chooses the interface
+        except OSError:
+            return socket.gethostname()
+        return s.getsockname()[0]
 
 
 def host_of(header: str) -> str:

@@ -55,6 +55,7 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
         while True:
             await asyncio.sleep(1.0 / SUPERVISE_HZ)
             await operator.supervise()
+            operator.look_after_nodes()
 
     def begin() -> None:
         background_tasks.create(push(), name="live data")

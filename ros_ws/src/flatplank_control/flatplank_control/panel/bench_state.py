@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 from flatplank_control.panel.rings import Ring
 from flatplank_control.panel.signals import DEG, SIGNALS
@@ -14,12 +14,14 @@ from flatplank_hw.bus.image import AXES, BusInputs, Digital, Health
 from flatplank_hw.drive.cia402 import State, decode
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import REASONS
-from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 POLL_HZ = 20
 KEPT_SECONDS = 600
 STALE = 1.0
 """without a new bus cycle for so long the bench counts as gone [s of wall clock]"""
+BEHIND = 250
+"""a sample this far from the bus is no longer shown: its node has ended [cycles]"""
 _MODES = {mode.code: name for name, mode in MODES.items()}
 _NAN = math.nan
 
@@ -27,23 +29,35 @@ _NAN = math.nan
 class Slip(NamedTuple):
     """Reference and actual slip [-]."""
 
-    reference: float = _NAN
-    actual: float = _NAN
+    cycle: int
+    reference: float
+    actual: float
+
+
+def _nothing(kind: Any) -> Any:
+    """A sample of which no number is known."""
+    return kind(*[_NAN] * len(kind._fields))
 
 
 @dataclass
 class Samples:
-    """The latest of every topic; None until it has come."""
+    """The latest of every topic; None while there is none."""
 
     inputs: BusInputs | None = None
     hub: HubSample | None = None
     """with the wrench at the contact point"""
     encoders: EncoderSample | None = None
     drive: DriveSample | None = None
-    slip: Slip = field(default_factory=Slip)
+    slip: Slip | None = None
 
-    def complete(self) -> bool:
-        return None not in (self.inputs, self.hub, self.encoders, self.drive)
+    def fresh(self) -> Samples:
+        """Without those that belong to other cycles than the bus makes now."""
+        if self.inputs is None:
+            return Samples()
+        others = {name: getattr(self, name) for name in ("hub", "encoders", "drive", "slip")}
+        now = self.inputs.cycle
+        old = [n for n, s in others.items() if s is not None and abs(s.cycle - now) > BEHIND]
+        return replace(self, **dict.fromkeys(old))
 
 
 @dataclass
@@ -87,29 +101,30 @@ class BenchState:
 
     def accept(self, samples: Samples, now: float) -> None:
         """New samples at wall time `now` [s, monotonic]; a row when the bus has gone on."""
-        self.samples = samples
+        self.samples = samples = samples.fresh()
         if samples.inputs is None or samples.inputs.cycle == self._cycle:
             return
         if samples.inputs.cycle < self._cycle or self._cycle < 0:
             self._t0_ns = samples.inputs.stamp_ns  # another bus took over
+            self.ring.clear()
             self._rate_from = (now, samples.inputs.cycle)
         self._cycle, self._seen_at = samples.inputs.cycle, now
         since, cycle = self._rate_from
         if now - since >= 1.0:
             self.rate_hz = (self._cycle - cycle) / (now - since)
             self._rate_from = (now, self._cycle)
-        if samples.complete():
-            self.ring.push(self._row(samples))
+        self.ring.push(self._row(samples, samples.inputs.stamp_ns))
 
     def running(self, now: float) -> bool:
         """The bus has moved on lately."""
         return now - self._seen_at < STALE
 
-    def _row(self, s: Samples) -> tuple[float, ...]:
-        assert s.hub and s.encoders and s.drive and s.inputs
-        c, e, d = s.hub.contact, s.encoders, s.drive
+    def _row(self, s: Samples, stamp_ns: int) -> tuple[float, ...]:
+        c = s.hub.contact if s.hub else _nothing(Wrench)
+        e, d = s.encoders or _nothing(EncoderSample), s.drive or _nothing(DriveSample)
+        slip = s.slip or _nothing(Slip)
         return (
-            (s.inputs.stamp_ns - self._t0_ns) * 1e-9,
+            (stamp_ns - self._t0_ns) * 1e-9,
             e.plank_position,
             e.plank_velocity,
             c.fx,
@@ -122,15 +137,15 @@ class BenchState:
             e.wheel_velocity,
             e.steer_angle * DEG,
             e.road_camber * DEG,
-            s.hub.loaded_radius,
+            s.hub.loaded_radius if s.hub else _NAN,
             d.position * DEG,
             d.reference_position * DEG,
             d.velocity,
             d.reference_velocity,
             d.torque,
             d.reference_torque,
-            s.slip.actual * 100.0,
-            s.slip.reference * 100.0,
+            slip.actual * 100.0,
+            slip.reference * 100.0,
         )
 
     # words
@@ -167,9 +182,9 @@ class BenchState:
     def run_words(self) -> str:
         return f"{self.run.name}: {self.run.status}" if self.run.name else "none"
 
-    def axes(self) -> list[dict[str, str]]:
-        """One line per drive on the bus."""
-        if self.samples.inputs is None:
+    def axes(self, now: float) -> list[dict[str, str]]:
+        """One line per drive on the bus; none when it does not run."""
+        if not self.running(now) or self.samples.inputs is None:
             return []
         return [
             {

@@ -49,6 +49,7 @@ class Host:
         self.data, self.log, self.parameters = data, log, parameters or {}
         self.setup: BenchSetup | None = None
         self._processes: BenchProcesses | None = None
+        self._told: set[str] = set()
 
     @property
     def running(self) -> bool:
@@ -105,6 +106,9 @@ class Host:
         if processes is not None:
             processes.stop()
 
-    def ended(self) -> dict[str, int]:
-        """Nodes that have ended by themselves."""
-        return self._processes.ended() if self._processes else {}
+    def newly_ended(self) -> dict[str, int]:
+        """Nodes that have ended by themselves since this was asked last, and their exit codes."""
+        ended = self._processes.ended() if self._processes else {}
+        new = {name: code for name, code in ended.items() if name not in self._told}
+        self._told = set(ended)
+        return new

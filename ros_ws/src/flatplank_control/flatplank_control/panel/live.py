@@ -45,6 +45,7 @@ class Live:
         self.pushed += 1
         message: dict[str, Any] = {
             "serial": self._serial,
+            "begun": self.state.ring.begun,
             "rows": rows,
             "live": self.state.running(now),
             "words": self.state.words(now),
@@ -54,9 +55,9 @@ class Live:
     def start(self) -> str:
         """JavaScript call for a page that has just opened."""
         signals = [{"key": s.key, "digits": s.digits} for s in SIGNALS]
-        first = self.state.ring.serial - HISTORY
-        history = rows_of(self.state.ring.since(first))
-        return f"fp.start({script(signals)}, {script(history)}, {self.state.ring.serial})"
+        ring = self.state.ring
+        history = rows_of(ring.since(ring.serial - HISTORY))
+        return f"fp.start({script(signals)}, {script(history)}, {ring.serial}, {ring.begun})"
 
 
 def script(value: Any) -> str:

@@ -142,6 +142,14 @@ class Operator:
     async def release_emergency_stop(self, page: str) -> str:
         return await self._do(page, "emergency_stop", "emergency stop released", data=False)
 
+    def look_after_nodes(self) -> None:
+        """Say which nodes of the bench that this panel has started have ended by themselves."""
+        for name, code in self.host.newly_ended().items():
+            self.say(
+                f"{name} has ended by itself (exit code {code}), see {self.host.log.name}; "
+                "stop the bench and start it again"
+            )
+
     # drive
     async def enable(self, page: str, on: bool) -> str:
         if not on:

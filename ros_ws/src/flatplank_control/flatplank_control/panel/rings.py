@@ -15,13 +15,18 @@ class Ring:
         self._rows = np.full((length, width), np.nan)
         self.serial = 0
         """rows pushed so far; the latest row has this number"""
+        self.begun = 0
+        """serial number when it was cleared last"""
 
     def push(self, row: Sequence[float]) -> None:
         self._rows[self.serial % len(self._rows)] = row
         self.serial += 1
 
+    def clear(self) -> None:
+        self.begun = self.serial
+
     def since(self, serial: int) -> np.ndarray:
         """Rows after number `serial` that are still there, oldest first; shape (n, width)."""
-        first = max(serial, self.serial - len(self._rows), 0)
+        first = max(serial, self.serial - len(self._rows), self.begun)
         places = np.arange(first, self.serial) % len(self._rows)
         return self._rows[places]

@@ -7,15 +7,16 @@
   const DRAW_MS = 180; // charts are drawn at most so often, and less often on a slow computer
   const SHARE = 4; // of its time a page spends at most one part in so many on drawing
   const fp = {
-    signals: [], rows: [], serial: 0, axis: "t", seconds: 60, charts: [], inCharge: false,
+    signals: [], rows: [], serial: 0, begun: 0, axis: "t", seconds: 60, charts: [], inCharge: false,
     ticks: 0, tickTimes: [], drawn: 0, pause: DRAW_MS,
   };
   window.fp = fp;
 
-  fp.start = (signals, rows, serial) => {
+  fp.start = (signals, rows, serial, begun) => {
     fp.signals = signals;
     fp.rows = rows;
     fp.serial = serial;
+    fp.begun = begun;
   };
 
   // one message from the server: new rows, numbers of the ribbon, words of the chips
@@ -24,8 +25,10 @@
     fp.tickTimes.push(performance.now());
     if (fp.tickTimes.length > 100) fp.tickTimes.shift();
     const fresh = message.rows.slice(Math.max(0, message.rows.length - (message.serial - fp.serial)));
-    if (message.serial < fp.serial) fp.rows = [];
+    // another bus: its time begins anew
+    if (message.begun !== fp.begun || message.serial < fp.serial) fp.rows = [];
     fp.serial = message.serial;
+    fp.begun = message.begun;
     for (const row of fresh) fp.rows.push(row);
     if (fp.rows.length > KEEP * 1.2) fp.rows = fp.rows.slice(-KEEP);
     const last = fp.rows[fp.rows.length - 1];

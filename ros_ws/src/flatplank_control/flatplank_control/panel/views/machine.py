@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+
 from nicegui import ui
 
 from flatplank_control.panel.host import KINDS, PRESETS, TIRES, interfaces
@@ -102,7 +104,7 @@ def build_bus(page: Page) -> None:
         nodes = ui.label("–").classes("fp-quiet")
 
     def refresh() -> None:
-        table.rows = page.operator.link.state.axes()
+        table.rows = page.operator.link.state.axes(time.monotonic())
         nodes.set_text(", ".join(page.operator.link.nodes()) or "none")
 
     ui.timer(1.0, refresh)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -37,9 +38,16 @@ class Page:
             result = work()
             return await result if inspect.isawaitable(result) else result
         except (ValueError, OSError) as error:
-            with self.client:
-                ui.notify(str(error), type="negative", position="bottom", timeout=6000)
-            return None
+            self._complain(str(error))
+        except Exception as error:
+            logging.getLogger(__name__).exception("a button of the page")
+            what = f"{type(error).__name__}: {error}"[:200]
+            self._complain(f"this has failed by a fault of the panel, see its terminal: {what}")
+        return None
+
+    def _complain(self, text: str) -> None:
+        with self.client:
+            ui.notify(text, type="negative", position="bottom", timeout=6000)
 
     # parts that every view uses
     def button(self, text: str, work: Callable[[], Any], *, strong: bool = False) -> ui.button:

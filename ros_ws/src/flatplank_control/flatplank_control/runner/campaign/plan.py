@@ -246,7 +246,7 @@ class _Builder:
     def _reference(
         self, spec: Located, about: dict[str, Any], common: Located
     ) -> PlannedRun | None:
-        """As the plan's runs, where it says nothing else; of a list in `common` its first value."""
+        """As the plan's runs where it says nothing else; of a list in `common` the first value."""
         same = {k: v[0] if isinstance(v, list) and v else v for k, v in common.items()}
         values = {k: v for k, v in {**same, **spec}.items() if k in OF_A_RUN}
         line, lines = self.data.line_of("reference"), common.lines | spec.lines

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The panel's node beside a bench that is silent at the wrong moment, or has no hands."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+from types import SimpleNamespace
+
+import pytest
+from panel_rig import wait_for
+from rclpy.action import ActionServer
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+
+from flatplank_control.nodes import panel
+from flatplank_control.panel.bench_state import BenchState
+from flatplank_msgs.action import RunMeasurement
+from flatplank_msgs.srv import SetValue
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(120)]
+
+
+@pytest.fixture
+def bench(domain, monkeypatch):
+    """A panel's node, and a runner that answers only while it is spun."""
+    monkeypatch.setattr(panel, "PATIENCE", 0.3)
+    loop = asyncio.new_event_loop()
+    with panel.PanelNode(BenchState(), "panel_under_test") as link:
+        node, over = Node("runner_of_test"), Future()
+
+        async def execute(goal):
+            await over
+            goal.abort()
+            return RunMeasurement.Result()
+
+        server = ActionServer(node, RunMeasurement, "/run_measurement", execute)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        spin = partial(executor.spin_once, 0.0)
+        yield SimpleNamespace(link=link, node=node, spin=spin, run=loop.run_until_complete)
+        over.set_result(None)
+        wait_for(lambda: spin() or not link.state.progress.active, 20.0, "ended")
+        executor.shutdown()
+        server.destroy()
+        node.destroy_node()
+    loop.close()  # what answers late does so to an open one
+
+
+def test_a_silent_runner_is_named(bench):
+    async def answered(work):
+        task = asyncio.ensure_future(work)
+        while not task.done():
+            bench.spin()
+            await asyncio.sleep(0.01)
+        return await task
+
+    async def ask():
+        late = await bench.link.measure("", "", True)
+        panel.PATIENCE = 20.0
+        good = await answered(bench.link.measure("", "", True))
+        panel.PATIENCE = 0.3
+        return late, good, await bench.link.cancel()
+
+    late, good, cancelled = bench.run(ask())
+    assert not late.accepted and "measurement runner: no answer within" in late.reason
+    assert good.accepted and bench.link.state.progress.active
+    assert not cancelled.accepted and "measurement runner: no answer within" in cancelled.reason
+
+
+def test_hands_are_seen_by_their_service(bench):
+    assert not bench.link.simulated()
+    service = bench.node.create_service(SetValue, "/simulated_plant/load_to", lambda _q, a: a)
+    wait_for(bench.link.simulated, 20.0, "the service is seen")
+    bench.node.destroy_service(service)
+    wait_for(lambda: not bench.link.simulated(), 20.0, "the service has gone")
