@@ -13,6 +13,7 @@ from flatplank_control.cli.run import main
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.order import condition
+from flatplank_control.runner.measurement import Measurement
 from flatplank_hw.share import config_file
 
 TIRES = config_file("flatplank_control", "tires.yaml")
@@ -55,10 +56,44 @@ def test_random_order_is_the_same_each_time_and_another_with_another_seed():
     assert keys(1) == keys(1) != keys(2)
 
 
-def test_a_reference_run_comes_every_so_often():
+def test_a_reference_run_comes_first_and_every_so_often():
     plan = small("reference: {every: 2, measurement: slip, kappa: 0.05}\n")
     roles = [run.role for run in plan.runs]
-    assert roles == ["radius", "run", "reference", "run", "run", "reference", "run"]
+    assert roles == ["radius", "reference", "run", "run", "reference", "run", "run"]
+
+
+def test_a_reference_run_is_made_as_the_runs_of_its_plan():
+    """Only what it says itself is its own; its r_e is that of its own condition."""
+    plan = plan_from_text(
+        HEAD.replace("TOY", "CON")
+        + "serial: A17\noperator: Ada\nsession: {rim: 6Jx15}\n"
+        + "common: {et_value: 0.04, end_position: 3.0, alpha_deg: [5, 0]}\n"
+        + "reference: {every: 3, kappa: 0.05}\n"
+        + "runs:\n- measurement: slip\n  fz: 2000\n  start: [1, 2]\n",
+        "p.yaml",
+    )
+    radius, reference = (r for r in plan.runs[:2])
+    m = reference.measurement
+    assert (reference.role, radius.role, reference.needs) == ("reference", "radius", radius.key)
+    assert (m.tire, m.fz, m.pressure) == ("CON", 3250.0, 2.8)
+    assert (m.kappa, m.alpha_deg, m.end_position, m.et_value) == (0.05, 5, 3.0, 0.04)
+    assert (m.serial, m.operator, m.session) == ("A17", "Ada", {"rim": "6Jx15"})
+    assert condition(radius.measurement) == condition(m)
+    needs = {r.needs for r in plan.runs if r.role == "reference"}
+    assert needs == {radius.key}
+    assert all(r.needs != radius.key for r in plan.runs if r.measurement.fz == 2000)
+
+
+def test_the_run_that_gives_r_e_is_made_as_the_run_that_needs_it():
+    plan = small(
+        "serial: A17\nsession: {rim: 6Jx15}\n"
+        "common: {et_value: 0.04, adapter_thickness: 0.02, hold_load: true, end_position: 3.0}\n"
+    )
+    free, slip = (r.measurement for r in plan.runs[:2])
+    assert free.measurement == "free_rolling"
+    for name in ("serial", "session", "et_value", "adapter_thickness", "hold_load",
+                 "end_position"):  # fmt: skip
+        assert getattr(free, name) == getattr(slip, name) != getattr(Measurement(), name)
 
 
 def test_facts_of_the_session_go_into_every_run_record():
@@ -172,6 +207,12 @@ REFUSED = {
     "key of the reference": (
         RUNS + "reference: {kapa: 1}\n", 8, "reference: unknown key 'kapa'"
     ),
+    "blocked for the reference": (
+        RUNS.replace("[1, 2]", "[2]") + "  effective_rolling_radius: 0.31\nr_e: given\n"
+        "reference: {every: 9}\nset_up: {blocked_wheel_angles_deg: [[0, 10]]}\n",
+        10, "start 1 (0 deg) collides",
+    ),
+    "no r_e": ("r_e: given\n" + RUNS, 6, "r_e is given: write effective_rolling_radius [m] here"),
     "block": (RUNS + "- 5\n", 4, "runs: block 2 is 5; give keys and values"),
     "no blocks": ("runs: []\n", 4, "runs: nothing to measure; give a list of blocks"),
     "serial": (RUNS + "serial: [1]\n", 8, "serial is [1]; give text"),

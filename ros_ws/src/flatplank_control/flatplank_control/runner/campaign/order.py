@@ -11,7 +11,9 @@ from flatplank_control.runner.measurement import ON_THE_ROAD, Measurement
 _OF_THE_CONDITION = ("tire", "fz", "pressure", "alpha_deg", "gamma_deg")
 RADIUS = "r_e."
 """how the keys of further runs begin that give an effective rolling radius"""
-_OF_THE_DAY = ("serial", "operator", "session", "end_position")
+_OF_THE_DAY = (
+    "serial", "operator", "session", "et_value", "adapter_thickness", "hold_load", "end_position",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -43,14 +45,11 @@ def condition(m: Measurement) -> tuple:
 def with_reference(
     runs: Sequence[PlannedRun], base: PlannedRun, every: int
 ) -> Iterator[PlannedRun]:
-    """A reference run after every N runs: what the paper has lost."""
-    needs = next((r.key for r in runs if r.role == "radius"
-                  and condition(r.measurement) == condition(base.measurement)), "")  # fmt: skip
+    """The reference run before the first and after every N runs: what the paper has lost."""
     for k, run in enumerate(runs):
+        if k % every == 0:
+            yield replace(base, key=f"{base.key}.{k // every}")
         yield run
-        ready = not needs or any(r.key == needs for r in runs[: k + 1])
-        if ready and (k + 1) % every == 0 and k + 1 < len(runs):
-            yield replace(base, key=f"{base.key}.{(k + 1) // every}", needs=needs)
 
 
 def with_radius(runs: Iterable[PlannedRun]) -> Iterator[PlannedRun]:
@@ -59,7 +58,7 @@ def with_radius(runs: Iterable[PlannedRun]) -> Iterator[PlannedRun]:
     runs = list(runs)
     makers: dict[tuple, PlannedRun] = {}
     for run in runs:
-        if run.measurement.measurement == "free_rolling":
+        if run.measurement.measurement == "free_rolling" and run.role == "run":
             makers.setdefault(condition(run.measurement), run)
     made: set[str] = set()
     for run in runs:

@@ -25,6 +25,7 @@ from flatplank_control.runner.campaign.quality import Limits
 from flatplank_control.runner.campaign.reading import Reading, plain
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.measurement import (
+    ON_THE_ROAD,
     Measurement,
     MeasurementError,
     from_mapping,
@@ -123,9 +124,11 @@ class _Builder:
         name, tire, limits, set_up = self._name(), self._tire(), self._limits(), self._set_up()
         attempts = read.whole(data, "attempts", 2, least=1)
         common = read.section(data, "common", OF_A_BLOCK, NOT_OF_A_BLOCK)
+        if tire is None:
+            raise PlanError(read.problems)
         about = self._about(tire)
-        runs = list(self._in_order(list(self._expand(about, common)), about))
-        for run in runs if tire else ():
+        runs = list(self._in_order(list(self._expand(about, common)), about, common))
+        for run in runs:
             for key, reason in refuse(run.measurement, tire, set_up):
                 own = run.key.startswith(RADIUS) and key not in run.lines
                 read.say(run.line_of(key), f"{RADIUS_RUN if own else ''}{reason}")
@@ -162,8 +165,8 @@ class _Builder:
             self.read.number(section, steer, STEER_LIMIT, limits),
         )
 
-    def _about(self, tire: TireEntry | None) -> dict[str, Any]:
-        """What is the same in every run."""
+    def _about(self, tire: TireEntry) -> dict[str, Any]:
+        """What is the same in every run, and what holds when a block says nothing."""
         data, read = self.data, self.read
         session = read.section(data, "session", SESSION)
         facts = {
@@ -171,8 +174,9 @@ class _Builder:
             for key, span in SESSION.items()
             if key in session
         }
+        nominal = {"tire": tire.name, "fz": tire.nominal_load, "pressure": tire.nominal_pressure}
         return {
-            "tire": tire.name if tire else "",
+            **nominal,
             "serial": read.text(data, "serial"),
             "operator": read.text(data, "operator"),
             "session": facts,
@@ -215,29 +219,39 @@ class _Builder:
         self, values: Mapping[str, Any], lines: Mapping[str, int], line: int
     ) -> Measurement | None:
         try:
-            return from_mapping({k: plain(v) for k, v in values.items()}, self.where)
+            m = from_mapping({k: plain(v) for k, v in values.items()}, self.where)
         except MeasurementError as error:
             self.read.say(lines.get(error.key, line), error.reason)
             return None
+        untold = m.measurement in ON_THE_ROAD and "effective_rolling_radius" not in values
+        if untold and self.data.get("r_e") == "given":
+            self.read.say(line, "r_e is given: write effective_rolling_radius [m] here")
+        return m
 
     # ordering
-    def _in_order(self, runs: list[PlannedRun], about: dict[str, Any]) -> Iterable[PlannedRun]:
+    def _in_order(
+        self, runs: list[PlannedRun], about: dict[str, Any], common: Located
+    ) -> Iterable[PlannedRun]:
         data, read = self.data, self.read
         seed = read.whole(data, "seed", 0, least=0)
         if read.choice(data, "order", ORDERS) == "random":
             random.Random(seed).shuffle(runs)
-        measured = read.choice(data, "r_e", RADII) == "measured"
-        ordered = list(with_radius(runs)) if measured else runs
         spec = read.section(data, "reference", OF_A_RUN | {"every"}, NOT_OF_A_BLOCK)
-        if not spec:
-            return ordered
         every = read.whole(spec, "every", 20, least=1)
-        line = data.line_of("reference")
-        m = self._measurement({"tire": about["tire"], **_known(spec)}, spec.lines, line)
-        if m is None:
-            return ordered
-        base = PlannedRun("reference", m, line, "reference", lines=spec.lines)
-        return with_reference(ordered, base, every)
+        base = self._reference(spec, about, common) if spec else None
+        all_runs = with_reference(runs, base, every) if base else runs
+        measured = read.choice(data, "r_e", RADII) == "measured"
+        return with_radius(all_runs) if measured else all_runs
+
+    def _reference(
+        self, spec: Located, about: dict[str, Any], common: Located
+    ) -> PlannedRun | None:
+        """As the plan's runs where it says nothing else; of a list in `common` the first value."""
+        same = {k: v[0] if isinstance(v, list) and v else v for k, v in common.items()}
+        values = {k: v for k, v in {**same, **spec}.items() if k in OF_A_RUN}
+        line, lines = self.data.line_of("reference"), common.lines | spec.lines
+        m = self._measurement({**about, **values}, lines, line)
+        return PlannedRun("reference", m, line, "reference", lines=lines) if m else None
 
 
 def _known(values: Mapping[str, Any]) -> dict[str, Any]:
