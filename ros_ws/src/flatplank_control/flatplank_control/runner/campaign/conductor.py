@@ -86,7 +86,7 @@ class Conductor:
     def finish(self, job: Job, outcome: Outcome) -> bool:
         """Write down what came of it; False: it is to be made again."""
         final = outcome.verdict.ok or job.attempt >= self.plan.attempts
-        facts = {"findings": outcome.verdict.plain(), **outcome.facts}
+        facts = {**outcome.verdict.plain(), **outcome.facts}
         self.journal.end(job.run.key, outcome.file, outcome.verdict.ok, final, facts)
         self._busy.discard(job.run.key)
         if final:
