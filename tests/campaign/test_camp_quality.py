@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_control.runner.campaign.quality import Limits, judge, profile
+from flatplank_control.runner.campaign.quality import Limits, judge, profile, travel
 from flatplank_control.runner.dry_bench import DryBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import ENOUGH
@@ -109,6 +109,14 @@ def test_the_operators_wish_is_in_the_record():
                 assert step.until(at._replace(encoders=moving)) == (not said)
             if isinstance(step, StopRecord):
                 assert (step.status, step.notes) == ("complete", said)
+
+
+def test_the_travel_is_that_of_the_loaded_tire():
+    columns = run()
+    assert travel(columns) == pytest.approx(4.1, abs=0.01)
+    columns["fz"] = np.where(columns["plank_position"] < 1.0, 3700.0, 100.0)
+    assert travel(columns) == pytest.approx(1.0, abs=0.01)
+    assert travel({**columns, "fz": np.zeros_like(columns["fz"])}) == 0.0
 
 
 def test_free_rolling_must_hold_its_50_n():

@@ -13,7 +13,7 @@ from flatplank_analysis.data.store import open_store
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.calibration.fit_check import TurnWatch, still_fits
 from flatplank_control.runner.campaign.conductor import Job, Outcome
-from flatplank_control.runner.campaign.quality import Finding, Limits, judge, profile
+from flatplank_control.runner.campaign.quality import Finding, Limits, judge, profile, travel
 from flatplank_control.runner.campaign.stiffness import EVALUATIONS
 from flatplank_control.runner.conditions import PRELOAD
 from flatplank_control.runner.moves import ENOUGH
@@ -46,7 +46,9 @@ def outcome_of(
     table = read(path)
     enough = ENOUGH in str(describe(open_store(path.parent), path.name).get("stop_reason", ""))
     verdict = judge(table.columns, job.measurement, limits, job.earlier, enough)
-    facts: dict[str, Any] = {"profile": profile(table.columns)}
+    facts: dict[str, Any] = {
+        "profile": profile(table.columns), "travel": round(travel(table.columns), 3),
+    }  # fmt: skip
     zeros: list[Finding] = []
     if before.fx and after.fx:
         change = max(abs(b - a) for b, a in zip(before.zero, after.zero, strict=True))

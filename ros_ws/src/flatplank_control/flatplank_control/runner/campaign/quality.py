@@ -20,6 +20,8 @@ BEGINS = 0.3
 """the tire rolls freely from here on [m]"""
 LEAST_TURN = 0.6
 """turns of the wheel that tell an amplitude"""
+LOADED = 300.0
+"""more than an unloaded wheel feigns [N]"""
 GRID = np.arange(0.0, 4.15, 0.05)
 """where runs are compared [m]"""
 Columns = Mapping[str, np.ndarray]
@@ -191,6 +193,12 @@ def profile(c: Columns) -> list[float]:
     total, _ = np.histogram(x, edges, weights=fx)
     means = np.divide(total, number, out=np.full(GRID.size, np.nan), where=number > 0)
     return [round(float(v), 1) for v in means]
+
+
+def travel(c: Columns) -> float:
+    """Road that the loaded tire has gone over [m]."""
+    under_load = c["plank_position"][c["fz"] > LOADED]
+    return float(np.ptp(under_load)) if under_load.size else 0.0
 
 
 def repeatability(own: Sequence[float], earlier: Sequence[Sequence[float]]) -> float:
