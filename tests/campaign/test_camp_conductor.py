@@ -6,10 +6,10 @@ from __future__ import annotations
 import pytest
 from camp_plans import small
 
-from flatplank_control.recording.run_record import record_from_dict
+from flatplank_control.recording.run_record import load_record, record_from_dict
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.adopting import unwritten
-from flatplank_control.runner.campaign.journal import note
+from flatplank_control.runner.campaign.journal import note, pressure_after
 from flatplank_control.runner.campaign.quality import Finding
 
 GOOD = Verdict((Finding("settling", 1.0, 2.0),))
@@ -129,6 +129,42 @@ def test_earlier_runs_of_a_condition_are_handed_to_the_judge(tmp_path):
         facts = {"profile": [1.0], "radius": 0.31}
         conductor.finish(job, Outcome(job.measurement.name, GOOD, facts))
     assert seen == [0, 0, 1, 2]
+
+
+def test_each_record_says_what_road_the_paper_has_seen(tmp_path):
+    """Also of runs that were not kept, and after a resume."""
+    plan = small("session: {paper_batch: P3, sliding_distance: 12.5}\n")
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    for verdict, before in ((BAD, 12.5), (GOOD, 16.6)):
+        job = conductor.take()
+        session = job.measurement.record()["parameters"]["session"]
+        assert session == {"paper_batch": "P3", "sliding_distance": before}
+        facts = {"radius": 0.31, "travel": 4.1}
+        conductor.finish(job, Outcome(job.measurement.name, verdict, facts))
+    again = Conductor(plan, journal(tmp_path, plan)).take()
+    assert again.measurement.session["sliding_distance"] == 20.7
+
+
+def test_the_pressure_after_a_run_goes_into_its_record(tmp_path):
+    plan = small("session: {rim: 6Jx15}\n")
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    path = tmp_path / "j.jsonl"
+    with pytest.raises(ValueError, match="no run is over yet"):
+        pressure_after(path, "2.48")
+    job = conductor.take()
+    record_from_dict(job.measurement.record()).save(_made(tmp_path / job.measurement.name))
+    conductor.finish(job, outcome(job))
+    assert pressure_after(path, " 2.48 ") == job.measurement.name
+    session = load_record(tmp_path / job.measurement.name).parameters["session"]
+    assert session == {"rim": "6Jx15", "sliding_distance": 0.0, "pressure_after": 2.48}
+    with pytest.raises(ValueError, match="pressure 'two': give 0.3 .. 6 bar"):
+        pressure_after(path, "two")
+    assert Conductor(plan, journal(tmp_path, plan)).done == 1
+
+
+def _made(folder):
+    folder.mkdir()
+    return folder
 
 
 def test_a_bag_whose_line_was_never_written_is_taken_over(tmp_path):

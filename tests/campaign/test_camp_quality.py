@@ -6,8 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_control.runner.campaign.quality import Limits, judge, profile
+from flatplank_control.runner.campaign.quality import Limits, judge, profile, travel
+from flatplank_control.runner.dry_bench import DryBench
 from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.moves import ENOUGH
+from flatplank_control.runner.plans import plan_of
+from flatplank_control.runner.steps import StopRecord, Wait
 
 
 def run(**change) -> dict[str, np.ndarray]:
@@ -58,6 +62,61 @@ def test_a_run_unlike_its_repeats_is_found():
     assert judge(run(), M, Limits(), earlier).ok
     other = judge(run(dead=0.2), M, Limits(repeatability=100.0), earlier)
     assert [f.name for f in other.findings if not f.ok] == ["repeatability"]
+
+
+def until(end: float, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Stopped by hand: the plank brakes and rests for a while."""
+    seen = {name: values[columns["plank_position"] <= end] for name, values in columns.items()}
+    rest = {name: np.full(100, values[-1]) for name, values in seen.items()}
+    rest["plank_velocity"] = np.zeros(100)
+    return {name: np.append(values, rest[name]) for name, values in seen.items()}
+
+
+def test_a_slip_run_that_the_operator_ended_is_judged_up_to_there():
+    stopped = judge(until(2.5, run()), M, Limits(), enough=True)
+    assert stopped.text() == "good; ended at 2.50 m; not asked: once_per_turn"
+    assert stopped.ok and stopped.plain()["ended"] == 2.5
+    for name in ("settling", "load_error", "speed_error", "plateau"):
+        bad = judge(until(2.5, run(**FAULTS[name])), M, Limits(), enough=True)
+        assert [f.name for f in bad.findings if not f.ok] == [name]
+    assert judge(until(1.2, run()), M, Limits(), enough=True).left_out == (
+        "settling", "once_per_turn", "plateau",
+    )  # fmt: skip
+
+
+def test_a_road_that_ended_by_itself_is_no_good_run():
+    assert not judge(until(2.5, run()), M, Limits()).ok
+
+
+def test_free_rolling_that_the_operator_ended_is_judged_up_to_there():
+    free = Measurement(measurement="free_rolling")
+    columns = run()
+    columns["fx"] = np.full_like(columns["fx"], 50.0)
+    stopped = judge(until(2.0, columns), free, Limits(), enough=True)
+    assert stopped.text() == "good; ended at 2.00 m" and not stopped.left_out
+    columns["fx"] += 10.0
+    bad = judge(until(2.0, columns), free, Limits(), enough=True)
+    assert [f.name for f in bad.findings if not f.ok] == ["force_error"]
+
+
+def test_the_operators_wish_is_in_the_record():
+    """The road was not seen to its end: only then."""
+    at = DryBench().snapshot()
+    for x, said in ((4.2, ""), (2.5, ENOUGH)):
+        for step in plan_of(Measurement()):
+            if isinstance(step, Wait) and step.may_end_early:
+                moving = at.encoders._replace(plank_position=x, plank_moving=True)
+                assert step.until(at._replace(encoders=moving)) == (not said)
+            if isinstance(step, StopRecord):
+                assert (step.status, step.notes) == ("complete", said)
+
+
+def test_the_travel_is_that_of_the_loaded_tire():
+    columns = run()
+    assert travel(columns) == pytest.approx(4.1, abs=0.01)
+    columns["fz"] = np.where(columns["plank_position"] < 1.0, 3700.0, 100.0)
+    assert travel(columns) == pytest.approx(1.0, abs=0.01)
+    assert travel({**columns, "fz": np.zeros_like(columns["fz"])}) == 0.0
 
 
 def test_free_rolling_must_hold_its_50_n():

@@ -3,20 +3,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 import yaml
 from camp_plans import LENIENT, ROAD, small
 
 from flatplank_analysis.data import Campaign
 from flatplank_control.bench.campaign_run import run_on_twin
-from flatplank_control.bench.log import TableLog
+from flatplank_control.bench.judging import outcome_of
+from flatplank_control.bench.log import BagLog, TableLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
 from flatplank_control.bench.twin_bench import TwinBench
-from flatplank_control.runner.campaign import Conductor, Journal
+from flatplank_control.runner.campaign import Conductor, Job, Journal, Limits, PlannedRun
+from flatplank_control.runner.conditions import plank_beyond
 from flatplank_control.runner.dry_bench import DryBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_control.runner.standstill import Standstill
+from flatplank_control.runner.steps import Wait
 
 SETUP = BenchSetup(pace="hold")
 
@@ -82,3 +88,21 @@ def test_the_dry_run_tells_the_time(kind, tmp_path):
     dry = DryBench()
     dry.perform(plan_of(m))
     assert dry.time == pytest.approx(twin.snapshot().encoders.stamp_ns * 1e-9, rel=0.1)
+
+
+@pytest.mark.parametrize("log", [TableLog, BagLog])
+def test_a_run_that_the_operator_ended_is_judged_up_to_there(log, tmp_path):
+    m = Measurement(kappa=0.05, step_position=0.3, end_position=3.0)
+
+    def until(at: float):
+        for step in plan_of(m):
+            early = isinstance(step, Wait) and step.may_end_early
+            yield replace(step, until=plank_beyond(at)) if early else step
+
+    bench = TwinBench(Twin(SETUP), log(tmp_path))
+    bench.perform(until(1.0))
+    job = Job(PlannedRun("0.0", m, 1), m, 1, ())
+    nothing = Standstill("before the run"), Standstill("after the run")
+    verdict = outcome_of(bench.kept[0], job, Limits(), *nothing).verdict
+    assert verdict.ended == pytest.approx(1.0, abs=0.01)
+    assert verdict.ok and verdict.left_out == ("load_drift", "once_per_turn")

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.data import MeasurementTable, Run, RunInfo
+from flatplank_analysis.data.readers import describe
 from flatplank_analysis.data.store import open_store
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.calibration.fit_check import TurnWatch, still_fits
 from flatplank_control.runner.campaign.conductor import Job, Outcome
-from flatplank_control.runner.campaign.quality import Finding, Limits, Verdict, judge, profile
+from flatplank_control.runner.campaign.quality import Finding, Limits, judge, profile, travel
 from flatplank_control.runner.campaign.stiffness import EVALUATIONS
 from flatplank_control.runner.conditions import PRELOAD
+from flatplank_control.runner.moves import ENOUGH
 from flatplank_control.runner.standstill import Standstill
 
 COLUMNS = [
@@ -41,8 +44,11 @@ def outcome_of(
 ) -> Outcome:
     """Verdict, effective rolling radius of a free-rolling run, zeros."""
     table = read(path)
-    verdict = judge(table.columns, job.measurement, limits, job.earlier)
-    facts: dict[str, Any] = {"profile": profile(table.columns)}
+    enough = ENOUGH in str(describe(open_store(path.parent), path.name).get("stop_reason", ""))
+    verdict = judge(table.columns, job.measurement, limits, job.earlier, enough)
+    facts: dict[str, Any] = {
+        "profile": profile(table.columns), "travel": round(travel(table.columns), 3),
+    }  # fmt: skip
     zeros: list[Finding] = []
     if before.fx and after.fx:
         change = max(abs(b - a) for b, a in zip(before.zero, after.zero, strict=True))
@@ -62,4 +68,4 @@ def outcome_of(
     if job.measurement.measurement == "free_rolling":
         found = radius_of_run(table)
         facts |= {"radius": found.radius, "radius_force": found.force}
-    return Outcome(path.name, Verdict((*verdict.findings, *zeros)), facts)
+    return Outcome(path.name, replace(verdict, findings=(*verdict.findings, *zeros)), facts)

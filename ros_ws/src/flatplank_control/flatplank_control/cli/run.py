@@ -22,6 +22,7 @@ from flatplank_control.runner.campaign import (
     PlanError,
     load_plan,
     note,
+    pressure_after,
 )
 from flatplank_control.runner.campaign.dry_run import DryRun, dry_run
 from flatplank_control.runner.steps import PlanFailed
@@ -35,6 +36,7 @@ KEYS = {
     "d": ("discard this run and go on", "discard"),
     "s": ("skip this run", "skip"),
     "n": ("note", ""),
+    "p": ("pressure of the tire after the latest run", ""),
 }
 """key -> (what it does, service of the runner)"""
 
@@ -144,11 +146,20 @@ def on_key(keys: Keys, client, journal: Path) -> None:
     key = keys.pressed()
     if key == "n":
         note(journal, keys.line("note: "))
+    elif key == "p":
+        _pressure(journal, keys.line("pressure [bar]: "))
     elif key in KEYS:
         from std_srvs.srv import Trigger
 
         answer = client.call(Trigger, f"/measurement_runner/{KEYS[key][1]}")
         print(KEYS[key][0] if answer.success else answer.message, flush=True)
+
+
+def _pressure(journal: Path, text: str) -> None:
+    try:
+        print(f"pressure after {pressure_after(journal, text)}", flush=True)
+    except ValueError as error:
+        print(error, flush=True)
 
 
 def main(argv: list[str]) -> int:

@@ -48,6 +48,18 @@ def plank_beyond(position: float) -> Condition:
     return lambda s: s.encoders.plank_position >= position or not s.encoders.plank_moving
 
 
+class Seen:
+    """A condition that remembers whether it ever held."""
+
+    def __init__(self, condition: Condition) -> None:
+        self._condition = condition
+        self.held = False
+
+    def __call__(self, s: Snapshot) -> bool:
+        self.held = self._condition(s)
+        return self.held
+
+
 def enabled() -> Condition:
     return lambda s: s.drive.state == State.OPERATION_ENABLED
 

@@ -31,6 +31,8 @@ SPEED = 0.03092
 """fast speed of the plank [m/s]"""
 QUICK = 10
 """cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
+ENOUGH = "enough: ended here by the operator"
+"""in the record of a run whose road was not seen to its end"""
 
 
 def back_unloaded(m: Measurement) -> Plan:
@@ -88,14 +90,15 @@ def over_the_road(
         patience = 1.5 * at / SPEED + 20.0
         yield Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience)
         yield from then
+    at_the_end = when.Seen(when.plank_beyond(m.end_position))
     yield Wait(
         f"the plank is at {m.end_position:g} m",
-        when.plank_beyond(m.end_position),
+        at_the_end,
         1.5 * m.end_position / SPEED + 20.0,
         may_end_early=True,
     )
     yield from to_rest()
-    yield StopRecord("complete")
+    yield StopRecord("complete", "" if at_the_end.held else ENOUGH)
     if m.optical_trigger > 0.0:
         yield Trigger(-1.0)
     if m.hold_load:

@@ -2,7 +2,13 @@
 """A campaign: a plan becomes runs, each is judged, and a stop is no loss."""
 
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
-from flatplank_control.runner.campaign.journal import SUFFIX, Journal, note, read_lines
+from flatplank_control.runner.campaign.journal import (
+    SUFFIX,
+    Journal,
+    note,
+    pressure_after,
+    read_lines,
+)
 from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import (
     CampaignPlan,
@@ -16,5 +22,5 @@ from flatplank_control.runner.campaign.quality import Limits, Verdict, judge
 __all__ = [
     "SUFFIX", "CampaignPlan", "Conductor", "Job", "Journal", "Limits", "Outcome", "PlanError",
     "PlannedRun", "Verdict", "is_campaign", "judge", "load_plan", "note", "plan_from_text",
-    "read_lines",
+    "pressure_after", "read_lines",
 ]  # fmt: skip

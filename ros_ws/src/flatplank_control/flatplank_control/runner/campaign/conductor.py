@@ -86,7 +86,7 @@ class Conductor:
     def finish(self, job: Job, outcome: Outcome) -> bool:
         """Write down what came of it; False: it is to be made again."""
         final = outcome.verdict.ok or job.attempt >= self.plan.attempts
-        facts = {"findings": outcome.verdict.plain(), "verdict": outcome.text(), **outcome.facts}
+        facts = {**outcome.verdict.plain(), "verdict": outcome.text(), **outcome.facts}
         self.journal.end(job.run.key, outcome.file, outcome.verdict.ok, final, facts)
         self._busy.discard(job.run.key)
         if final:
@@ -142,11 +142,17 @@ class Conductor:
             run_index=self._index[run.key],
             name=self._name(run, attempt),
             calibration=self._calibration,
+            session=self._session(run.measurement),
         )
         if not run.needs:
             return m
         source = self.journal.done[run.needs]
         return replace(m, effective_rolling_radius=self._radius(run), r_e_source=source.files[-1])
+
+    def _session(self, m: Measurement) -> dict[str, Any]:
+        """With the road that the paper has seen before this run [m]."""
+        before = m.session.get("sliding_distance", 0.0)
+        return {**m.session, "sliding_distance": round(before + self.journal.travel, 3)}
 
     def _name(self, run: PlannedRun, attempt: int) -> str:
         """Appendix F, then _r02, ...: no two runs and no two attempts share a name."""

@@ -4,13 +4,18 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from flatplank_control.recording.run_record import load_record
+
 SUFFIX = ".journal.jsonl"
+GAUGE = (0.3, 6.0)
+"""pressures of a tire [bar]"""
 
 
 @dataclass
@@ -35,6 +40,8 @@ class Journal:
         self.done: dict[str, Done] = {}
         self.interrupted: str = ""
         """key of a run that was begun and never ended"""
+        self.travel = 0.0
+        """road that loaded tires have gone over in runs that ended, kept or not [m]"""
         lines = read_lines(path)
         if lines and lines[0].get("digest") != digest:
             raise ValueError(
@@ -83,14 +90,42 @@ class Journal:
             entry.attempts += 1
             entry.ok = line["final"]
             entry.facts = dict(line["facts"]) | {"good": line["ok"]}
+            self.travel += entry.facts.get("travel", 0.0)
             self.interrupted = ""
 
 
 def note(path: Path, text: str) -> None:
     """A remark of the operator on what is under way."""
     if text.strip():
-        with open(path, "a", encoding="utf-8") as file:
-            file.write(json.dumps({"event": "note", "text": text.strip()}) + "\n")
+        _append(path, {"event": "note", "text": text.strip()})
+
+
+def pressure_after(path: Path, text: str) -> str:
+    """What the gauge shows after the latest run [bar]: into the journal and that run's record.
+
+    Returns the name of the run; ValueError when `text` is no pressure or no run is over.
+    """
+    low, high = GAUGE
+    try:
+        bar = float(text)
+    except ValueError:
+        bar = math.nan
+    if not low <= bar <= high:
+        raise ValueError(f"pressure '{text.strip()}': give {low:g} .. {high:g} bar")
+    files = [line["file"] for line in read_lines(path) if line["event"] == "end"]
+    if not files:
+        raise ValueError(f"{path}: no run is over yet; give its pressure then")
+    record = load_record(path.parent / files[-1])
+    session = {**record.parameters.get("session", {}), "pressure_after": bar}
+    changed = record.with_changes(parameters={**record.parameters, "session": session})
+    changed.save(path.parent / files[-1])
+    _append(path, {"event": "pressure", "file": files[-1], "bar": bar})
+    return str(files[-1])
+
+
+def _append(path: Path, line: Mapping[str, Any]) -> None:
+    with open(path, "a", encoding="utf-8") as file:
+        file.write(json.dumps(line) + "\n")
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:

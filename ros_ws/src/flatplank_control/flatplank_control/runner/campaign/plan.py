@@ -44,7 +44,6 @@ SESSION: dict[str, tuple[float, float] | None] = {
     "room_temperature": (-20.0, 60.0),
     "paper_batch": None,
     "sliding_distance": (0.0, 1e6),
-    "pressure_after": (0.0, 10.0),
     "rim": None,
     "notes": None,
 }

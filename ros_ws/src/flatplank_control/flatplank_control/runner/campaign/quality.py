@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,14 @@ from flatplank_control.runner.measurement import Measurement
 
 SPEED = 0.03092
 """commanded speed of the road [m/s], thesis 4.3"""
+BRAKING = 0.02
+"""road before its end on which a plank that was stopped by hand brakes [m]"""
+BEGINS = 0.3
+"""the tire rolls freely from here on [m]"""
+LEAST_TURN = 0.6
+"""turns of the wheel that tell an amplitude"""
+LOADED = 300.0
+"""more than an unloaded wheel feigns [N]"""
 GRID = np.arange(0.0, 4.15, 0.05)
 """where runs are compared [m]"""
 Columns = Mapping[str, np.ndarray]
@@ -38,7 +46,7 @@ class Limits:
     repeatability: float = 200.0
     """rms of Fx against the mean of earlier runs of the condition [N]"""
     force_error: float = 0.05
-    """free rolling: mean Fx over the last 1.5 m against 50 N"""
+    """free rolling: mean Fx over the last 1.5 m, at most, against 50 N"""
 
 
 class Finding(NamedTuple):
@@ -58,19 +66,30 @@ class Verdict:
     """What is thought of a run."""
 
     findings: tuple[Finding, ...]
+    ended: float = math.nan
+    """where the operator ended the run [m]; NaN: it came to its end"""
+    left_out: tuple[str, ...] = ()
+    """questions to whose road it did not come"""
 
     @property
     def ok(self) -> bool:
         return all(f.ok for f in self.findings)
 
     def text(self) -> str:
-        """One line: good, or what is wrong."""
+        """One line: good, or what is wrong; what could not be asked."""
         bad = [f"{f.name} {f.value:.3g} (limit {f.limit:g})" for f in self.findings if not f.ok]
-        return "good" if self.ok else "; ".join(bad)
+        parts = bad or ["good"]
+        if self.ended == self.ended:
+            parts.append(f"ended at {self.ended:.2f} m")
+        if self.left_out:
+            parts.append(f"not asked: {', '.join(self.left_out)}")
+        return "; ".join(parts)
 
-    def plain(self) -> dict[str, float]:
+    def plain(self) -> dict[str, Any]:
         """For the journal."""
-        return {f.name: round(float(f.value), 6) for f in self.findings}
+        found = {f.name: round(float(f.value), 6) for f in self.findings}
+        ended = {"ended": round(self.ended, 3)} if self.ended == self.ended else {}
+        return {"findings": found, "not_asked": list(self.left_out), **ended}
 
 
 def _between(c: Columns, name: str, low: float, high: float) -> np.ndarray:
@@ -82,64 +101,86 @@ def _mean(values: np.ndarray) -> float:
     return float(values.mean()) if values.size else math.nan
 
 
-def settling(c: Columns, m: Measurement) -> float:
+def settling(c: Columns, m: Measurement, end: float) -> float:
     """Fx must not be on its way any more when the step comes."""
     late = _mean(_between(c, "fx", m.step_position - 0.05, m.step_position))
     return late - _mean(_between(c, "fx", m.step_position - 0.25, m.step_position - 0.2))
 
 
-def load_error(c: Columns, m: Measurement) -> float:
+def load_error(c: Columns, m: Measurement, end: float) -> float:
     """A set load that was not there."""
-    first = m.step_position if m.measurement == "slip" else m.end_position
+    first = min(m.step_position, end) if m.measurement == "slip" else end
     return _mean(_between(c, "fz", 0.02, first)) / m.fz - 1.0
 
 
-def load_drift(c: Columns, m: Measurement) -> float:
+def load_drift(c: Columns, m: Measurement, end: float) -> float:
     """The axle sinks, or the tire loses air."""
-    end = _mean(_between(c, "fz", m.end_position - 0.5, m.end_position))
-    return end / _mean(_between(c, "fz", 0.02, 0.52)) - 1.0
+    return _mean(_between(c, "fz", end - 0.5, end)) / _mean(_between(c, "fz", 0.02, 0.52)) - 1.0
 
 
-def speed_error(c: Columns, m: Measurement) -> float:
+def speed_error(c: Columns, m: Measurement, end: float) -> float:
     """The switch stood wrong, or the plank's drive slips."""
-    return _mean(_between(c, "plank_velocity", 0.3, m.end_position)) / SPEED - 1.0
+    return _mean(_between(c, "plank_velocity", BEGINS, end)) / SPEED - 1.0
 
 
-def once_per_turn(c: Columns, m: Measurement) -> float:
+def _turns_from(m: Measurement) -> float:
+    return m.step_position + BEGINS if m.measurement == "slip" else BEGINS
+
+
+def once_per_turn(c: Columns, m: Measurement, end: float) -> float:
     """Amplitude of Fz over the wheel angle: preloaded shaft, run-out."""
-    first = m.step_position + 0.3 if m.measurement == "slip" else 0.3
-    x = _between(c, "plank_position", first, m.end_position)
-    angle = _between(c, "wheel_angle", first, m.end_position)
-    fz = _between(c, "fz", first, m.end_position)
-    if angle.size < 10 or np.ptp(angle) < 1.2 * math.pi:
-        return 0.0
+    x, angle, fz = (
+        _between(c, name, _turns_from(m), end) for name in ("plank_position", "wheel_angle", "fz")
+    )
     basis = np.column_stack([np.ones_like(x), x - x.mean(), np.sin(angle), np.cos(angle)])
     a = np.linalg.lstsq(basis, fz, rcond=None)[0]
     return float(math.hypot(a[2], a[3]))
 
 
-def plateau(c: Columns, m: Measurement) -> float:
+def plateau(c: Columns, m: Measurement, end: float) -> float:
     """Road behind the step until Fx has gone a tenth of its way."""
     if abs(m.kappa) < 1e-6 or m.waveform != "step":
         return 0.0
     before = _mean(_between(c, "fx", m.step_position - 0.05, m.step_position))
-    after = _mean(_between(c, "fx", m.end_position - 0.3, m.end_position))
-    x = _between(c, "plank_position", m.step_position, m.end_position)
-    fx = _between(c, "fx", m.step_position, m.end_position)
+    after = _mean(_between(c, "fx", end - 0.3, end))
+    x = _between(c, "plank_position", m.step_position, end)
+    fx = _between(c, "fx", m.step_position, end)
     gone = np.flatnonzero((fx - before) / (after - before) > 0.1) if after != before else []
     return float(x[gone[0]] - m.step_position) if len(gone) else math.inf
 
 
-def force_error(c: Columns, m: Measurement) -> float:
+def force_error(c: Columns, m: Measurement, end: float) -> float:
     """The controller did not hold its 50 N."""
-    return _mean(_between(c, "fx", m.end_position - 1.5, m.end_position)) / 50.0 - 1.0
+    return _mean(_between(c, "fx", max(BEGINS, end - 1.5), end)) / 50.0 - 1.0
 
 
-Question = Callable[[Columns, Measurement], float]
-_ALWAYS: tuple[Question, ...] = (load_error, load_drift, speed_error, once_per_turn)
+def _a_turn(m: Measurement) -> float:
+    turn = 2.0 * math.pi * m.effective_rolling_radius / (1.0 + m.kappa)
+    return _turns_from(m) + LEAST_TURN * turn
+
+
+class Question(NamedTuple):
+    """What is asked of a run, and how far the run must have come for that."""
+
+    ask: Callable[[Columns, Measurement, float], float]
+    """(samples, measurement, end of the road that was seen [m]) -> value"""
+    needs: Callable[[Measurement], float]
+    """position of the plank [m]"""
+
+
+_ALWAYS = (
+    Question(load_error, lambda _m: 0.1),
+    Question(load_drift, lambda _m: 1.02),
+    Question(speed_error, lambda _m: BEGINS + 0.05),
+    Question(once_per_turn, _a_turn),
+)
 QUESTIONS: dict[str, tuple[Question, ...]] = {
-    "slip": (settling, *_ALWAYS, plateau),
-    "free_rolling": (*_ALWAYS, force_error),
+    "slip": (
+        Question(settling, lambda m: m.step_position),
+        *_ALWAYS,
+        Question(plateau, lambda m: m.step_position + 0.6),
+    ),
+    "free_rolling": (*_ALWAYS, Question(force_error, lambda _m: BEGINS + 0.5)),
 }
 """kind of measurement -> what is asked; others are not judged"""
 
@@ -154,6 +195,12 @@ def profile(c: Columns) -> list[float]:
     return [round(float(v), 1) for v in means]
 
 
+def travel(c: Columns) -> float:
+    """Road that the loaded tire has gone over [m]."""
+    under_load = c["plank_position"][c["fz"] > LOADED]
+    return float(np.ptp(under_load)) if under_load.size else 0.0
+
+
 def repeatability(own: Sequence[float], earlier: Sequence[Sequence[float]]) -> float:
     """rms difference [N] from the mean of earlier runs, over the road that all have seen."""
     others = np.array(earlier, float)
@@ -164,16 +211,28 @@ def repeatability(own: Sequence[float], earlier: Sequence[Sequence[float]]) -> f
 
 
 def judge(
-    columns: Columns, m: Measurement, limits: Limits, earlier: Sequence[Sequence[float]] = ()
+    columns: Columns,
+    m: Measurement,
+    limits: Limits,
+    earlier: Sequence[Sequence[float]] = (),
+    enough: bool = False,
 ) -> Verdict:
-    """The verdict on one run; `earlier`: profiles of runs of the same condition."""
+    """The verdict on one run. `earlier`: profiles of runs of the same condition; `enough`: the
+    operator ended it, so that it is judged up to there."""
     bounds = asdict(limits)
-    asked = QUESTIONS.get(m.measurement, ())
-    findings = [Finding(q.__name__, q(columns, m), bounds[q.__name__]) for q in asked]
+    questions = QUESTIONS.get(m.measurement, ())
+    farthest = float(columns["plank_position"].max()) if enough else math.nan
+    end = min(m.end_position, farthest - BRAKING) if enough else m.end_position
+    left_out = tuple(q.ask.__name__ for q in questions if q.needs(m) > end)
+    findings = [
+        Finding(q.ask.__name__, q.ask(columns, m, end), bounds[q.ask.__name__])
+        for q in questions
+        if q.needs(m) <= end
+    ]
     if earlier:
         findings.append(
             Finding(
                 "repeatability", repeatability(profile(columns), earlier), limits.repeatability
             )
         )
-    return Verdict(tuple(findings))
+    return Verdict(tuple(findings), farthest, left_out)
