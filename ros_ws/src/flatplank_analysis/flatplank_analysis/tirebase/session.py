@@ -237,20 +237,13 @@ class Session:
 
     def numbers(self, step: Step) -> dict[str, Any]:
         """What the waterfall needs of a step."""
-        from flatplank_analysis.discovery.decide import held_out_errors
-
-        state = step.state
-        out = {
+        level = step.state.floors[0]
+        return {
             "rmse": _number(self.rmse(step)),
-            "floor": _number(state.floors[0].floor),
-            "unexplained": _number(state.floors[0].unexplained),
+            "floor": _number(level.floor),
+            "unexplained": _number(level.unexplained),
+            "held_out": _number(step.held_out),
         }
-        held = self.rmse(step)
-        if state.fit.terms:
-            rows = list(range(len(state.fit.terms)))
-            _, error = held_out_errors(state, state.fit, rows, channel=0)
-            held = float(np.sqrt(error / state.runs.used.sum()) * state.floors[0].floor)
-        return out | {"held_out": _number(held)}
 
 
 def _number(value: float) -> float | None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery import screen, verdict, where
-from flatplank_analysis.discovery.decide import amplitude
+from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_model
 from flatplank_analysis.discovery.search import Step
 from flatplank_analysis.errors import FlatplankError
