@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 import yaml
 from bristles import Truth, campaign
 
-from flatplank_analysis.cli import add, compare, diagnose, effects, remove
+from flatplank_analysis.cli import add, compare, diagnose, effects, remove, undo
 from flatplank_analysis.discovery import modelfile, score
 from flatplank_analysis.errors import FlatplankError
 
@@ -51,6 +52,7 @@ def test_loop(folder, tmp_path, capsys):
     content = yaml.safe_load(model.read_text())
     assert [e["name"] for e in content["effects"]] == ["drive_backlash"]
     assert [h["action"] for h in content["history"]] == ["start", "add"]
+    added_content = content
 
     assert compare.main([str(folder), "--model", str(model)]) == 0
     assert "floor" in capsys.readouterr().out
@@ -62,6 +64,49 @@ def test_loop(folder, tmp_path, capsys):
     with pytest.raises(FlatplankError, match="not in the model"):
         remove.main(["drive_backlash", "--model", str(model)])
     assert yaml.safe_load(model.read_text()) == content
+
+    assert undo.main(["--model", str(model)]) == 0
+    assert "remove drive_backlash undone" in capsys.readouterr().out
+    assert yaml.safe_load(model.read_text()) == added_content
+    assert undo.main(["--model", str(model), "--json"]) == 0
+    back = _json(capsys)
+    assert back["undone"] == {"action": "add", "effect": "drive_backlash"}
+    assert back["effects"] == [] and back["rmse"] == added["rmse_before"]
+    with pytest.raises(FlatplankError, match="nothing to undo"):
+        undo.main(["--model", str(model)])
+
+
+def test_undo_goes_back_to_the_number(tmp_path):
+    """Base parameters, effects and the user's file; a file that was written by hand, too."""
+    path = tmp_path / "m.yaml"
+    mine = modelfile.Entry("mine", {"size": 0.1}, "/home/me/mine.py")
+    first = modelfile.ModelFile(parameters={"stiff": 9e4}).with_step("start", "", {"rmse": 9.0})
+    second = replace(first, parameters={"stiff": 1.0 / 3.0}, effects=(mine,))
+    second = second.with_step("add", "mine", {"rmse": 5.0})
+    third = replace(second, parameters={"stiff": 8e4}, effects=())
+    modelfile.save_model(third.with_step("remove", "mine", {"rmse": 9.0}), path)
+    back = modelfile.load_model(path).undone()
+    assert back == second
+    assert back.effects[0].file == "/home/me/mine.py"
+    assert back.undone() == first
+    old = replace(second, history=tuple({"step": i, "effects": []} for i in range(2)))
+    with pytest.raises(FlatplankError, match="no base parameters"):
+        old.undone()
+
+
+def test_waterfall_goes_on_from_the_history(monkeypatch):
+    from flatplank_analysis.discovery.report import page
+
+    found = [{"name": "base", "rmse": 5.0}, {"name": "+ wear", "rmse": 2.0}]
+    monkeypatch.setattr(page.figures, "steps_of", lambda _: found)
+    history = [
+        {"action": "start", "effect": "", "rmse": 9.0},
+        {"action": "add", "effect": "lag", "rmse": 5.0},
+        {"action": "remove", "effect": "lag", "rmse": 9.0},
+    ]
+    names = [s["name"] for s in page.waterfall_steps(None, history)]
+    assert names == ["start", "+ lag", "− lag", "+ wear"]
+    assert [s["name"] for s in page.waterfall_steps(None, ())] == ["base", "+ wear"]
 
 
 def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):

@@ -33,8 +33,9 @@ def rmse(state: State) -> float:
     first = np.zeros((len(state.floors), 1, 1))
     first[0] = 1.0
     _, with_, same = _errors(state, state.fit, effects, first)
-    # what the base would still gain by one linear step is no merit of the effects
-    return float(np.sqrt(fitted**2 + (with_ - same) / state.runs.used.sum()))
+    # what the base would still gain by one linear step is no merit of the effects, nor is what
+    # one channel gains at the cost of another
+    return float(np.sqrt(fitted**2 + max(with_ - same, 0.0) / state.runs.used.sum()))
 
 
 def _in_floors(state: State) -> np.ndarray:

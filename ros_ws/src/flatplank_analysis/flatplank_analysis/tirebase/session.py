@@ -159,7 +159,8 @@ class Session:
                 f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
             )
         start = self.best_start(before, known[0])
-        after = self.fit(self.file_of(model, before.state.fit), [start])
+        refitted = self.begun(self.file_of(model, before.state.fit), before)
+        after = self.fit(refitted, [start])
         numbers = self.numbers(after) | {
             "rmse_before": _number(self.rmse(before)),
             "floor_before": _number(before.state.floors[0].floor),
@@ -176,9 +177,7 @@ class Session:
             "p_value": _number(decision.p_value),
             "doubts": list(decision.reasons),
         }
-        grown = self.file_of(model, after.state.fit)
-        if not model.history:
-            grown = replace(grown, history=(self.start_line(before),))
+        grown = self.file_of(refitted, after.state.fit)
         return grown.with_step("add", name, numbers), after, numbers
 
     def best_start(self, step: Step, item: screen.Screened) -> Term:
@@ -195,7 +194,8 @@ class Session:
             there = ", ".join(e.name for e in model.effects) or "none"
             raise FlatplankError(f"'{name}' is not in the model", "remove", f"there: {there}")
         kept = tuple(e for i, e in enumerate(model.effects) if i != rows[-1])
-        smaller = replace(model, effects=kept)
+        begun = model if model.history else self.begun(model, self.fit(model))
+        smaller = replace(begun, effects=kept)
         step = self.fit(smaller)
         numbers = self.numbers(step)
         return (
@@ -227,9 +227,9 @@ class Session:
                 return str(Path(file).resolve())
         return ""
 
-    def start_line(self, step: Step) -> Mapping[str, Any]:
-        """First line of a history: the model before anything was added."""
-        return {"step": 0, "action": "start", "effect": "", **self.numbers(step), "effects": []}
+    def begun(self, model: ModelFile, step: Step) -> ModelFile:
+        """The model file with a first line of history when there is none; `step`: its fit."""
+        return model if model.history else model.with_step("start", "", self.numbers(step))
 
     def rmse(self, step: Step) -> float:
         """Error of the longitudinal force [N]."""

@@ -177,6 +177,6 @@ def steps_of(result: Diagnosis) -> list[dict[str, Any]]:
     out = []
     for step in search.steps:
         rmse = search.model.runs.rmse(step.state.residual[0])
-        name = step.found[-1].decision.term.effect.identifier if step.found else "base"
+        name = "+ " + step.found[-1].decision.term.effect.identifier if step.found else "base"
         out.append({"name": name, "rmse": rmse, "held_out": step.held_out})
     return out
