@@ -96,7 +96,6 @@ def throw(seed: int, k: float, repeats: int = 3, a: float = 0.0) -> Ball:
         measured=np.zeros((1, *shape)),
         time=np.broadcast_to(TIME, shape).copy(),
         order=np.arange(len(plan), dtype=float),
-        used=np.ones(shape, dtype=bool),
         coordinates={"time": Coordinate(np.broadcast_to(TIME, shape).copy(), "s", local=True)},
         facts={
             "height": np.array([h for h, _ in plan]),

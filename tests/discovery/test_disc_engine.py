@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from flatplank_analysis.discovery.decide import CONDITIONS, _reasons
 from flatplank_analysis.discovery.fit import bounded_step
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, diagnose, undecidable
+from flatplank_analysis.errors import FlatplankError
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -52,6 +55,25 @@ def test_nothing_is_found_where_nothing_is():
 def test_too_little_is_said_to_be_too_little():
     assert "no repeats" in undecidable(throw(4, 0.0, repeats=1).runs)
     assert "runs" in undecidable(throw(4, 0.0).runs.subset(np.arange(4)))
+
+
+def test_a_hole_in_a_run_is_named():
+    runs = throw(4, 0.0).runs
+    measured = runs.measured.copy()
+    measured[0, 7, 20:30] = np.nan
+    with pytest.raises(FlatplankError, match="run throw 7: .*NaN|NaN.*throw 7"):
+        replace(runs, measured=measured)
+
+
+def test_example_of_the_docs():
+    """docs/discovery.md shows the engine without tires: what it prints stands beside it."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "discovery.md").read_text("utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    wanted = re.findall(r"^ *# prints: (.*)$", code, re.MULTILINE)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=100
+    )
+    assert done.stdout.splitlines() == wanted, done.stderr
 
 
 def test_engine_knows_no_tires():

@@ -109,11 +109,11 @@ def amplitude(fit: Fit, index: int) -> np.ndarray:
 
 
 class Fitter:
-    """Weighted least squares of a model and its terms; `weight` (channels, runs, samples)."""
+    """Weighted least squares of a model and its terms; `weight` (channels, 1, 1)."""
 
     def __init__(self, model: Model, weight: np.ndarray) -> None:
         self.model = model
-        self.weight = weight * model.runs.used
+        self.weight = weight
 
     def entries(self, terms: Sequence[Term]) -> list[_Entry]:
         """All fitted numbers, base first."""
@@ -232,7 +232,7 @@ class Fitter:
     @property
     def _prior_weight(self) -> float:
         """A prior counts like a hundredth of the samples of one channel per unit variance."""
-        return 0.01 * self.model.runs.used.sum() * float(self.weight.max() ** 2) * 10.0
+        return 0.01 * self.model.runs.measured[0].size * float(self.weight.max() ** 2) * 10.0
 
     def _chi2(self, predicted, z, entries) -> float:
         centre, strength = self.known_before(entries)

@@ -35,7 +35,7 @@ def rmse(state: State) -> float:
     _, with_, same = _errors(state, state.fit, effects, first)
     # what the base would still gain by one linear step is no merit of the effects, nor is what
     # one channel gains at the cost of another
-    return float(np.sqrt(fitted**2 + max(with_ - same, 0.0) / state.runs.used.sum()))
+    return float(np.sqrt(fitted**2 + max(with_ - same, 0.0) / state.residual[0].size))
 
 
 def _in_floors(state: State) -> np.ndarray:
@@ -51,7 +51,7 @@ def _errors(
     """
     form = _Form(state, fit, effects)
     n = len(effects)
-    judged = form.sums(weight * state.runs.used)
+    judged = form.sums(weight)
     without = form.base_for(np.full(n, -1.0))
     same = form.base_for(np.zeros(n))
     errors = np.zeros(3)
