@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -99,14 +100,22 @@ def test_waterfall_goes_on_from_the_history(monkeypatch):
 
     found = [{"name": "base", "rmse": 5.0}, {"name": "+ wear", "rmse": 2.0}]
     monkeypatch.setattr(page.figures, "steps_of", lambda _: found)
+    fit = SimpleNamespace(terms=())
+    first = SimpleNamespace(state=SimpleNamespace(fit=fit))
+    result = SimpleNamespace(search=SimpleNamespace(steps=[first]))
     history = [
-        {"action": "start", "effect": "", "rmse": 9.0},
-        {"action": "add", "effect": "lag", "rmse": 5.0},
-        {"action": "remove", "effect": "lag", "rmse": 9.0},
+        {"action": "start", "effect": "", "rmse": 9.0, "effects": []},
+        {"action": "add", "effect": "lag", "rmse": 5.0, "effects": [{"name": "lag"}]},
+        {"action": "remove", "effect": "lag", "rmse": 9.0, "effects": []},
     ]
-    names = [s["name"] for s in page.waterfall_steps(None, history)]
-    assert names == ["start", "+ lag", "− lag", "+ wear"]
-    assert [s["name"] for s in page.waterfall_steps(None, ())] == ["base", "+ wear"]
+
+    def names(history) -> list[str]:
+        return [s["name"] for s in page.waterfall_steps(result, history)]
+
+    assert names(history) == ["start", "+ lag", "− lag", "+ wear"]
+    assert names(()) == ["base", "+ wear"]
+    # the file went on since the search began
+    assert names(history[:2]) == ["start", "+ lag"]
 
 
 def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
@@ -183,11 +192,18 @@ def test_score_counts_what_is_wrong():
     assert not wrong["right"] and wrong["false"] == ["lag"]
     alarm = score.score({"verdict": "found", "effects": [named]}, {"effects": []})
     assert alarm["false_alarm"] and not alarm["right"]
-    none = score.score({"verdict": "at floor", "effects": []}, {"effects": []})
-    assert none["right"]
+    for verdict, right in (("at floor", True), ("tire law only", True), ("partly", False)):
+        none = score.score({"verdict": verdict, "effects": []}, {"effects": []})
+        assert none["right"] is right
+    law = dict(named, name="tire_law")
+    assert score.score({"verdict": "tire law only", "effects": [law]}, {"effects": []})["right"]
+    beside = score.score({"verdict": "found", "effects": [law, dict(named, name="wear")]}, answer)
+    assert beside["right"] and beside["first_right"] and not beside["false"]
     outside = {"effects": [], "outside": {"coordinate": "plank position", "range": [2.0, 2.8]}}
     rest = {"where": [{"coordinate": "plank position", "range": [2.1, 2.6], "share": 0.5}]}
     seen = score.score({"verdict": "none of these", "effects": [], "unexplained": rest}, outside)
     assert seen["right"] and seen["outside_found"]
+    blind = score.score({"verdict": "none of these", "effects": [], "unexplained": {}}, outside)
+    assert not blind["right"]
     with pytest.raises(FlatplankError, match="sealed"):
         score.unseal("/nonexistent")

@@ -133,8 +133,12 @@ def waterfall_steps(
 ) -> list[dict[str, Any]]:
     """Name, `rmse` and `held_out` of the steps of a model file and of those found from there."""
     steps = _history_steps(history)
-    # the search begins where the model file ends
-    return steps + figures.steps_of(result)[1 if steps else 0 :]
+    if not steps:
+        return figures.steps_of(result)
+    began = [t.effect.identifier for t in result.search.steps[0].state.fit.terms]
+    ended = [e["name"] for e in history[-1].get("effects") or ()]
+    # what was found is in the file already when the search began before the file's last step
+    return steps + (figures.steps_of(result)[1:] if began == ended else [])
 
 
 def _history_steps(history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
