@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
-from flatplank_analysis.discovery.score import seal
+from flatplank_analysis.data import Campaign as Folder
+from flatplank_analysis.discovery.score import seal, unseal
 from flatplank_control.cli import reveal
+from flatplank_control.sealed import generate
 
 PLACE = {"coordinate": "plank position", "range": [2.0, 2.8]}
 
@@ -45,3 +48,23 @@ def test_what_is_no_diagnosis_gets_one_line(tmp_path, text):
     (tmp_path / reveal.DIAGNOSIS).write_text(text)
     with pytest.raises(ValueError, match=r"diagnosis\.json: .*flatplank diagnose"):
         reveal.main([str(tmp_path)])
+
+
+def test_a_challenge_with_a_force_outside_the_library(tmp_path, monkeypatch):
+    """The same campaign but for the force, which lies where the answer says."""
+    monkeypatch.setattr(generate, "SLIPS", (-0.02, 0.02))
+    monkeypatch.setattr(generate, "START_ANGLES", {1: 0.0})
+    monkeypatch.setattr(generate, "MENU", {"nothing": generate.MENU["nothing"]})
+    made = generate.make_challenge(tmp_path / "with", 1, outside="bump")
+    plain = generate.make_challenge(tmp_path / "without", 1)
+    answer = unseal(made)
+    assert answer["effects"] == [] and unseal(plain)["outside"] is None
+    low, high = answer["outside"]["range"]
+    inside = 0.0
+    for one, other in zip(Folder.load(str(made)).runs, Folder.load(str(plain)).runs, strict=True):
+        a, b = one.table().columns, other.table().columns
+        added = np.abs(a["fx"] - b["fx"])
+        at = a["plank_position"]
+        assert added[(at < low) | (at > high)].max() == 0.0
+        inside = max(inside, float(added.max()))
+    assert 59.0 < inside < 121.0
