@@ -14,9 +14,12 @@ import numpy as np
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_control.blind.detectable import detectable
 from flatplank_control.blind.menu import MENU, PAIRS
-from flatplank_control.blind.outside import OUTSIDE, OUTSIDE_SIZES
+from flatplank_control.blind.outside import OUTSIDE
 from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, noise, runs_of
 from flatplank_control.blind.worlds import WORLDS, Scatter
+
+OUTSIDE_SIZES = (60.0, 120.0)
+"""[N]"""
 
 
 @dataclass(frozen=True)

@@ -67,8 +67,6 @@ def notch(size: float, random: np.random.Generator) -> Made:
     return force, {"coordinate": "plank position", "range": [start, start + length]}
 
 
-OUTSIDE_SIZES = (60.0, 120.0)
-"""[N]"""
 OUTSIDE: dict[str, Callable[[float, np.random.Generator], Made]] = {
     "bump": bump, "hum": hum, "ringing": ringing, "notch": notch,
 }  # fmt: skip

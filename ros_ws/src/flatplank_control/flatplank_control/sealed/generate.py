@@ -15,7 +15,8 @@ from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.discovery.score import seal
 from flatplank_control.bench.campaign import SLIPS
-from flatplank_control.blind.outside import OUTSIDE, OUTSIDE_SIZES, Force
+from flatplank_control.blind.cases import OUTSIDE_SIZES
+from flatplank_control.blind.outside import OUTSIDE, Force
 from flatplank_control.blind.plan import Run, Setting
 from flatplank_control.runner.measurement import START_ANGLES
 from flatplank_control.sealed.menu import MENU, Defects
