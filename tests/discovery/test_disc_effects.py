@@ -3,13 +3,25 @@
 
 from __future__ import annotations
 
+import re
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
 import numpy as np
 import pytest
+from bristles import Truth, campaign
 
+from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.modelfile import ModelFile
+from flatplank_analysis.effects import registry
 from flatplank_analysis.effects.checks import check_effect, probe_model
-from flatplank_analysis.effects.registry import find, library, load_file
+from flatplank_analysis.effects.registry import GROUP, find, library, load_file
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
 
 OWN = '''
 """Rail friction: the plank guide takes a part of the force, whatever the slip."""
@@ -62,6 +74,48 @@ def test_own_effect_is_loaded_and_keeps_the_contract(tmp_path):
     (effect,) = load_file(_own(tmp_path))
     assert check_effect(effect) == []
     assert library([tmp_path / "mine.py"])["rail_friction"].identifier == "rail_friction"
+
+
+@pytest.fixture
+def from_contributing(tmp_path):
+    """The file that CONTRIBUTING shows, and its lines for setup.py."""
+    text = (Path(__file__).resolve().parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    code, lines = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    return _own(tmp_path, code, "cable_drag.py"), lines
+
+
+def test_example_of_contributing_finds_its_force(from_contributing):
+    """20 to 25 lines that pass the contract and find a force which the library does not hold."""
+    file, _ = from_contributing
+    assert len([line for line in file.read_text().splitlines() if line.strip()]) <= 25
+    (effect,) = load_file(file)
+    assert check_effect(effect) == []
+    tables = []
+    for table in campaign(Truth(seed=43, slips=(-0.05, -0.01, 0.01, 0.05), repeats=2)):
+        place = np.clip((table.columns["plank_position"] - 2.5) / 0.7, -0.5, 0.5)
+        force = 80.0 * np.cos(np.pi * place) * (table.info.kappa < 0.0)
+        columns = dict(table.columns) | {"fx": table.columns["fx"] + force}
+        tables.append(MeasurementTable(columns, table.info))
+    data = from_tables(tables)
+    session = Session(Campaign("made", []), data, TireModel(data), library([file]), (str(file),))
+    _, _, numbers = session.add(ModelFile(), "cable_drag")
+    assert numbers["size"] == pytest.approx(80.0, rel=0.15)
+    assert numbers["rmse_before"] > 1.3 * numbers["rmse"]
+    assert numbers["unexplained"] < 0.3 * numbers["floor"]
+
+
+def test_entry_point_of_contributing(from_contributing, monkeypatch):
+    file, lines = from_contributing
+    ((name, value),) = re.findall(r'"flatplank.effects": \["(\w+) = (\w+)"\]', lines)
+    monkeypatch.syspath_prepend(file.parent)
+    point = EntryPoint(name, value, GROUP)
+    monkeypatch.setattr(registry, "entry_points", lambda group: [point] * (group == GROUP))
+    registry._shipped.cache_clear()
+    try:
+        assert library()["cable_drag"].__module__ == "cable_drag"
+    finally:
+        registry._shipped.cache_clear()
+        sys.modules.pop("cable_drag", None)
 
 
 def test_own_effect_that_acts_at_its_null_is_refused(tmp_path):

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import yaml
 from bristles import Truth, campaign, save
 
-from flatplank_analysis.cli import add, compare, diagnose, effects, remove
+from flatplank_analysis.cli import add, compare, diagnose, effects, remove, undo
 from flatplank_analysis.discovery import modelfile, score
 from flatplank_analysis.errors import FlatplankError
 
@@ -42,6 +44,7 @@ def test_loop(folder, tmp_path, capsys):
     content = yaml.safe_load(model.read_text())
     assert [e["name"] for e in content["effects"]] == ["drive_backlash"]
     assert [h["action"] for h in content["history"]] == ["start", "add"]
+    added_content = content
 
     assert compare.main([str(folder), "--model", str(model)]) == 0
     assert "floor" in capsys.readouterr().out
@@ -53,6 +56,57 @@ def test_loop(folder, tmp_path, capsys):
     with pytest.raises(FlatplankError, match="not in the model"):
         remove.main(["drive_backlash", "--model", str(model)])
     assert yaml.safe_load(model.read_text()) == content
+
+    assert undo.main(["--model", str(model)]) == 0
+    assert "remove drive_backlash undone" in capsys.readouterr().out
+    assert yaml.safe_load(model.read_text()) == added_content
+    assert undo.main(["--model", str(model), "--json"]) == 0
+    back = _json(capsys)
+    assert back["undone"] == {"action": "add", "effect": "drive_backlash"}
+    assert back["effects"] == [] and back["rmse"] == added["rmse_before"]
+    with pytest.raises(FlatplankError, match="nothing to undo"):
+        undo.main(["--model", str(model)])
+
+
+def test_undo_goes_back_to_the_number(tmp_path):
+    """Base parameters, effects and the user's file; a file that was written by hand, too."""
+    path = tmp_path / "m.yaml"
+    mine = modelfile.Entry("mine", {"size": 0.1}, "/home/me/mine.py")
+    first = modelfile.ModelFile(parameters={"stiff": 9e4}).with_step("start", "", {"rmse": 9.0})
+    second = replace(first, parameters={"stiff": 1.0 / 3.0}, effects=(mine,))
+    second = second.with_step("add", "mine", {"rmse": 5.0})
+    third = replace(second, parameters={"stiff": 8e4}, effects=())
+    modelfile.save_model(third.with_step("remove", "mine", {"rmse": 9.0}), path)
+    back = modelfile.load_model(path).undone()
+    assert back == second
+    assert back.effects[0].file == "/home/me/mine.py"
+    assert back.undone() == first
+    old = replace(second, history=tuple({"step": i, "effects": []} for i in range(2)))
+    with pytest.raises(FlatplankError, match="no base parameters"):
+        old.undone()
+
+
+def test_waterfall_goes_on_from_the_history(monkeypatch):
+    from flatplank_analysis.discovery.report import page
+
+    found = [{"name": "base", "rmse": 5.0}, {"name": "+ wear", "rmse": 2.0}]
+    monkeypatch.setattr(page.figures, "steps_of", lambda _: found)
+    fit = SimpleNamespace(terms=())
+    first = SimpleNamespace(state=SimpleNamespace(fit=fit))
+    result = SimpleNamespace(search=SimpleNamespace(steps=[first]))
+    history = [
+        {"action": "start", "effect": "", "rmse": 9.0, "effects": []},
+        {"action": "add", "effect": "lag", "rmse": 5.0, "effects": [{"name": "lag"}]},
+        {"action": "remove", "effect": "lag", "rmse": 9.0, "effects": []},
+    ]
+
+    def names(history) -> list[str]:
+        return [s["name"] for s in page.waterfall_steps(result, history)]
+
+    assert names(history) == ["start", "+ lag", "− lag", "+ wear"]
+    assert names(()) == ["base", "+ wear"]
+    # the file went on since the search began
+    assert names(history[:2]) == ["start", "+ lag"]
 
 
 def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
@@ -129,11 +183,18 @@ def test_score_counts_what_is_wrong():
     assert not wrong["right"] and wrong["false"] == ["lag"]
     alarm = score.score({"verdict": "found", "effects": [named]}, {"effects": []})
     assert alarm["false_alarm"] and not alarm["right"]
-    none = score.score({"verdict": "at floor", "effects": []}, {"effects": []})
-    assert none["right"]
+    for verdict, right in (("at floor", True), ("tire law only", True), ("partly", False)):
+        none = score.score({"verdict": verdict, "effects": []}, {"effects": []})
+        assert none["right"] is right
+    law = dict(named, name="tire_law")
+    assert score.score({"verdict": "tire law only", "effects": [law]}, {"effects": []})["right"]
+    beside = score.score({"verdict": "found", "effects": [law, dict(named, name="wear")]}, answer)
+    assert beside["right"] and beside["first_right"] and not beside["false"]
     outside = {"effects": [], "outside": {"coordinate": "plank position", "range": [2.0, 2.8]}}
     rest = {"where": [{"coordinate": "plank position", "range": [2.1, 2.6], "share": 0.5}]}
     seen = score.score({"verdict": "none of these", "effects": [], "unexplained": rest}, outside)
     assert seen["right"] and seen["outside_found"]
+    blind = score.score({"verdict": "none of these", "effects": [], "unexplained": {}}, outside)
+    assert not blind["right"]
     with pytest.raises(FlatplankError, match="sealed"):
         score.unseal("/nonexistent")

@@ -58,11 +58,11 @@ def test_each_page_acts_on_the_campaign_that_it_shows(desk, tmp_path):
         await a.open("x")
         await b.open("y", "y/other.yaml")
         await a.add("drive_backlash")
-        await b.remove("drive_backlash")
+        await b.undo()
 
     asyncio.run(work())
     x, y = str(tmp_path / "x"), str(tmp_path / "y")
-    assert desk.thinking.asked == [("open", x), ("open", y), ("add", x), ("remove", y)]
+    assert desk.thinking.asked == [("open", x), ("open", y), ("add", x), ("undo", y)]
 
 
 def test_cancel_ends_only_the_work_of_the_page_that_asks(desk, tmp_path):

@@ -14,6 +14,7 @@ VERBS = [
     "diagnose = flatplank_analysis.cli.diagnose:main",
     "add = flatplank_analysis.cli.add:main",
     "remove = flatplank_analysis.cli.remove:main",
+    "undo = flatplank_analysis.cli.undo:main",
     "effects = flatplank_analysis.cli.effects:main",
 ]
 

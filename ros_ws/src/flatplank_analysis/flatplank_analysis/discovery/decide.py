@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Is an effect real? Tests at the refit (DISCOVERY 6-8).
+"""Is an effect real? Tests at the refit (DISCOVERY 6-8); see `heldout` for left-out conditions.
 
 A whitened test alone names something false in a fifth to a third of all campaigns, because tires
 and machines scatter from run to run. So the drop is divided by the dispersion of the effect's
@@ -8,20 +8,21 @@ own scores among repeats, and among conditions, and the effect must have one siz
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import f as f_distribution
 from scipy.stats import t as student
 
+from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.dispersion import (
     Usual,
     among_conditions,
     among_repeats,
     scores_of,
 )
-from flatplank_analysis.discovery.fit import Fit, Term
+from flatplank_analysis.discovery.fit import Fit, Term, amplitude
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.whitened import Whitened
@@ -82,27 +83,6 @@ class Decision:
     def p_value(self) -> float:
         """The larger of the two p-values."""
         return max(self.p_repeats, self.p_conditions)
-
-
-def amplitude(fit: Fit, index: int) -> np.ndarray:
-    """Response to growing the whole effect by its own size (channels, runs, samples)."""
-    assert fit.jacobian is not None
-    term = fit.terms[index]
-    named = term.named()
-    out = np.zeros_like(fit.predicted)
-    scale = {p.name: _scale(p) for p in term.effect.parameters()}
-    linear = {p.name: p for p in term.effect.linear()}
-    for row, (owner, name) in enumerate(fit.free):
-        if owner == index and name in linear:
-            out += fit.jacobian[row] * ((named[name] - linear[name].null) / scale[name])
-    return out
-
-
-def _scale(p) -> float:
-    if p.screen:
-        return abs(p.screen)
-    width = p.upper - p.lower
-    return 0.02 * width if np.isfinite(width) else max(abs(p.null), 1.0)
 
 
 @dataclass(frozen=True)
@@ -167,7 +147,7 @@ class Judge:
             condition_q=condition_q,
             condition_limit=worth * condition_n + SAME * drop,
             interval=(term.size - spread, term.size + spread),
-            held_out_gain=float("nan") if plain is None else held_out(state, plain, [index]),
+            held_out_gain=float("nan") if plain is None else heldout.gain(state, plain, index),
             reasons=(),
         )
         return replace(decision, reasons=tuple(_reasons(decision, self.explained)))
@@ -257,62 +237,3 @@ def _condition_test(state: State, score, info) -> tuple[float, int]:
     s = np.array([score[g].sum() for g in state.runs.groups])
     alive = h > 1e-4 * h.sum()
     return float(np.sum(s[alive] ** 2 / h[alive])), max(int(alive.sum()) - 1, 1)
-
-
-def channel_scale(state: State) -> np.ndarray:
-    """One over the floor of each channel, (channels, 1, 1)."""
-    return np.array([1.0 / max(f.floor, 1e-12) for f in state.floors])[:, None, None]
-
-
-def held_out(state: State, fit: Fit, indices: Sequence[int]) -> float:
-    """Share of the squared error that effects remove where they were not fitted.
-
-    The sizes come from the other conditions, the base is fitted to all (leaving out the largest
-    slip would otherwise test the extrapolation of the law).
-    """
-    errors = held_out_errors(state, fit, indices)
-    return float(1.0 - errors[1] / max(errors[0], 1e-30))
-
-
-def held_out_errors(
-    state: State, fit: Fit, indices: Sequence[int], channel: int | None = None
-) -> tuple[float, float]:
-    """Squared error in floors in the left-out conditions: without and with the effects.
-
-    All channels count for the sizes; `channel` says which are judged.
-    """
-    runs = state.runs
-    weight = channel_scale(state)
-    rest = [i for i in fit.loose() if fit.free[i][0] not in indices]
-    parts = np.stack([amplitude(fit, i) for i in indices])
-    columns = np.concatenate([fit.jacobian[rest], parts]) * weight
-    e = fit.residual(runs.measured) * weight
-    grams = [_plain(columns[:, :, g], e[:, g]) for g in runs.groups]
-    pick = slice(None) if channel is None else slice(channel, channel + 1)
-    judged = [_plain(columns[:, pick][:, :, g], e[pick][:, g]) for g in runs.groups]
-    total = [sum(g[i] for g in grams) for i in range(3)]
-    n = len(rest)
-    without = with_ = 0.0
-    for (products, scores, _), seen in zip(grams, judged, strict=True):
-        # sizes without this condition
-        p, s = total[0].copy(), total[1].copy()
-        p[n:, n:] -= products[n:, n:]
-        p[n:, :n] -= products[n:, :n]
-        p[:n, n:] -= products[:n, n:]
-        s[n:] -= scores[n:]
-        sizes = solve(p, s)[0][n:]
-        for delta, bucket in ((-np.ones(len(indices)), 0), (sizes, 1)):
-            right = total[1][:n] - total[0][:n, n:] @ delta
-            base = solve(total[0][:n, :n], right)[0]
-            x = np.concatenate([base, delta])
-            value = seen[2] - 2.0 * x @ seen[1] + x @ seen[0] @ x
-            if bucket:
-                with_ += float(value)
-            else:
-                without += float(value)
-    return without, with_
-
-
-def _plain(columns: np.ndarray, e: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    flat = columns.reshape(len(columns), -1)
-    return flat @ flat.T, flat @ e.reshape(-1), float(np.sum(e**2))

@@ -78,19 +78,42 @@ class _Entry:
 
     @property
     def scale(self) -> float:
-        p = self.parameter
-        if p.screen:
-            return abs(p.screen)
-        width = p.upper - p.lower
-        return 0.02 * width if np.isfinite(width) else max(abs(p.null), 1.0)
+        return scale_of(self.parameter)
+
+
+def scale_of(p: Parameter) -> float:
+    """The unit in which a parameter is fitted: its screening step, or a share of its range."""
+    if p.screen:
+        return abs(p.screen)
+    width = p.upper - p.lower
+    return 0.02 * width if np.isfinite(width) else max(abs(p.null), 1.0)
+
+
+def growth(fit: Fit, index: int) -> np.ndarray:
+    """Change of the free numbers, in their scale, when effect `index` grows by its own size."""
+    term = fit.terms[index]
+    named = term.named()
+    linear = {p.name: p for p in term.effect.linear()}
+    out = np.zeros(len(fit.free))
+    for row, (owner, name) in enumerate(fit.free):
+        if owner == index and name in linear:
+            p = linear[name]
+            out[row] = (named[name] - p.null) / scale_of(p)
+    return out
+
+
+def amplitude(fit: Fit, index: int) -> np.ndarray:
+    """Response to growing the whole effect by its own size (channels, runs, samples)."""
+    assert fit.jacobian is not None
+    return np.tensordot(growth(fit, index), fit.jacobian, axes=1)
 
 
 class Fitter:
-    """Weighted least squares of a model and its terms; `weight` (channels, runs, samples)."""
+    """Weighted least squares of a model and its terms; `weight` (channels, 1, 1)."""
 
     def __init__(self, model: Model, weight: np.ndarray) -> None:
         self.model = model
-        self.weight = weight * model.runs.used
+        self.weight = weight
 
     def entries(self, terms: Sequence[Term]) -> list[_Entry]:
         """All fitted numbers, base first."""
@@ -201,17 +224,18 @@ class Fitter:
             lane.base, new, predicted, chi2, columns, task.free, bound, count, task.known
         )  # fmt: skip
 
-    def _priors(self, entries) -> tuple[np.ndarray, np.ndarray]:
+    def known_before(self, entries) -> tuple[np.ndarray, np.ndarray]:
+        """Centres of what is known of the numbers before, and its weight in the chi2."""
         centre, width = priors(entries)
         return centre, self._prior_weight / width**2
 
     @property
     def _prior_weight(self) -> float:
         """A prior counts like a hundredth of the samples of one channel per unit variance."""
-        return 0.01 * self.model.runs.used.sum() * float(self.weight.max() ** 2) * 10.0
+        return 0.01 * self.model.runs.measured[0].size * float(self.weight.max() ** 2) * 10.0
 
     def _chi2(self, predicted, z, entries) -> float:
-        centre, strength = self._priors(entries)
+        centre, strength = self.known_before(entries)
         e = (self.model.runs.measured - predicted) * self.weight
         return float(np.sum(e * e) + np.sum(strength * (z - centre) ** 2))
 
@@ -239,7 +263,7 @@ class Fitter:
         the quadratic form."""
         flat = (columns * self.weight).reshape(len(z), -1)
         e = ((self.model.runs.measured - predicted) * self.weight).reshape(-1)
-        centre, strength = self._priors(task.entries)
+        centre, strength = self.known_before(task.entries)
         hessian = flat @ flat.T + np.diag(strength)
         slope = flat @ e - strength * (z - centre)
         out = []

@@ -51,23 +51,42 @@ class ModelFile:
             "format": FORMAT,
             "base": self.base,
             "campaign": self.campaign,
+            **self.state(),
+            "history": [dict(h) for h in self.history],
+        }
+
+    def state(self) -> dict[str, Any]:
+        """What a step of the history keeps: base parameters and effects with their files."""
+        return {
             "parameters": {k: float(v) for k, v in self.parameters.items()},
             "effects": [
                 {"name": e.name, "parameters": {k: float(v) for k, v in e.parameters.items()}}
                 | ({"file": e.file} if e.file else {})
                 for e in self.effects
             ],
-            "history": [dict(h) for h in self.history],
         }
 
     def with_step(self, action: str, effect: str, numbers: Mapping[str, Any]) -> ModelFile:
-        """The same with one more line of history; it keeps the effects as they are now."""
+        """The same with one more line of history; it keeps the model as it is now."""
         step = {"step": len(self.history), "action": action, "effect": effect, **numbers}
-        step["effects"] = [
-            {"name": e.name, "parameters": {k: float(v) for k, v in e.parameters.items()}}
-            for e in self.effects
-        ]
-        return replace(self, history=(*self.history, step))
+        return replace(self, history=(*self.history, step | self.state()))
+
+    def undone(self) -> ModelFile:
+        """The model as it was before the last step, whose line of history goes."""
+        if len(self.history) < 2:
+            raise FlatplankError("nothing to undo", "model file", "its history has no step")
+        before = self.history[-2]
+        if "parameters" not in before:
+            raise FlatplankError(
+                "the history keeps no base parameters", "model file",
+                "written before steps could be undone; use `flatplank remove EFFECT DIR`",
+            )  # fmt: skip
+        return replace(
+            self,
+            parameters=_numbers(before["parameters"], "history"),
+            effects=tuple(_entry(e, "history") for e in before.get("effects") or ()),
+            history=self.history[:-1],
+        )
 
 
 _KEYS = {"format", "base", "campaign", "parameters", "effects", "history"}

@@ -42,8 +42,6 @@ class RunSet:
     """(runs, samples) [s]: the clock of the noise"""
     order: np.ndarray
     """(runs,) order in which the runs were made"""
-    used: np.ndarray
-    """(runs, samples) True where the sample counts"""
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
     units: tuple[str, ...] = ()
     """unit of every channel"""
@@ -62,8 +60,11 @@ class RunSet:
             raise FlatplankError(
                 f"measured has shape {shape}", "RunSet", "channels, runs, samples"
             )
-        if not np.isfinite(self.measured[:, self.used]).all():
-            raise FlatplankError("measured holds NaN", "RunSet", "mark such samples as not used")
+        bad = np.flatnonzero(~np.isfinite(self.measured).all(axis=(0, 2)))
+        if len(bad):
+            raise FlatplankError(
+                "measured holds NaN or infinity", f"run {self.names[bad[0]]}", "leave the run out"
+            )
 
     @property
     def runs(self) -> int:
@@ -94,8 +95,8 @@ class RunSet:
         return values - self.mean(values)[..., self.condition, :]
 
     def rmse(self, residual: np.ndarray) -> float:
-        """Root mean square of a (runs, samples) residual over the used samples."""
-        return float(np.sqrt(np.mean(residual[self.used] ** 2)))
+        """Root mean square of a (runs, samples) residual."""
+        return float(np.sqrt(np.mean(residual**2)))
 
     def subset(self, keep: np.ndarray) -> RunSet:
         """The same campaign with fewer runs; `keep` holds indices."""
@@ -110,7 +111,6 @@ class RunSet:
             measured=self.measured[:, keep],
             time=self.time[keep],
             order=self.order[keep],
-            used=self.used[keep],
             roughness=None if self.roughness is None else self.roughness[keep],
             coordinates={
                 k: replace(c, values=c.values[keep]) for k, c in self.coordinates.items()

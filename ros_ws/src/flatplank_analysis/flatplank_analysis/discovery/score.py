@@ -27,6 +27,12 @@ from flatplank_analysis.errors import FlatplankError
 FORMAT = "flatplank-sealed/1"
 NAME = "answer.sealed"
 LARGEST_CLASS = 4
+LAW = "tire_law"
+"""no fault of the machine: it says that the force law is of another form, and is never false"""
+SILENT = ("none of these", "partly")
+"""verdicts that fit what is in no library"""
+QUIET = ("at floor", "tire law only")
+"""verdicts that fit where nothing is hidden"""
 
 
 def seal(answer: Mapping[str, Any], folder: str | Path) -> Path:
@@ -56,24 +62,24 @@ def unseal(folder: str | Path) -> dict[str, Any]:
 def score(diagnosis: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:
     """Compare the JSON of a diagnosis with an answer.
 
-    right: everything hidden is named (class of four at most), nothing else is, and the verdict
-    fits; sizes and intervals are judged effect by effect.
+    right: everything hidden is named (class of four at most) and nothing else is; what is in no
+    library is said to be left, at its place; where nothing is hidden the verdict says so. Sizes
+    and intervals are judged effect by effect.
     """
     hidden = list(answer.get("effects") or [])
     outside = answer.get("outside")
-    named = list(diagnosis.get("effects") or [])
+    named = [n for n in diagnosis.get("effects") or [] if n["name"] != LAW]
     matches, left = _match(hidden, named)
     false = [n["name"] for n in left]
     verdict = str(diagnosis.get("verdict"))
-    all_named = all(m["named"] for m in matches)
+    right = all(m["named"] for m in matches) and not false
     if outside:
-        right = verdict in ("none of these", "partly") and not false and all_named
-    elif hidden:
-        right = all_named and not false and verdict in ("found", "found group")
-    else:
-        right = verdict == "at floor"
+        right = right and verdict in SILENT and _covers(diagnosis, outside)
+    elif not hidden:
+        right = right and verdict in QUIET
     return {
         "right": bool(right),
+        "first": named[0]["name"] if named else verdict,
         "verdict": verdict,
         "effects": matches,
         "false": false,

@@ -6,9 +6,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
+from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
@@ -53,6 +55,11 @@ class Step:
     found: list[Found]
     refits: list[Decision] = field(default_factory=list)
     """what was tried from here, best first"""
+
+    @cached_property
+    def held_out(self) -> float:
+        """RMSE of the first channel in conditions that did not fix the sizes of the effects."""
+        return heldout.rmse(self.state)
 
 
 @dataclass

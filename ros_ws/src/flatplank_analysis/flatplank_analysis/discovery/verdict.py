@@ -137,7 +137,6 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     maps = where.make_maps(runs, residual, levels.floor)
     found_events = where.events(runs, residual, levels.floor)
     period, share = _period(runs, residual, verdict)
-    before, after = _held_out(search)
     notes = list(_notes(runs, search))
     return Diagnosis(
         verdict=verdict,
@@ -146,8 +145,8 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         floor=levels.floor,
         rmse_before=runs.rmse(first.state.residual[0]),
         rmse_after=runs.rmse(residual),
-        held_out_before=before,
-        held_out_after=after,
+        held_out_before=first.held_out,
+        held_out_after=last.held_out,
         unexplained=levels.unexplained,
         varying=levels.varying,
         maps=tuple(maps),
@@ -219,19 +218,6 @@ def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, fl
     if verdict not in (NONE, PARTLY) or "plank position" not in runs.coordinates:
         return float("nan"), 0.0
     return where.period_of(runs, residual, "plank position", 0.015)
-
-
-def _held_out(search: Search) -> tuple[float, float]:
-    """RMSE of channel 0 in left-out conditions without and with the effects."""
-    first, last = search.steps[0], search.last
-    runs = search.model.runs
-    before = runs.rmse(first.state.residual[0])
-    if not last.found:
-        return before, runs.rmse(last.state.residual[0])
-    offset = len(last.state.fit.terms) - len(last.found)
-    rows = list(range(offset, len(last.state.fit.terms)))
-    _, error = decide.held_out_errors(last.state, last.state.fit, rows, channel=0)
-    return before, float(np.sqrt(error / runs.used.sum()) * last.state.floors[0].floor)
 
 
 def _notes(runs: RunSet, search: Search) -> Sequence[str]:

@@ -258,7 +258,6 @@ def _assemble(
         measured=measured,
         time=stack["time"] - stack["time"][:, :1],
         order=facts["order"],
-        used=np.ones(position.shape, dtype=bool),
         coordinates=_coordinates(stack, position, since, turn, slip, load, facts),
         units=("N",) * len(channels),
         input_noise=tuple(

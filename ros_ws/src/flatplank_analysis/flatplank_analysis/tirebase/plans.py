@@ -99,7 +99,6 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
         measured=np.zeros((len(channels), *position.shape)),
         time=time,
         order=facts["order"],
-        used=np.ones(position.shape, dtype=bool),
         coordinates={},
         units=data.runs.units,
         facts=facts,

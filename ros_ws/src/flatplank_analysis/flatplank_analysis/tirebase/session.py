@@ -178,7 +178,8 @@ class Session:
                 f"measure runs that have it: `flatplank effects {name}`",
             )  # fmt: skip
         start = self.best_start(before, known[0])
-        after = self.fit(self.file_of(model, before.state.fit), [start])
+        refitted = self.begun(self.file_of(model, before.state.fit), before)
+        after = self.fit(refitted, [start])
         numbers = self.numbers(after) | {
             "rmse_before": _number(self.rmse(before)),
             "floor_before": _number(before.state.floors[0].floor),
@@ -195,9 +196,7 @@ class Session:
             "p_value": _number(decision.p_value),
             "doubts": list(decision.reasons),
         }
-        grown = self.file_of(model, after.state.fit)
-        if not model.history:
-            grown = replace(grown, history=(self.start_line(before),))
+        grown = self.file_of(refitted, after.state.fit)
         return grown.with_step("add", name, numbers), after, numbers
 
     def best_start(self, step: Step, item: screen.Screened) -> Term:
@@ -214,7 +213,8 @@ class Session:
             there = ", ".join(e.name for e in model.effects) or "none"
             raise FlatplankError(f"'{name}' is not in the model", "remove", f"there: {there}")
         kept = tuple(e for i, e in enumerate(model.effects) if i != rows[-1])
-        smaller = replace(model, effects=kept)
+        begun = model if model.history else self.begun(model, self.fit(model))
+        smaller = replace(begun, effects=kept)
         step = self.fit(smaller)
         numbers = self.numbers(step)
         return (
@@ -238,9 +238,9 @@ class Session:
         parameters = dict(zip(names, (float(v) for v in fit.base), strict=True))
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)
 
-    def start_line(self, step: Step) -> Mapping[str, Any]:
-        """First line of a history: the model before anything was added."""
-        return {"step": 0, "action": "start", "effect": "", **self.numbers(step), "effects": []}
+    def begun(self, model: ModelFile, step: Step) -> ModelFile:
+        """The model file with a first line of history when there is none; `step`: its fit."""
+        return model if model.history else model.with_step("start", "", self.numbers(step))
 
     def rmse(self, step: Step) -> float:
         """Error of the longitudinal force [N]."""
@@ -248,20 +248,13 @@ class Session:
 
     def numbers(self, step: Step) -> dict[str, Any]:
         """What the waterfall needs of a step."""
-        from flatplank_analysis.discovery.decide import held_out_errors
-
-        state = step.state
-        out = {
+        level = step.state.floors[0]
+        return {
             "rmse": _number(self.rmse(step)),
-            "floor": _number(state.floors[0].floor),
-            "unexplained": _number(state.floors[0].unexplained),
+            "floor": _number(level.floor),
+            "unexplained": _number(level.unexplained),
+            "held_out": _number(step.held_out),
         }
-        held = self.rmse(step)
-        if state.fit.terms:
-            rows = list(range(len(state.fit.terms)))
-            _, error = held_out_errors(state, state.fit, rows, channel=0)
-            held = float(np.sqrt(error / state.runs.used.sum()) * state.floors[0].floor)
-        return out | {"held_out": _number(held)}
 
 
 def _number(value: float) -> float | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.discovery.score import QUIET, SILENT
 from flatplank_control.blind.journal import code_version
 from flatplank_control.blind.markdown import table
 from flatplank_control.blind.points import Share, confusion, points_of, share
@@ -85,6 +86,7 @@ what diagnoses sees the tables of the runs only. The *detectable size* of an eff
 the generator from its own noise (80 % power at a family-wise level of 5 % over 100 columns, a
 perfect fit of its own tire and any symmetric force law allowed), and is at least 1.5 times the
 size that is of no consequence.
+The two of a pair have three times their detectable size each.
 Nulls have no scatter or 3 % scatter of the tire from run to run, and four colours of noise.
 Intervals in brackets are Wilson's, 95 %. An extra `tire_law` is not counted as a false effect: it
 says that the force law is of another form, not that the machine has a fault."""
@@ -118,7 +120,7 @@ def _scores(scored: Sequence[tuple[str, str, Mapping[str, Any]]]) -> str:
     rows.append(
         [
             "outside the library: `none of these` or `partly`, place aside",
-            str(share(p["verdict"] in ("none of these", "partly") for p in outside)),
+            str(share(p["verdict"] in SILENT for p in outside)),
             *[""] * len(worlds),
         ]
     )
@@ -126,7 +128,7 @@ def _scores(scored: Sequence[tuple[str, str, Mapping[str, Any]]]) -> str:
     rows.append(
         [
             "nothing hidden: verdict `at floor` or `tire law only`",
-            str(share(p["verdict"] in ("at floor", "tire law only") for p in nothing)),
+            str(share(p["verdict"] in QUIET for p in nothing)),
             *[""] * len(worlds),
         ]
     )
@@ -160,7 +162,7 @@ def _by_effect(scored) -> str:
 
 
 def _matrix(points: Points) -> str:
-    verdicts = {"at floor", "none of these", "partly", "tire law only", "not decidable"}
+    verdicts = {*QUIET, *SILENT, "not decidable"}
     rows = []
     for truth, row in sorted(confusion(points).items()):
         ordered = sorted(row.items(), key=lambda item: -item[1])

@@ -10,55 +10,33 @@ from typing import Any
 
 from flatplank_analysis.discovery.score import score
 
-LAW = "tire_law"
-"""no machine effect: it says that the force law is of another form"""
-SILENT = ("none of these", "partly")
-QUIET = ("at floor", "tire law only")
-
 
 def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """What one journal entry is worth."""
+    """What one journal entry is worth, by the rule that `flatplank reveal` has."""
     diagnosis, answer = entry["diagnosis"], entry["answer"]
-    named = [e for e in diagnosis["effects"] if e["name"] != LAW]
-    plain = dict(diagnosis, effects=named)
-    found = score(plain, answer)
+    found = score(diagnosis, answer)
     hidden = answer["effects"]
-    group = entry["case"]["group"]
+    matched = [
+        m for m, h in zip(found["effects"], hidden, strict=True) if m["named"] and h["sized"]
+    ]
     out = {
-        "group": group,
+        "group": entry["case"]["group"],
         "truth": "+".join(entry["case"]["hidden"]) or "nothing",
-        "first": named[0]["name"] if named else diagnosis["verdict"],
+        "first": found["first"],
         "verdict": diagnosis["verdict"],
-        "false": len(found["false"]) if hidden else len(named),
+        "false": len(found["false"]),
         "all": all(m["named"] for m in found["effects"]),
         "first_right": found["first_right"],
         "outside_found": found["outside_found"],
-        "covered": [
-            m["covered"]
-            for m, h in zip(found["effects"], hidden, strict=True)
-            if m["named"] and h["sized"]
-        ],
-        "errors": [
-            m["error"]
-            for m, h in zip(found["effects"], hidden, strict=True)
-            if m["named"] and h["sized"]
-        ],
+        "covered": [m["covered"] for m in matched],
+        "errors": [m["error"] for m in matched],
         "held_out": None,
+        "right": found["right"],
     }
     floor = diagnosis["floor_rmse"]
     if out["all"] and hidden and floor:
         out["held_out"] = diagnosis["held_out_after"] / floor
-    return out | {"right": _right(out, diagnosis)}
-
-
-def _right(p: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> bool:
-    if p["group"] == "none":
-        return p["false"] == 0
-    if p["group"] == "outside":
-        return p["false"] == 0 and diagnosis["verdict"] in SILENT and bool(p["outside_found"])
-    if p["group"] == "single":
-        return bool(p["first_right"]) and p["false"] == 0
-    return bool(p["all"]) and p["false"] == 0
+    return out
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ import numpy as np
 
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.score import LAW
 from flatplank_analysis.discovery.state import (
     Candidate,
     channel_weights,
@@ -34,7 +35,7 @@ from flatplank_analysis.tirebase.model import TireModel
 from flatplank_control.blind import journal
 from flatplank_control.blind.cases import Case, full, make
 from flatplank_control.blind.markdown import table
-from flatplank_control.blind.points import LAW, points_of, share
+from flatplank_control.blind.points import points_of, share
 
 MOST = 6
 """terms at most"""

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from flatplank_analysis.discovery.score import score, unseal
 
@@ -15,6 +17,7 @@ DIAGNOSIS = "diagnosis.json"
 def text_of(answer: dict, points: dict) -> list[str]:
     """The answer and the score in words."""
     hidden = [f"{e['name']}, {e['size']:.4g} {e['unit']}" for e in answer["effects"]]
+    hidden += [_outside(answer["outside"])] if answer.get("outside") else []
     lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
     for e in points["effects"]:
         if e["named"]:
@@ -25,9 +28,33 @@ def text_of(answer: dict, points: dict) -> list[str]:
             )
         else:
             lines.append(f"not found: {e['name']}")
+    if points["outside_found"] is not None:
+        lines.append(f"its place was {'' if points['outside_found'] else 'not '}found")
     if points["false"]:
         lines.append(f"named without cause: {', '.join(points['false'])}")
     return [*lines, "the diagnosis is right" if points["right"] else "the diagnosis is not right"]
+
+
+def _outside(what: Mapping[str, Any]) -> str:
+    low, high = what["range"]
+    period = f", period {what['period']:.3g}" if what.get("period") else ""
+    return f"outside the library: over {what['coordinate']} {low:.3g} .. {high:.3g}{period}"
+
+
+def read_diagnosis(path: Path, folder: Path) -> dict[str, Any]:
+    """The JSON of a diagnosis; ValueError says what is wrong with the file."""
+    remedy = f"make one with `flatplank diagnose {folder} --out {path}`"
+    if not path.is_file():
+        raise ValueError(f"{path}: no diagnosis; {remedy}")
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: not JSON ({error}); {remedy}") from None
+    keys = {"name", "size", "interval"}
+    whole = isinstance(data, dict) and "verdict" in data and isinstance(data.get("effects"), list)
+    if not whole or not all(isinstance(e, dict) and keys <= set(e) for e in data["effects"]):
+        raise ValueError(f"{path}: is not what diagnose writes; {remedy}")
+    return data
 
 
 def main(argv: list[str]) -> int:
@@ -38,12 +65,9 @@ def main(argv: list[str]) -> int:
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     o = p.parse_args(argv)
     path = o.diagnosis or o.folder / DIAGNOSIS
-    if not path.is_file():
-        raise ValueError(
-            f"{path}: no diagnosis; make one with `flatplank diagnose {o.folder} --out {path}`"
-        )
+    diagnosis = read_diagnosis(path, o.folder)
     answer = unseal(o.folder)
-    points = score(json.loads(path.read_text(encoding="utf-8")), answer)
+    points = score(diagnosis, answer)
     if o.json:
         print(json.dumps({"answer": answer, "score": points}, indent=1))
     else:

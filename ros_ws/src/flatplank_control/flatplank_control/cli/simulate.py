@@ -9,6 +9,7 @@ from pathlib import Path
 
 from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many, starts_of
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.blind.outside import OUTSIDE
 from flatplank_control.cli.run import main as run_plan
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sealed.generate import make_challenge
@@ -39,6 +40,12 @@ def parser() -> argparse.ArgumentParser:
         type=int,
         metavar="SEED",
         help="a challenge: something is hidden, the answer sealed",
+    )
+    p.add_argument(
+        "--outside",
+        choices=sorted(OUTSIDE),
+        default="",
+        help="with --hidden: a force that is in no library",
     )
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
     return p
@@ -74,8 +81,10 @@ def show(done: int, count: int, name: str) -> None:
 def main(argv: list[str]) -> int:
     """Exit code 0: all runs are there."""
     o = parser().parse_args(argv)
+    if o.outside and o.hidden is None:
+        raise ValueError("--outside hides something: give --hidden SEED, too")
     if o.hidden is not None:
-        make_challenge(o.folder, o.hidden, show)
+        make_challenge(o.folder, o.hidden, show, o.outside)
         print(
             f"challenge in {o.folder}; then: flatplank diagnose {o.folder} --out "
             f"{o.folder}/diagnosis.json, and flatplank reveal {o.folder}"

@@ -135,8 +135,8 @@ class Seat:
     async def add(self, effect: str) -> dict[str, Any]:
         return await self._think("add", effect=check.note(effect)[:80])
 
-    async def remove(self, effect: str) -> dict[str, Any]:
-        return await self._think("remove", effect=check.note(effect)[:80])
+    async def undo(self) -> dict[str, Any]:
+        return await self._think("undo")
 
     async def report(self) -> Path:
         self._checked()

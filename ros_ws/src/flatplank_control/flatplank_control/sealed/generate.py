@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes a challenge: nine slips, three starts, one effect hidden, the answer sealed."""
+"""Makes a challenge: nine slips, three starts, something hidden, the answer sealed."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -14,6 +15,9 @@ from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.discovery.score import seal
 from flatplank_control.bench.campaign import SLIPS
+from flatplank_control.blind.cases import OUTSIDE_SIZES
+from flatplank_control.blind.outside import OUTSIDE, Force
+from flatplank_control.blind.plan import Run, Setting
 from flatplank_control.runner.measurement import START_ANGLES
 from flatplank_control.sealed.menu import MENU, Defects
 from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
@@ -33,13 +37,21 @@ Progress = Callable[[int, int, str], None]
 
 
 def make_challenge(
-    folder: Path, seed: int, progress: Progress = lambda _done, _all, _name: None
+    folder: Path,
+    seed: int,
+    progress: Progress = lambda _done, _all, _name: None,
+    outside: str = "",
 ) -> Path:
-    """A campaign folder with `answer.sealed`; the same seed makes the same challenge."""
+    """A campaign folder with `answer.sealed`; the same seed makes the same challenge.
+
+    outside: a force of `blind.outside`, which no effect of the library explains, is hidden
+    instead of a defect.
+    """
     random = np.random.default_rng(seed)
-    name = str(random.choice(sorted(MENU)))
+    name = "nothing" if outside else str(random.choice(sorted(MENU)))
     hidden = MENU[name]
     size = hidden.draw(random)
+    force, place = _foreign(outside, random)
     plain = PlantConfig.load("toyo")
     radius = round(Campaign(plain).true_radius(FZ, plain.tire.vertical_stiffness), 5)
     pairs = [(kappa, start) for kappa in SLIPS for start in START_ANGLES]
@@ -59,6 +71,7 @@ def make_challenge(
         own = np.random.default_rng((seed, index))
         columns = Campaign(_scattered(plain, hidden.defects(size), own)).run(run, own)
         _add_noise(columns, own)
+        columns["fx"] = columns["fx"] + force(columns, Run(Setting(kappa), start, index))
         label = f"{NAME}_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}"
         info = RunInfo(
             file=f"{label}.parquet",
@@ -78,8 +91,15 @@ def make_challenge(
     if hidden.names:
         first, *others = hidden.names
         effects = [{"name": first, "size": size, "unit": hidden.unit, "class": others}]
-    seal({"seed": seed, "tire": "toyo", "effects": effects, "outside": None}, folder)
+    seal({"seed": seed, "tire": "toyo", "effects": effects, "outside": place}, folder)
     return folder
+
+
+def _foreign(name: str, random: np.random.Generator) -> tuple[Force, dict[str, Any] | None]:
+    """A force that is in no library and its place; none without a name."""
+    if not name:
+        return (lambda _columns, _run: np.zeros(1)), None
+    return OUTSIDE[name](float(random.uniform(*OUTSIDE_SIZES)), random)
 
 
 def _scattered(plain: PlantConfig, defects: Defects, random: np.random.Generator) -> PlantConfig:

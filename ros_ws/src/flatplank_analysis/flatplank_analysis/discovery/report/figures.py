@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
-from flatplank_analysis.discovery.decide import amplitude
+from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -175,9 +175,8 @@ def steps_of(result: Diagnosis) -> list[dict[str, Any]]:
     """Waterfall of a search."""
     search = result.search
     out = []
-    for i, step in enumerate(search.steps):
+    for step in search.steps:
         rmse = search.model.runs.rmse(step.state.residual[0])
-        name = step.found[-1].decision.term.effect.identifier if step.found else "base"
-        held = result.held_out_after if i == len(search.steps) - 1 else rmse
-        out.append({"name": name, "rmse": rmse, "held_out": held})
+        name = "+ " + step.found[-1].decision.term.effect.identifier if step.found else "base"
+        out.append({"name": name, "rmse": rmse, "held_out": step.held_out})
     return out

@@ -72,7 +72,7 @@ def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
     first = search.steps[0]
     runs = search.model.runs
     maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].floor)
-    steps = _history_steps(history) or figures.steps_of(result)
+    steps = waterfall_steps(result, history)
     svg = {
         "conditions": book.add("conditions", figures.conditions(search)),
         "ranking": book.add("ranking", figures.ranking(search)),
@@ -128,11 +128,25 @@ def _refused(result: Diagnosis) -> list[dict[str, str]]:
     return list(out.values())
 
 
+def waterfall_steps(
+    result: Diagnosis, history: Sequence[Mapping[str, Any]]
+) -> list[dict[str, Any]]:
+    """Name, `rmse` and `held_out` of the steps of a model file and of those found from there."""
+    steps = _history_steps(history)
+    if not steps:
+        return figures.steps_of(result)
+    began = [t.effect.identifier for t in result.search.steps[0].state.fit.terms]
+    ended = [e["name"] for e in history[-1].get("effects") or ()]
+    # what was found is in the file already when the search began before the file's last step
+    return steps + (figures.steps_of(result)[1:] if began == ended else [])
+
+
 def _history_steps(history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Waterfall from the history of a model file."""
+    sign = {"add": "+ ", "remove": "− "}
     return [
         {
-            "name": str(h.get("effect") or h.get("action")),
+            "name": sign.get(str(h.get("action")), "") + str(h.get("effect") or h.get("action")),
             "rmse": float(h["rmse"]),
             "held_out": h.get("held_out"),
         }

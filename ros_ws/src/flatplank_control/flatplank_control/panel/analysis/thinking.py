@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of discovery for the page: compare, diagnose, add, remove, report."""
+"""The loop of discovery for the page: compare, diagnose, add, undo, report."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_analysis.discovery import screen, verdict, where
-from flatplank_analysis.discovery.decide import amplitude
-from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_model
+from flatplank_analysis.discovery.fit import amplitude
+from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.search import Step
 from flatplank_analysis.tirebase.session import Session
 from flatplank_control.panel.analysis.proposal import runs_of
@@ -214,16 +214,17 @@ def add(progress: Progress, folder: str, model: str, effect: str) -> dict[str, A
     return _kept(at, changed, step) | {"added": numbers}
 
 
-def remove(progress: Progress, folder: str, model: str, effect: str) -> dict[str, Any]:
-    """Take an effect out and refit everything."""
+def undo(progress: Progress, folder: str, model: str) -> dict[str, Any]:
+    """The model as it was before the last step; `undone`: what that step was."""
     at = _opened(folder, model)
-    progress("refit of everything", 0.3)
-    changed, step, _ = at.session.remove(at.model, effect)
-    return _kept(at, changed, step)
+    before, last = at.model.undone(), at.model.history[-1]
+    progress("fit of the model", 0.3)
+    step = at.session.fit(before)
+    return _kept(at, before, step) | {"undone": f"{last['action']} {last['effect']}"}
 
 
 def _kept(at: _Open, changed: ModelFile, step: Step) -> dict[str, Any]:
-    save_model(changed, at.path)
+    save_unchanged(changed, at.path)
     return _picture(at._replace(model=changed), step)
 
 

@@ -23,7 +23,7 @@ JOBS = {
     "compare": "thinking",
     "diagnose": "thinking",
     "add": "thinking",
-    "remove": "thinking",
+    "undo": "thinking",
     "report": "thinking",
     "simulate": "simulating",
     "turns": "identifying",

@@ -176,11 +176,9 @@ class _Discover:
         )
 
     async def undo(self) -> None:
-        effects = self.picture.get("effects") or []
-        if not effects:
-            raise ValueError("there is no effect in the model")
-        self.take(await self.seat.remove(effects[-1]["name"]))
-        self.say(f"{effects[-1]['name']} taken out")
+        picture = await self.seat.undo()
+        self.take(picture)
+        self.say(f"{picture['undone']} undone")
 
     async def report(self) -> None:
         path = await self.seat.report()
@@ -247,7 +245,7 @@ class _Discover:
         self.in_model.set_text(
             f"In {Path(model['file']).name}: " + (", ".join(names) or "no effect yet")
         )
-        self.undo_button.set_enabled(bool(names))
+        self.undo_button.set_enabled(len(model["history"]) > 1)
 
     def draw_curve(self) -> None:
         for curve in self.picture.get("curves", []):

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`flatplank reveal`: the answer in words, and files that are no diagnosis."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from flatplank_analysis.data import Campaign as Folder
+from flatplank_analysis.discovery.score import seal, unseal
+from flatplank_control.cli import reveal
+from flatplank_control.sealed import generate
+
+PLACE = {"coordinate": "plank position", "range": [2.0, 2.8]}
+
+
+def _write(folder, **diagnosis):
+    (folder / reveal.DIAGNOSIS).write_text(json.dumps({"effects": [], **diagnosis}))
+
+
+def test_what_is_in_no_library_is_said(tmp_path, capsys):
+    seal({"seed": 1, "effects": [], "outside": PLACE}, tmp_path)
+    where = [dict(PLACE, range=[2.1, 2.5], share=0.6)]
+    _write(tmp_path, verdict="none of these", unexplained={"where": where})
+    assert reveal.main([str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "outside the library: over plank position 2 .. 2.8" in out
+    assert "its place was found" in out and "is right" in out
+    _write(tmp_path, verdict="none of these", unexplained={"where": []})
+    assert reveal.main([str(tmp_path)]) == 1
+    out = capsys.readouterr().out
+    assert "not found" in out and "is not right" in out
+
+
+def test_the_form_of_the_force_law_is_no_false_name(tmp_path, capsys):
+    seal({"seed": 1, "effects": [], "outside": None}, tmp_path)
+    law = {"name": "tire_law", "size": 1.0, "interval": [0.5, 1.5], "class": []}
+    _write(tmp_path, verdict="tire law only", effects=[law])
+    assert reveal.main([str(tmp_path)]) == 0
+    assert "hidden: nothing" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("text", ["[]", "{}", "{", '{"verdict": "found", "effects": [1]}'])
+def test_what_is_no_diagnosis_gets_one_line(tmp_path, text):
+    seal({"seed": 1, "effects": [], "outside": None}, tmp_path)
+    (tmp_path / reveal.DIAGNOSIS).write_text(text)
+    with pytest.raises(ValueError, match=r"diagnosis\.json: .*flatplank diagnose"):
+        reveal.main([str(tmp_path)])
+
+
+def test_a_challenge_with_a_force_outside_the_library(tmp_path, monkeypatch):
+    """The same campaign but for the force, which lies where the answer says."""
+    monkeypatch.setattr(generate, "SLIPS", (-0.02, 0.02))
+    monkeypatch.setattr(generate, "START_ANGLES", {1: 0.0})
+    monkeypatch.setattr(generate, "MENU", {"nothing": generate.MENU["nothing"]})
+    made = generate.make_challenge(tmp_path / "with", 1, outside="bump")
+    plain = generate.make_challenge(tmp_path / "without", 1)
+    answer = unseal(made)
+    assert answer["effects"] == [] and unseal(plain)["outside"] is None
+    low, high = answer["outside"]["range"]
+    inside = 0.0
+    for one, other in zip(Folder.load(str(made)).runs, Folder.load(str(plain)).runs, strict=True):
+        a, b = one.table().columns, other.table().columns
+        added = np.abs(a["fx"] - b["fx"])
+        at = a["plank_position"]
+        assert added[(at < low) | (at > high)].max() == 0.0
+        inside = max(inside, float(added.max()))
+    assert 59.0 < inside < 121.0
