@@ -106,7 +106,7 @@ def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, oth
     wait_for(lambda: "screening" in status(analyst), 120.0, "A searches")
     searching = analysts()
     b.click("Diagnose")
-    wait_for(lambda: "waiting for the work of another page" in status(b), 30.0, "B waits")
+    wait_for(lambda: "waiting until other work is done" in status(b), 30.0, "B waits")
     b.click("Cancel")
     b.said("cancelled")
     assert analysts() == searching and status(analyst).endswith("…")

@@ -88,7 +88,7 @@ def turn_of_bag(path: Path) -> Turn:
     volts: list[Any] = []
     try:
         opened = AnyReader([path])
-    except AnyReaderError as error:
+    except (AnyReaderError, OSError) as error:
         raise ValueError(f"{path}: no bag that can be read ({error})") from None
     with opened as reader:
         connections = [c for c in reader.connections if c.topic == TOPIC]
