@@ -80,7 +80,7 @@ class Seat:
         self.next_run: dict[str, Any] = {}
         self._open = ""
         self._model = Path()
-        self._work: asyncio.Task[Any] | None = None
+        self._work: set[asyncio.Task[Any]] = set()
 
     @property
     def progress(self) -> tuple[str, float]:
@@ -89,17 +89,17 @@ class Seat:
 
     @property
     def busy(self) -> bool:
-        return self._work is not None and not self._work.done()
+        return bool(self._work)
 
     def cancel(self) -> None:
         """End the work of this page, under way or waiting; nobody else's."""
-        if self._work is not None:
-            self._work.cancel()
+        for task in self._work:
+            task.cancel()
 
     def put_away(self) -> None:
         """Nothing is open, nothing goes on."""
         self.cancel()
-        self._work = None
+        self._work.clear()
         self._open, self.next_run = "", {}
 
     async def open(self, folder: str, model: str = "") -> dict[str, Any]:
@@ -157,18 +157,17 @@ class Seat:
         return await self._do(job, **about, **arguments)
 
     async def _do(self, job: str, **arguments: Any) -> Any:
-        self._rests()
-        self._say("", 0.0)
-        work = self.desk.thinking.ask(job, self._say, **arguments)
-        task = self._work = asyncio.create_task(work)
+        if not self.busy:
+            self._say("", 0.0)
+        task = asyncio.create_task(self.desk.thinking.ask(job, self._say, **arguments))
+        self._work.add(task)
         await asyncio.wait([task])
-        if task.cancelled() or self._work is not task:
+        wanted = task in self._work
+        self._work.discard(task)
+        # what was put away meanwhile must not be shown
+        if task.cancelled() or not wanted:
             raise ValueError("cancelled")
         return task.result()
-
-    def _rests(self) -> None:
-        if self.busy:
-            raise ValueError("this page is still at work; wait for it, or cancel it")
 
     def _say(self, text: str, share: float) -> None:
         self._progress = (text, share)

@@ -30,7 +30,7 @@ class Analysis:
         """Result of a job; ValueError with the reason when it cannot be done."""
         tell = progress or _nobody
         if self._lock.locked():
-            tell("waiting for the work of another page", 0.0)
+            tell("waiting until other work is done", 0.0)
         async with self._lock:
             try:
                 return await self._asked(job, tell, arguments)

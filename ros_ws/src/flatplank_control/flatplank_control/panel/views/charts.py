@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from flatplank_control.panel.views.plots import ACTUAL, INK, LINE, REFERENCE, SOFT
+from flatplank_control.panel.views.plots import ACTUAL, LINE, REFERENCE, SOFT
 
 COLORS = [
     "#1f5488",
@@ -145,7 +145,7 @@ def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     options["series"] = [errors] if conditions else []
     if conditions:
         floor = _round(conditions[0]["floor"])
-        _draw_floor(errors, options["xAxis"], {"xAxis": floor}, floor, "end")
+        _draw_floor(errors, options["xAxis"], {"xAxis": floor}, floor, "start")
     return options
 
 
@@ -243,7 +243,7 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "axisLine": {"lineStyle": {"color": LINE}},
     }
     options["yAxis"] |= {"min": 0, "scale": False}
-    shown = {"show": True, "position": "top", "fontSize": 11, "color": INK}
+    shown = {"show": True, "position": "insideBottom", "fontSize": 11, "color": "#ffffff"}
     options["series"] = [
         {
             "type": "bar",
