@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import os
+from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 
 import pytest
 import yaml
-from panel_rig import CHROMIUM, FLAGS, PATIENT, Observer, loopback, panel_process, wait_for
+from panel_rig import CHROMIUM, FLAGS, IDLE, PATIENT, Observer, loopback, panel_process, wait_for
 
+pytest.register_assert_rewrite("requirement_checks")
 HERE = Path(__file__).parent
 
 
@@ -103,7 +106,7 @@ class Clicker:
 
     def said(self, text: str) -> None:
         """The log or a message says so."""
-        self.page.get_by_text(text).first.wait_for(timeout=15000)
+        wait_for(self.page.get_by_text(text).first.is_visible, 15.0, f"the page says {text}")
 
     def take(self) -> None:
         self.click("Take charge")
@@ -136,6 +139,23 @@ def visitor(chromium, address):
     yield visit
     for context in contexts:
         context.close()
+
+
+@pytest.fixture(scope="session")
+def idle(chromium, domain, data):
+    """In charge of a panel that accepts everything and lacks its `hands` or its `eyes`."""
+    with ExitStack() as stack:
+
+        @cache
+        def at(part: str) -> Clicker:
+            address = stack.enter_context(panel_process(data, before=IDLE[part]))
+            context = chromium.new_context(viewport={"width": 1440, "height": 900})
+            stack.callback(context.close)
+            who = Clicker(context.new_page(), address)
+            who.take()
+            return who
+
+        yield at
 
 
 @pytest.fixture

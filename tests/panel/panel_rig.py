@@ -36,9 +36,29 @@ PATIENT = {
 }
 """of the drive [s]"""
 PATIENCE = 4.0
+SHARE = 1.0
+"""of their time that waits are given; less where nothing is expected to come"""
 FIRST_DOMAIN, DOMAINS = 20, 80
 MOTOR_TURN = 2**23 * 1425.04
 """motor counts per turn of the wheel"""
+WHEEL_TURN = 20_000
+"""counts of the wheel's encoder per turn"""
+ACCEPTS = """
+from flatplank_control.nodes.panel import PanelNode
+from flatplank_control.panel.link import Reply
+
+async def accept(*_, **__):
+    return Reply(True, "", {"token": "anybody"})
+
+for name in ("ask", "measure", "cancel", "set_parameters"):
+    setattr(PanelNode, name, accept)
+PanelNode.beat = lambda *_: None
+"""
+IDLE = {
+    "hands": ACCEPTS,
+    "eyes": "from flatplank_control.nodes.panel import PanelNode\nPanelNode.look = lambda _: None",
+}
+"""what a panel does not do -> Python that takes it away: it acts on nothing, or sees nothing"""
 
 
 def loopback() -> dict[str, str]:
@@ -58,7 +78,7 @@ def free_port() -> int:
 
 def wait_for(ask: Callable[[], Any], timeout: float = 15.0, what: str = "") -> Any:
     """The first true answer; AssertionError when none has come in time."""
-    end = time.monotonic() + timeout
+    end = time.monotonic() + timeout * SHARE
     while not (answer := ask()):
         assert time.monotonic() < end, f"not within {timeout:g} s: {what}"
         time.sleep(0.02)
@@ -72,11 +92,11 @@ def clean_environment() -> dict[str, str]:
 
 
 @contextmanager
-def panel_process(data: Path, *options: str) -> Iterator[str]:
-    """`flatplank panel` on a free port; its address."""
+def panel_process(data: Path, *options: str, before: str = "") -> Iterator[str]:
+    """`flatplank panel` on a free port; its address. `before`: Python that runs in it first."""
     port = free_port()
     command = [sys.executable, "-c", "import sys; from flatplank_control.cli.panel import main; "]
-    command[-1] += "sys.exit(main(sys.argv[1:]))"
+    command[-1] += f"{before}\nsys.exit(main(sys.argv[1:]))"
     log = open(data.parent / f"panel_{port}.log", "wb")  # noqa: SIM115
     with log:
         process = subprocess.Popen(
@@ -186,10 +206,13 @@ class Observer:
         self.look(0.3)
         return "inputs" in self.latest
 
-    def turned(self, since: int) -> float:
-        """Of the shaft since the motor's raw counts were `since` [deg]; right up to 60 deg."""
-        moved = (self.inputs.axes[0].position - since + 2**31) % 2**32 - 2**31
-        return 360.0 * moved / MOTOR_TURN
+    def shaft(self) -> float:
+        """Angle by the raw counts of the wheel's encoder, over many turns [deg]."""
+        return 360.0 * self.inputs.wheel_counts / WHEEL_TURN
+
+    def force(self, axis: str) -> float:
+        """At the contact point [N]."""
+        return getattr(self.latest["contact"].wrench.force, axis)
 
     def speed(self) -> float:
         """Of the wheel by the raw counts of the motor, over some 0.3 s [rad/s]."""

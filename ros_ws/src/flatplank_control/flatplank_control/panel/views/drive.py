@@ -39,7 +39,9 @@ def build(page: Page) -> None:
             _value(page, mode, start)
         with page.row():
             page.button("Free rolling", lambda: op.set_mode(page.id, "free_rolling"))
-            ui.label("keeps Fx at zero while the plank moves").classes("fp-quiet")
+            ui.label("holds Fx near zero (50 N, thesis 5.5) while the plank moves").classes(
+                "fp-quiet"
+            )
 
 
 def _value(page: Page, mode: str, start: float) -> None:
