@@ -12,7 +12,7 @@ import numpy as np
 
 from flatplank_control.bench.driven_plank import DrivenPlank
 from flatplank_control.bench.start_bench import StartBench
-from flatplank_control.bench.start_cases import FURTHER, FZ, Made, further, slip_errors
+from flatplank_control.bench.start_cases import FURTHER, FZ, further, slip_errors
 from flatplank_control.free_rolling.design import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
 from flatplank_hw.plant.truth import truth_row
@@ -22,12 +22,23 @@ CONTROLLERS: dict[str, Mapping[str, Any]] = {
     "ours": {"automatic": True},
 }
 SEQUENCERS: dict[str, Mapping[str, Any]] = {"thesis": {}, "ours": {"follow_until": 0.25}}
-CASES = (
-    ("toyo", 1000.0), ("toyo", 3700.0), ("toyo", 8000.0), ("continental", 3250.0),
-    ("michelin", 2400.0), ("racing", 3700.0),
+CASES = tuple(
+    (tire, fz)
+    for tire, nominal in (
+        ("toyo", 3700.0), ("continental", 3250.0), ("michelin", 2400.0), ("racing", 3700.0),
+    )
+    for fz in (1000.0, nominal, 8000.0)
 )  # fmt: skip
 SLIPS = (0.05, 0.1)
 DRIVEN = ("toyo", "racing")
+WANTED: dict[str, tuple[float, float]] = {
+    "phase_margin_deg": (30.0, np.inf),
+    "settled_m": (0.0, 0.3),
+    "steady_error_percent": (-1.0, 1.0),
+    "swing_n": (0.0, 50.0),
+    "slip_error_percent": (0.0, 0.05),
+}
+"""figure -> from .. to of our way; others are only shown"""
 WINDOW = 160
 """cycles over which a force is averaged: 20 mm"""
 
@@ -81,52 +92,60 @@ def slip(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]
     return {"force_before_step_at_0_3_m_n": float(before.mean())}
 
 
-def main(argv: list[str]) -> int:
-    """Print the table; 0."""
-    p = argparse.ArgumentParser(prog="flatplank bench-start", description=__doc__)
-    p.add_argument("--preset", help="defects of the machine: thesis2023")
-    p.add_argument("--json", action="store_true", help="for programs")
-    p.add_argument("--tire", help="only this one")
-    o = p.parse_args(argv)
-    found = []
+def wanted(name: str) -> str:
+    """The limit of a figure, for people."""
+    low, high = WANTED.get(name, (-np.inf, np.inf))
+    if low == -high:
+        return "" if high == np.inf else f"+-{high:g}"
+    return f">= {low:g}" if high == np.inf else f"<= {high:g}"
+
+
+def kept(case: Mapping[str, Mapping[str, float]]) -> bool:
+    """Whether our way is within all limits."""
+    ours = case["ours"]
+    return all(low <= ours[k] <= high for k, (low, high) in WANTED.items() if k in ours)
+
+
+def measure(o: argparse.Namespace) -> dict[str, Any]:
+    """Title -> way -> figures."""
+    found: dict[str, Any] = {}
     for tire, fz in CASES:
         if o.tire in (None, tire):
-            both = {
+            found[f"{tire} at {fz:.0f} N"] = {
                 way: {**free_rolling(tire, fz, way, o.preset), **slip(tire, fz, way, o.preset)}
                 for way in CONTROLLERS
             }
-            found.append({"tire": tire, "fz": fz, **both})
-    more = o.tire is None
-    made = [
-        {"made": m._asdict(), **{way: further(m, c) for way, c in CONTROLLERS.items()}}
-        for m in (FURTHER if more else ())
-    ]
-    plank = {t: {w: driven(t, FZ, w) for w in CONTROLLERS} for t in (DRIVEN if more else ())}
-    slips = {f"{100 * k:+g} %": slip_errors(k) for k in (SLIPS if more else ())}
-    if o.json:
-        print(
-            json.dumps(
-                {"tires": found, "further": made, "driven_plank": plank, "slip": slips}, indent=1
-            )
-        )
-        return 0
-    print(f"{'':36}{'thesis':>10}{'ours':>10}")
-    for case in found:
-        print(f"{case['tire']} at {case['fz']:.0f} N")
-        for name in case["ours"]:
-            print(f"  {name:34}{case['thesis'][name]:10.2f}{case['ours'][name]:10.2f}")
-    for case in made:
-        m = Made(**case["made"])
+    if o.tire is not None:
+        return found
+    for m in FURTHER:
         delay = 1e3 * (m.cycles + 0.5) / m.rate
-        print(f"C_x of {m.share:g} x the Toyo's, sigma {m.sigma:g} m, delay {delay:.0f} ms")
-        for name in case["ours"]:
-            print(f"  {name:34}{case['thesis'][name]:10.2f}{case['ours'][name]:10.2f}")
-    for tire, both in plank.items():
-        print(f"{tire} at {FZ:.0f} N, plank driven too")
-        for name in both["ours"]:
-            print(f"  {name:34}{both['thesis'][name]:10.2f}{both['ours'][name]:10.2f}")
-    for kappa, error in slips.items():
-        print(
-            f"  slip {kappa:7} worst over a turn [%]{error['thesis']:13.3f}{error['ours']:10.4f}"
-        )
-    return 0
+        title = f"C_x of {m.share:g} x the Toyo's, sigma {m.sigma:g} m, delay {delay:.0f} ms"
+        found[title] = {way: further(m, c) for way, c in CONTROLLERS.items()}
+    for tire in DRIVEN:
+        title = f"{tire} at {FZ:.0f} N, plank driven too"
+        found[title] = {way: driven(tire, FZ, way) for way in CONTROLLERS}
+    for kappa in SLIPS:
+        found[f"slip {100 * kappa:+g} %, worst over a turn of the pinion"] = {
+            way: {"slip_error_percent": error} for way, error in slip_errors(kappa).items()
+        }
+    return found
+
+
+def main(argv: list[str]) -> int:
+    """Print the table; 0: our way is within what is wanted, 1: not."""
+    p = argparse.ArgumentParser(prog="flatplank bench-start", description=__doc__)
+    p.add_argument("--preset", help="defects of the machine: thesis2023")
+    p.add_argument("--json", action="store_true", help="for programs")
+    p.add_argument("--tire", help="only this one", choices=sorted({tire for tire, _ in CASES}))
+    o = p.parse_args(argv)
+    found = measure(o)
+    if o.json:
+        print(json.dumps(found, indent=1))
+    else:
+        print(f"{'':36}{'thesis':>10}{'ours':>10}{'wanted':>12}")
+        for title, case in found.items():
+            print(title if kept(case) else f"{title}: not as wanted")
+            for name in case["ours"]:
+                print(f"  {name:34}{case['thesis'][name]:10.3f}{case['ours'][name]:10.3f}"
+                      f"{wanted(name):>12}")  # fmt: skip
+    return 0 if all(map(kept, found.values())) else 1

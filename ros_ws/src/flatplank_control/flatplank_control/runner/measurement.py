@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from typing import Any
@@ -218,4 +219,6 @@ def _typed(key: str, value: Any, default: Any) -> Any:
     allowed, words = _TYPES[kind]
     if not isinstance(value, allowed) or (isinstance(value, bool) and kind is not bool):
         raise _wrong(key, f"{key} is {value!r}, must be {words}")
+    if kind is float and abs(value) > sys.float_info.max:
+        raise _wrong(key, f"{key} is {value}, must be finite")
     return float(value) if kind is float else value

@@ -58,6 +58,7 @@ OF_A_RUN = frozenset(f.name for f in fields(Measurement)) - frozenset(NOT_OF_A_B
 OF_A_BLOCK = OF_A_RUN | {"repeats"}
 _LIMITS = tuple(f.name for f in fields(Limits))
 RADIUS_RUN = "the run that gives r_e (a free_rolling block of yours takes its place): "
+MOST_REPEATS = 1000
 _WHOLE = ("waveform_parameters", "profile_parameters")
 """keys whose value is no list of alternatives"""
 
@@ -201,8 +202,10 @@ class _Builder:
         self, number: int, about: dict, values: dict, lines: Mapping[str, int], line: int
     ) -> Iterator[PlannedRun]:
         repeats = values.pop("repeats", 1)
-        if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
-            self.read.say(lines["repeats"], f"repeats is {repeats!r}; give 1 or more")
+        whole = isinstance(repeats, int) and not isinstance(repeats, bool)
+        if not whole or not 1 <= repeats <= MOST_REPEATS:
+            say = f"repeats is {plain(repeats)!r}; give a whole number of 1 .. {MOST_REPEATS}"
+            self.read.say(lines["repeats"], say)
             return
         varied = {k: v for k, v in values.items() if isinstance(v, list) and k not in _WHOLE}
         for key in (k for k, v in varied.items() if not v):

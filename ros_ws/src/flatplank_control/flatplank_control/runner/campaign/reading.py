@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
@@ -103,7 +103,7 @@ class Reading:
 def is_number(value: Any) -> bool:
     """Finite, and no truth value."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and -math.inf < value < math.inf
+    return number and abs(value) <= sys.float_info.max
 
 
 def _is_pair(value: Any) -> bool:
