@@ -17,7 +17,7 @@ from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner import measurement, plans
 from flatplank_control.runner.campaign import is_campaign
-from flatplank_control.runner.steps import PlanFailed, StopRecord
+from flatplank_control.runner.steps import PlanFailed
 from flatplank_hw.nodes.support import BenchNode, run
 from flatplank_hw.params import Params, param
 from flatplank_msgs.action import RunMeasurement
@@ -114,10 +114,11 @@ class MeasurementRunnerNode(BenchNode):
             data = yaml.safe_load(request.plan) or {}
             await (self.many if is_campaign(data) else self.one)(goal, bench, data, feedback)
             result.success, result.message = True, "complete"
-        except (PlanFailed, ValueError, yaml.YAMLError) as error:
-            result.message = " ".join(str(error).split())
+        except Exception as error:  # whatever it was, the bench is left safe
+            result.message = " ".join(str(error).split()) or type(error).__name__
             self.get_logger().error(result.message)
-            await self.end_safely(bench, result.message)
+            for refusal in await bench.end("stopped", result.message):
+                self.get_logger().warning(refusal)
             if not request.simulated and bench.plank_moves():
                 result.message += "; turn the plank switch to stop"
         finally:
@@ -137,6 +138,7 @@ class MeasurementRunnerNode(BenchNode):
         bench.interrupt = look
         calibration = book_for(Path(goal.request.folder or ".")).record(date.today())
         wanted = measurement.from_mapping({"calibration": calibration, **data}, "plan")
+        bench.axes = plans.axes_of(wanted)
         for step in plans.plan_of(wanted):
             look()
             await bench.do(step)
@@ -158,14 +160,6 @@ class MeasurementRunnerNode(BenchNode):
             goal.publish_feedback(feedback)
 
         await campaign.run(lambda: goal.is_cancel_requested, tell)
-
-    async def end_safely(self, bench: RosBench, reason: str) -> None:
-        bench.prompt = None  # the wheel does not wait for an answer
-        for step in (*plans.safe_end(), StopRecord("stopped", reason)):
-            try:
-                await bench.do(step)
-            except PlanFailed as error:
-                self.get_logger().warning(str(error))
 
     @staticmethod
     def conclude(goal, success: bool) -> None:

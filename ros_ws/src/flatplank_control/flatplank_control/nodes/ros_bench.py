@@ -19,6 +19,7 @@ from flatplank_control.bench.node_specs import AXIS_NODES
 from flatplank_control.nodes.asking import Asking
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
+from flatplank_control.runner.plans import let_go, safe_end
 from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
 from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
@@ -86,6 +87,8 @@ class RosBench:
         """
         self.node = node
         self.held, self.simulated, self.folder = held, simulated, folder
+        self.axes: tuple[str, ...] = ()
+        """driven axes that the plan moves beside the wheel; let go at a safe end"""
         self.bags: list[str] = []
         self.batch = 1
         self.enough = False
@@ -135,6 +138,25 @@ class RosBench:
     async def do(self, step: S.Step) -> None:
         """One step; PlanFailed with the reason when the bench refuses."""
         await self._do[type(step)](step)
+
+    async def end(self, status: str, why: str) -> list[str]:
+        """Whatever happened: nothing is driven any more and the bag is closed with `status`.
+
+        Nobody is waited for: the operator is told, and no wish interrupts. What was refused.
+        """
+        refused = []
+        prompt, interrupt = self.prompt, self.interrupt
+        self.prompt, self.interrupt = self._tell, lambda: None
+        for step in (*safe_end(), *let_go(self.axes), S.StopRecord(status, why)):
+            try:
+                await self.do(step)
+            except S.PlanFailed as refusal:
+                refused.append(str(refusal))
+        self.prompt, self.interrupt = prompt, interrupt
+        return refused
+
+    async def _tell(self, text: str) -> None:
+        self._say(text)
 
     # samples
     def _on_message(self, name: str, raw: bytes) -> None:
