@@ -15,7 +15,7 @@ from flatplank_control.recording.run_record import load_record
 from flatplank_control.runner.campaign import Journal, plan_from_text
 from flatplank_hw.drive.cia402 import State
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_msgs.msg import DriveStatus
+from flatplank_msgs.msg import DriveStatus, EncoderState
 from flatplank_msgs.srv import PlankSwitch, SetValue
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(400)]
@@ -107,6 +107,36 @@ def test_ctrl_c_while_the_operator_is_asked_ends_safely(tmp_path, monkeypatch):
         assert load_record(bag).status == "stopped"
         with pytest.raises(BenchError, match="kapa"):  # not busy
             bench.client.measure({"kapa": 1}, simulated=False)
+
+
+def test_a_drag_is_begun_and_stopped_in_time_without_a_key(tmp_path, monkeypatch):
+    """Who has his hand at the plank's switch presses no key: the encoder sees it."""
+    seen: list[EncoderState] = []
+    stopped_at = []
+
+    def at_the_switch(prompt: str) -> bool:
+        if any("forward" in asked for asked in hands.asked[:-1]):
+            if stopped_at:
+                assert prompt.startswith("lower the axle"), "stop is asked for once"
+                raise KeyboardInterrupt
+            stopped_at.append(seen[-1].plank_position)
+        elif "forward" not in prompt:
+            return False
+        hands.obey(prompt)
+        bench.advance(100)
+        return True
+
+    with graph(tmp_path, monkeypatch) as bench:
+        bench.client.node.create_subscription(EncoderState, "/encoders/state", seen.append, STREAM)
+        hands = Hands(bench, at_the_switch)
+        with pytest.raises(KeyboardInterrupt):
+            bench.client.measure(
+                {"measurement": "stiffness_longitudinal"}, simulated=False,
+                hear=hands.hear, idle=hands.idle,
+            )  # fmt: skip
+    forward = "turn the plank switch to forward, fast; stop it 0.13 m behind the trigger"
+    assert hands.asked[-3:-1] == [forward, "turn the plank switch to stop"]
+    assert 0.13 <= stopped_at[0] < 0.18
 
 
 def test_a_run_is_skipped_while_the_operator_is_asked_for_it(tmp_path, monkeypatch):

@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from flatplank_control.calibration.book import book_for
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
-from flatplank_control.nodes.ros_bench import RosBench
+from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner import measurement, plans
 from flatplank_control.runner.campaign import is_campaign
 from flatplank_control.runner.steps import PlanFailed
@@ -90,11 +90,11 @@ class MeasurementRunnerNode(BenchNode):
             feedback.step, feedback.prompt = text, prompt
             goal.publish_feedback(feedback)
 
-        async def ask(text: str) -> None:
+        async def ask(text: str, seen: Seen) -> None:
             say(text, prompt=text)
             self.asking = True
             try:
-                await bench.until(lambda: not self.asking)
+                await bench.until(lambda: not self.asking or seen())
             finally:
                 self.asking = False
             say(text)
