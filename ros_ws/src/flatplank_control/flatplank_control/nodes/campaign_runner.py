@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
@@ -47,7 +46,8 @@ class CampaignRunner:
         self._durations = paper.durations
         if self.conductor.done and not resume:
             raise ValueError(
-                f"{self.folder} has {self.conductor.done} runs of this plan; resume, or another"
+                f"{self.folder} has {self.conductor.done} runs of this plan; "
+                "have them gone on with, or give another folder"
             )
 
     async def run(self, cancelled: Callable[[], bool], tell: Callable[[str], None]) -> None:
@@ -68,10 +68,7 @@ class CampaignRunner:
 
     def time_left(self) -> float:
         """Bench time of the runs to come [s]."""
-        done = self.journal.finished
-        return math.fsum(
-            self._durations[r.key] for r in self.conductor.plan.runs if not done(r.key)
-        )
+        return self.conductor.time_left(self._durations)
 
     async def _leave_behind(self, tell: Callable[[str], None]) -> None:
         """What an earlier runner may have left: a wheel that turns, a bag that is open."""

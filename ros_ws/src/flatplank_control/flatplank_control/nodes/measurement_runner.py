@@ -112,8 +112,9 @@ class MeasurementRunnerNode(BenchNode):
         try:
             self.bench = bench
             data = yaml.safe_load(request.plan) or {}
-            await (self.many if is_campaign(data) else self.one)(goal, bench, data, feedback)
-            result.success, result.message = True, "complete"
+            make = self.many if is_campaign(data) else self.one
+            result.message = await make(goal, bench, data, feedback)
+            result.success = True
         except Exception as error:  # whatever it was, the bench is left safe
             result.message = " ".join(str(error).split()) or type(error).__name__
             self.get_logger().error(result.message)
@@ -128,7 +129,7 @@ class MeasurementRunnerNode(BenchNode):
         self.conclude(goal, result.success)
         return result
 
-    async def one(self, goal, bench: RosBench, data, _feedback) -> None:
+    async def one(self, goal, bench: RosBench, data, _feedback) -> str:
         """A single measurement."""
 
         def look() -> None:
@@ -142,8 +143,9 @@ class MeasurementRunnerNode(BenchNode):
         for step in plans.plan_of(wanted):
             look()
             await bench.do(step)
+        return "complete"
 
-    async def many(self, goal, bench: RosBench, _data, feedback) -> None:
+    async def many(self, goal, bench: RosBench, _data, feedback) -> str:
         """A campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
@@ -159,7 +161,11 @@ class MeasurementRunnerNode(BenchNode):
             feedback.time_left = campaign.time_left()
             goal.publish_feedback(feedback)
 
+        before = campaign.conductor.done
         await campaign.run(lambda: goal.is_cancel_requested, tell)
+        if before == campaign.conductor.total:
+            return f"all {before} runs were there; another folder begins anew"
+        return "complete"
 
     @staticmethod
     def conclude(goal, success: bool) -> None:
