@@ -7,6 +7,7 @@ import pytest
 import yaml
 from camp_plans import LENIENT, ROAD, small
 
+from flatplank_control.bench import campaign_run
 from flatplank_control.bench.campaign_run import run_on_twin
 from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
@@ -50,6 +51,29 @@ def test_stopped_resumed_and_nothing_lost(tmp_path):
     assert {run["effective_rolling_radius"] for run in slips} == {
         journal.done["r_e.0.0"].facts["radius"]
     }
+
+
+def test_a_run_killed_between_journal_and_campaign_file_is_listed_on_resume(tmp_path, monkeypatch):
+    """campaign.yaml is that of a campaign that nobody killed."""
+    plan = small(ROAD + LENIENT, "runs:\n- {measurement: slip, kappa: 0.05}\n")
+    whole, torn = tmp_path / "whole", tmp_path / "torn"
+
+    def campaign(folder):
+        journal = Journal(folder / "j.jsonl", plan.name, plan.digest)
+        run_on_twin(Conductor(plan, journal), SETUP, folder)
+
+    def killed(*_):
+        raise Stopped
+
+    campaign(whole)
+    with monkeypatch.context() as patch, pytest.raises(Stopped):
+        patch.setattr(campaign_run, "write_campaign", killed)
+        campaign(torn)
+    assert not (torn / "campaign.yaml").exists()
+    campaign(torn)
+    listed = (torn / "campaign.yaml").read_text()
+    assert len(yaml.safe_load(listed)["runs"]) == 2
+    assert listed == (whole / "campaign.yaml").read_text()
 
 
 @pytest.mark.parametrize("kind", ["slip", "free_rolling"])

@@ -93,15 +93,21 @@ def _run(
             yield tasks[task], task.result()
 
 
+def listed(folder: Path) -> list[dict]:
+    """Runs of the folder's campaign.yaml; none when there is no such file."""
+    path = folder / CAMPAIGN_FILE
+    if not path.exists():
+        return []
+    return yaml.safe_load(path.read_text(encoding="utf-8")).get("runs", [])
+
+
 def write_campaign(folder: Path, runs: Sequence[tuple[Measurement, Path]]) -> None:
     """Add runs to the folder's campaign.yaml."""
-    path = folder / CAMPAIGN_FILE
-    old = yaml.safe_load(path.read_text(encoding="utf-8")) if path.exists() else {}
     names = {p.name for _, p in runs}
-    kept = [run for run in old.get("runs", []) if run["file"] not in names]
+    kept = [run for run in listed(folder) if run["file"] not in names]
     new = [_entry(m, p) for m, p in runs]
     content = {"format": FORMAT, "tire": runs[0][0].tire, "runs": [*kept, *new]}
-    replace_text(path, yaml.safe_dump(content, sort_keys=False))
+    replace_text(folder / CAMPAIGN_FILE, yaml.safe_dump(content, sort_keys=False))
 
 
 def _entry(m: Measurement, path: Path) -> dict:

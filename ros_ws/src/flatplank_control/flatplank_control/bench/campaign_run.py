@@ -9,7 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from dataclasses import replace
 from pathlib import Path
 
-from flatplank_control.bench.campaign import write_campaign
+from flatplank_control.bench.campaign import listed, write_campaign
 from flatplank_control.bench.judging import outcome_of
 from flatplank_control.bench.log import BagLog, TableLog
 from flatplank_control.bench.setup import BenchSetup
@@ -64,6 +64,7 @@ def run_on_twin(
     folder.mkdir(parents=True, exist_ok=True)
     setup = setup_for(conductor.plan, setup)
     arguments = (setup, folder, bags, conductor.plan.quality)
+    _list_the_rest(conductor, folder)
 
     def take_in(job: Job, outcome: Outcome) -> None:
         if conductor.finish(job, outcome):
@@ -82,3 +83,11 @@ def run_on_twin(
                 under_way[pool.submit(make, job, *arguments)] = job
             for task in wait(under_way, return_when=FIRST_COMPLETED).done:
                 take_in(under_way.pop(task), task.result())
+
+
+def _list_the_rest(conductor: Conductor, folder: Path) -> None:
+    """A kill between the two files leaves a run in the journal alone."""
+    known = {run["file"] for run in listed(folder)}
+    rest = [(m, folder / name) for m, name in conductor.made() if name not in known]
+    if rest:
+        write_campaign(folder, rest)

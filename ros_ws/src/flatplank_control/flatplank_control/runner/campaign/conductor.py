@@ -95,6 +95,11 @@ class Conductor:
             self._waiting.remove(job.run)
         return final
 
+    def made(self) -> list[tuple[Measurement, str]]:
+        """Every run that needs no further attempt, as it was made, and its file."""
+        done = [(run, self.journal.done.get(run.key)) for run in self.plan.runs]
+        return [(self._measurement(run, d.attempts), d.files[-1]) for run, d in done if d and d.ok]
+
     def give_back(self, job: Job) -> None:
         """The run was interrupted: it will be made again."""
         self._busy.discard(job.run.key)
