@@ -154,3 +154,26 @@ def test_a_run_is_skipped_while_the_operator_is_asked_for_it(tmp_path, monkeypat
     assert len(hands.asked) == 1
     journal = Journal(bench.data / "lab.journal.jsonl", plan.name, plan.digest)
     assert journal.done[plan.runs[0].key].skipped
+
+
+def test_ctrl_c_stops_a_driven_axis(tmp_path, monkeypatch):
+    parking = {
+        "measurement": "parking",
+        "profile_parameters": {"amplitude": 0.03, "rate": 0.03},
+        "profile_time": 4.5,
+    }
+    said, seen = [], []
+
+    def leave() -> None:
+        if said and said[-1].startswith("parking on"):
+            assert seen[-1].state == State.OPERATION_ENABLED
+            raise KeyboardInterrupt
+
+    with graph(tmp_path, monkeypatch, axes=("steer",)) as bench:
+        # the runner lets the bus make cycles here; nobody else may
+        bench.client.node.create_subscription(
+            DriveStatus, "/steer_drive/status", seen.append, STREAM
+        )
+        with pytest.raises(KeyboardInterrupt):
+            bench.client.measure(parking, simulated=True, say=said.append, idle=leave)
+        assert drive_state(bench, "steer_drive") != State.OPERATION_ENABLED

@@ -231,9 +231,7 @@ class PanelNode:
     async def measure(self, plan: str, folder: str, simulated: bool) -> Reply:
         if not await self._wait(self._runner.server_is_ready):
             return Reply(False, "the measurement runner is not there: is the bench running?")
-        goal = RunMeasurement.Goal(
-            plan=plan, folder=folder, simulated=simulated, resume=True
-        )
+        goal = RunMeasurement.Goal(plan=plan, folder=folder, simulated=simulated, resume=True)
         handle = await self._result(self._runner.send_goal_async(goal, self._on_feedback), 10.0)
         if not handle.accepted:
             return Reply(False, "the runner is busy with another measurement")
