@@ -6,12 +6,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import time
 from datetime import date
 from pathlib import Path
 
 from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.keys import Keys
+from flatplank_control.cli.talk import Talk, conclude
 from flatplank_control.runner.campaign import (
     SUFFIX,
     CampaignPlan,
@@ -77,28 +77,6 @@ def shipped_plans() -> str:
     return ", ".join(sorted(p.stem for p in (one.parent / "plans").glob("*.yaml"))) if one else ""
 
 
-class Talk:
-    """Progress and time left."""
-
-    def __init__(self, paper: DryRun) -> None:
-        self._paper = paper
-        self._began, self._bench = time.monotonic(), 0.0
-
-    def __call__(self, conductor: Conductor, job: Job, outcome: Outcome) -> None:
-        durations = self._paper.durations
-        self._bench += durations[job.run.key]
-        pace = (time.monotonic() - self._began) / self._bench
-        left = pace * (self._paper.total - sum(durations[r.key] for r in self._over(conductor)))
-        print(
-            f"{conductor.done}/{conductor.total} {outcome.file}: {outcome.text()}; "
-            f"{max(left, 0.0) / 60.0:.0f} min left",
-            flush=True,
-        )
-
-    def _over(self, conductor: Conductor):
-        return [r for r in conductor.plan.runs if conductor.journal.finished(r.key)]
-
-
 def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
     """The campaign in this process."""
     from flatplank_control.bench.campaign_run import run_on_twin
@@ -115,10 +93,14 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
     jobs = min(o.jobs or os.cpu_count() or 1, max(conductor.total - conductor.done, 1))
     setup = BenchSetup(preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold")
     setup = with_road(setup, o.road)
-    run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=Talk(paper))
-    bad = [k for k, d in journal.done.items() if not d.skipped and not d.facts.get("good", True)]
-    print(f"{conductor.done} runs in {folder}" + (f", {len(bad)} flagged" if bad else ""))
-    return 0
+    talk = Talk(conductor.time_left(paper.durations))
+
+    def progress(_conductor: Conductor, _job: Job, outcome: Outcome) -> None:
+        line = f"{outcome.file}: {outcome.text()}"
+        talk(conductor.done, conductor.total, line, conductor.time_left(paper.durations))
+
+    run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=progress)
+    return conclude(plan, journal)
 
 
 def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
@@ -126,19 +108,24 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
     from flatplank_control.nodes.client import BenchClient, BenchError
 
     text = Path(plan.where).read_text(encoding="utf-8")
+    path = folder / f"{plan.name}{SUFFIX}"
+    talk = Talk()
+
+    def hear(f) -> None:
+        done = round(f.progress * f.measurements)
+        talk(done, f.measurements, f.prompt or f.step, f.time_left, asks=bool(f.prompt))
+
     try:
         with BenchClient() as client, Keys() as keys:
             print("keys: " + ", ".join(f"{k} {what}" for k, (what, _) in KEYS.items()), flush=True)
-            bags = client.measure(
+            client.measure(
                 text, simulated=not o.lab, folder=str(folder), resume=not o.new,
-                say=lambda line: print(line, flush=True),
-                idle=lambda: on_key(keys, client, folder / f"{plan.name}{SUFFIX}"),
+                hear=hear, idle=lambda: on_key(keys, client, path),
             )  # fmt: skip
     except BenchError as error:
         print(f"flatplank run: {error}", file=sys.stderr)
         return 1
-    print(f"{len(bags)} bags in {folder}")
-    return 0
+    return conclude(plan, Journal(path, plan.name, plan.digest))
 
 
 def on_key(keys: Keys, client, journal: Path) -> None:
@@ -163,7 +150,8 @@ def _pressure(journal: Path, text: str) -> None:
 
 
 def main(argv: list[str]) -> int:
-    """0: all runs are there; 1: stopped by the bench; 2: the plan is refused; 130: Ctrl-C."""
+    """0: all runs are there and good; 1: stopped by the bench; 2: the plan is refused; 3: runs are
+    flagged or skipped; 130: Ctrl-C."""
     o = parser().parse_args(argv)
     try:
         plan = load_plan(find_plan(o.plan))
@@ -180,6 +168,8 @@ def main(argv: list[str]) -> int:
     except (ValueError, PlanFailed) as error:
         print(f"flatplank run: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        print("flatplank run: stopped; the same command goes on where it ended", file=sys.stderr)
+    except KeyboardInterrupt as end:
+        why = f" ({end})" if str(end) else ""
+        print(f"flatplank run: stopped{why}; the same command goes on where it ended",
+              file=sys.stderr)  # fmt: skip
         return STOPPED

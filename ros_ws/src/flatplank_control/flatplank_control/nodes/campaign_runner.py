@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
@@ -18,9 +17,9 @@ from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, p
 from flatplank_control.runner.campaign.adopting import unwritten
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.supervised import supervised
-from flatplank_control.runner.plans import axes_of, let_go, safe_end
+from flatplank_control.runner.plans import axes_of
 from flatplank_control.runner.standstill import Standstill
-from flatplank_control.runner.steps import PlanFailed, StopRecord
+from flatplank_control.runner.steps import Manual, PlanFailed
 
 WISHES = ("skip", "repeat", "discard")
 """what an operator may want of the run under way, beside seeing enough of it"""
@@ -39,6 +38,8 @@ class CampaignRunner:
         plan = plan_from_text(text, "plan")
         paper = dry_run(plan)
         self.bench, self.folder = bench, Path(folder)
+        axes = {axis for run in plan.runs for axis in axes_of(run.measurement)}
+        bench.axes = tuple(sorted(axes))
         self.wish = ""
         self.journal = Journal(self.folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
         calibration = book_for(self.folder).record(date.today())
@@ -46,14 +47,16 @@ class CampaignRunner:
         self._durations = paper.durations
         if self.conductor.done and not resume:
             raise ValueError(
-                f"{self.folder} has {self.conductor.done} runs of this plan; resume, or another"
+                f"{self.folder} has {self.conductor.done} runs of this plan; "
+                "have them gone on with, or give another folder"
             )
 
     async def run(self, cancelled: Callable[[], bool], tell: Callable[[str], None]) -> None:
         """Until the plan is done; PlanFailed when the bench stops it or it is cancelled."""
-        self.bench.interrupt = lambda: self._look(cancelled)
+        self.bench.interrupt = lambda: self._stop(cancelled)
         await self._leave_behind(tell)
         list_kept(self.conductor, self.folder)
+        self.bench.interrupt = lambda: self._look(cancelled)
         while job := self.conductor.take():
             name = job.measurement.name
             tell(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)
@@ -68,26 +71,22 @@ class CampaignRunner:
 
     def time_left(self) -> float:
         """Bench time of the runs to come [s]."""
-        done = self.journal.finished
-        return math.fsum(
-            self._durations[r.key] for r in self.conductor.plan.runs if not done(r.key)
-        )
+        return self.conductor.time_left(self._durations)
 
     async def _leave_behind(self, tell: Callable[[str], None]) -> None:
         """What an earlier runner may have left: a wheel that turns, a bag that is open."""
         if not self.journal.interrupted:
             return
+        tell("an earlier campaign was interrupted: stop the wheel, close its bag")
+        await self._end("interrupted", "the runner ended", tell)
         if self._adopt():
             tell(f"{self.journal.path.name}: the run that was not written down is there")
-            return
-        tell("an earlier campaign was interrupted: stop the wheel, close its bag")
-        axes = {axis for r in self.conductor.plan.runs for axis in axes_of(r.measurement)}
-        end = StopRecord("interrupted", "the runner ended")
-        for step in (*safe_end(), *let_go(sorted(axes)), end):
-            try:
-                await self.bench.do(step)
-            except PlanFailed as refusal:
-                tell(str(refusal))
+            if self.conductor.over:  # no further run begins by unloading
+                await self.bench.do(Manual("unload", 0.0))
+
+    async def _end(self, status: str, why: str, tell: Callable[[str], None]) -> None:
+        for refusal in await self.bench.end(status, why):
+            tell(refusal)
 
     def _adopt(self) -> bool:
         """The runner may have died between the end of a bag and its line in the journal."""
@@ -103,9 +102,12 @@ class CampaignRunner:
         self.conductor.give_back(job)
         return False
 
-    def _look(self, cancelled: Callable[[], bool]) -> None:
+    def _stop(self, cancelled: Callable[[], bool]) -> None:
         if cancelled():
             raise PlanFailed("cancelled")
+
+    def _look(self, cancelled: Callable[[], bool]) -> None:
+        self._stop(cancelled)
         if self.wish:
             wish, self.wish = self.wish, ""
             raise Wished(wish)
@@ -120,13 +122,7 @@ class CampaignRunner:
         return outcome_of(path, job, self.conductor.plan.quality, before, after, turn)
 
     async def _grant(self, wish: str, job: Job, tell: Callable[[str], None]) -> None:
-        # the steps of a safe end do not wait, so nothing interrupts them
-        end = StopRecord("discarded", f"{wish} by the operator")
-        for step in (*safe_end(), *let_go(axes_of(job.measurement)), end):
-            try:
-                await self.bench.do(step)
-            except PlanFailed as refusal:
-                tell(str(refusal))
+        await self._end("discarded", f"{wish} by the operator", tell)
         if wish == "repeat":
             self.conductor.give_back(job)
         else:

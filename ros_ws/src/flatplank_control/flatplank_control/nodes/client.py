@@ -12,11 +12,13 @@ import rclpy
 import yaml
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from flatplank_msgs.action import RunMeasurement
 
 Say = Callable[[str], None]
+Hear = Callable[[RunMeasurement.Feedback], None]
 SERVER_GONE = 10.0
 """[s of wall clock]"""
 
@@ -29,7 +31,8 @@ class BenchClient:
     """A short-lived node; a context manager."""
 
     def __init__(self, name: str = "flatplank_client") -> None:
-        rclpy.init()
+        # with handlers of its own rclpy would be gone before a Ctrl-C cancels anything
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(name)
         self._clients: dict[str, Any] = {}
 
@@ -90,13 +93,20 @@ class BenchClient:
         folder: str = "",
         resume: bool = False,
         say: Say = lambda _text: None,
+        hear: Hear = lambda _feedback: None,
         idle: Callable[[], None] = lambda: None,
     ) -> list[str]:
         """Have the runner make a measurement or a campaign (its YAML); the bags.
 
-        BenchError with the runner's reason, also when the runner goes away. `idle` is called ten
-        times a second.
+        BenchError with the runner's reason, also when the runner goes away. `say` gets the words
+        of the feedback and `hear` all of it; `idle` is called ten times a second. Ctrl-C waits
+        for the safe end, 20 s at most, and has its reason.
         """
+
+        def on_feedback(message: Any) -> None:
+            say(message.feedback.prompt or message.feedback.step)
+            hear(message.feedback)
+
         client = ActionClient(self.node, RunMeasurement, "/run_measurement")
         try:
             if not client.wait_for_server(timeout_sec=10.0):
@@ -105,9 +115,7 @@ class BenchClient:
             goal = RunMeasurement.Goal(
                 plan=text, folder=folder, simulated=simulated, resume=resume
             )
-            sent = client.send_goal_async(
-                goal, lambda m: say(m.feedback.prompt or m.feedback.step)
-            )
+            sent = client.send_goal_async(goal, on_feedback)
             self._await(sent, client, idle)
             handle = sent.result()
             if not handle.accepted:
@@ -116,10 +124,12 @@ class BenchClient:
             try:
                 self._await(result, client, idle)
             except KeyboardInterrupt:
+                # the runner ends safely first, and says what is left to do by hand
                 cancelled = handle.cancel_goal_async()
                 rclpy.spin_until_future_complete(self.node, cancelled, timeout_sec=5.0)
                 rclpy.spin_until_future_complete(self.node, result, timeout_sec=20.0)
-                raise
+                message = result.result().result.message if result.done() else "no answer"
+                raise KeyboardInterrupt(message) from None
             answer = result.result().result
         finally:
             client.destroy()

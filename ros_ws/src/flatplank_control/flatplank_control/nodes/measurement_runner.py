@@ -14,10 +14,10 @@ from std_srvs.srv import Trigger
 
 from flatplank_control.calibration.book import book_for
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
-from flatplank_control.nodes.ros_bench import RosBench
+from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner import measurement, plans
 from flatplank_control.runner.campaign import is_campaign
-from flatplank_control.runner.steps import PlanFailed, StopRecord
+from flatplank_control.runner.steps import PlanFailed
 from flatplank_hw.nodes.support import BenchNode, run
 from flatplank_hw.params import Params, param
 from flatplank_msgs.action import RunMeasurement
@@ -90,11 +90,11 @@ class MeasurementRunnerNode(BenchNode):
             feedback.step, feedback.prompt = text, prompt
             goal.publish_feedback(feedback)
 
-        async def ask(text: str) -> None:
+        async def ask(text: str, seen: Seen) -> None:
             say(text, prompt=text)
             self.asking = True
             try:
-                await bench.until(lambda: not self.asking)
+                await bench.until(lambda: not self.asking or seen())
             finally:
                 self.asking = False
             say(text)
@@ -112,12 +112,14 @@ class MeasurementRunnerNode(BenchNode):
         try:
             self.bench = bench
             data = yaml.safe_load(request.plan) or {}
-            await (self.many if is_campaign(data) else self.one)(goal, bench, data, feedback)
-            result.success, result.message = True, "complete"
-        except (PlanFailed, ValueError, yaml.YAMLError) as error:
-            result.message = " ".join(str(error).split())
+            make = self.many if is_campaign(data) else self.one
+            result.message = await make(goal, bench, data, feedback)
+            result.success = True
+        except Exception as error:  # whatever it was, the bench is left safe
+            result.message = " ".join(str(error).split()) or type(error).__name__
             self.get_logger().error(result.message)
-            await self.end_safely(bench, result.message)
+            for refusal in await bench.end("stopped", result.message):
+                self.get_logger().warning(refusal)
             if not request.simulated and bench.plank_moves():
                 result.message += "; turn the plank switch to stop"
         finally:
@@ -127,7 +129,7 @@ class MeasurementRunnerNode(BenchNode):
         self.conclude(goal, result.success)
         return result
 
-    async def one(self, goal, bench: RosBench, data, _feedback) -> None:
+    async def one(self, goal, bench: RosBench, data, _feedback) -> str:
         """A single measurement."""
 
         def look() -> None:
@@ -137,11 +139,13 @@ class MeasurementRunnerNode(BenchNode):
         bench.interrupt = look
         calibration = book_for(Path(goal.request.folder or ".")).record(date.today())
         wanted = measurement.from_mapping({"calibration": calibration, **data}, "plan")
+        bench.axes = plans.axes_of(wanted)
         for step in plans.plan_of(wanted):
             look()
             await bench.do(step)
+        return "complete"
 
-    async def many(self, goal, bench: RosBench, _data, feedback) -> None:
+    async def many(self, goal, bench: RosBench, _data, feedback) -> str:
         """A campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
@@ -157,15 +161,11 @@ class MeasurementRunnerNode(BenchNode):
             feedback.time_left = campaign.time_left()
             goal.publish_feedback(feedback)
 
+        before = campaign.conductor.done
         await campaign.run(lambda: goal.is_cancel_requested, tell)
-
-    async def end_safely(self, bench: RosBench, reason: str) -> None:
-        bench.prompt = None  # the wheel does not wait for an answer
-        for step in (*plans.safe_end(), StopRecord("stopped", reason)):
-            try:
-                await bench.do(step)
-            except PlanFailed as error:
-                self.get_logger().warning(str(error))
+        if before == campaign.conductor.total:
+            return f"all {before} runs were there; another folder begins anew"
+        return "complete"
 
     @staticmethod
     def conclude(goal, success: bool) -> None:

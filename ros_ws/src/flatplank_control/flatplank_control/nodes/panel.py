@@ -231,7 +231,7 @@ class PanelNode:
     async def measure(self, plan: str, folder: str, simulated: bool) -> Reply:
         if not await self._wait(self._runner.server_is_ready):
             return Reply(False, "the measurement runner is not there: is the bench running?")
-        goal = RunMeasurement.Goal(plan=plan, folder=folder, simulated=simulated)
+        goal = RunMeasurement.Goal(plan=plan, folder=folder, simulated=simulated, resume=True)
         sent = self._runner.send_goal_async(goal, self._on_feedback)
         sent.add_done_callback(self._on_goal)  # also when it is late: it can be stopped then
         try:

@@ -17,9 +17,17 @@ from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.bench.node_specs import AXIS_NODES
 from flatplank_control.nodes.asking import Asking
+from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.performing import CHUNK, Patience
-from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
+from flatplank_control.runner.plans import SPEED, let_go, safe_end
+from flatplank_control.runner.quantities import (
+    QUANTITIES,
+    condition_of,
+    prompt_of,
+    prompt_of_plank,
+)
 from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
@@ -65,6 +73,16 @@ SOURCES = {
 OF_HUB = ("hub", "contact")
 """sources that are one sample: looked at together, of one cycle"""
 
+Seen = Callable[[], bool]
+"""the sensors say that it was done"""
+Prompt = Callable[[str, Seen], Awaitable[None]]
+"""ask the operator; over when he says that it is done, or when it is seen"""
+
+
+def never() -> bool:
+    """Of what no sensor sees."""
+    return False
+
 
 class RosBench:
     """Does the steps of a plan by service calls; `prompt` asks the operator where there is no
@@ -78,7 +96,7 @@ class RosBench:
         held: bool,
         simulated: bool,
         folder: str = "",
-        prompt: Callable[[str], Awaitable[None]] | None = None,
+        prompt: Prompt | None = None,
         say: Callable[[str], None] = lambda _text: None,
     ) -> None:
         """`held`: the simulated bus makes cycles only when asked, so that a run can be repeated
@@ -86,6 +104,8 @@ class RosBench:
         """
         self.node = node
         self.held, self.simulated, self.folder = held, simulated, folder
+        self.axes: tuple[str, ...] = ()
+        """driven axes that the plan moves beside the wheel; let go at a safe end"""
         self.bags: list[str] = []
         self.batch = 1
         self.enough = False
@@ -93,6 +113,8 @@ class RosBench:
         self.interrupt: Callable[[], None] = lambda: None
         """asked during waits; raises when the plan shall end"""
         self.prompt, self._say = prompt, say
+        self._stopped = False
+        """the operator has turned the plank's switch to stop"""
         self._raw: dict[str, bytes] = {}
         self._join = CycleJoin(OF_HUB, self._on_hub)
         self._arrival: Future | None = None
@@ -135,6 +157,26 @@ class RosBench:
     async def do(self, step: S.Step) -> None:
         """One step; PlanFailed with the reason when the bench refuses."""
         await self._do[type(step)](step)
+
+    async def end(self, status: str, why: str) -> list[str]:
+        """Whatever happened: nothing is driven any more and the bag is closed with `status`.
+
+        Nobody is waited for: the operator is told, and no wish interrupts. What was refused.
+        """
+        refused = []
+        prompt, interrupt = self.prompt, self.interrupt
+        self.prompt, self.interrupt = self._tell, lambda: None
+        for step in (*safe_end(), *let_go(self.axes), S.StopRecord(status, why)):
+            try:
+                await self.do(step)
+            except S.PlanFailed as refusal:
+                refused.append(str(refusal))
+        self.prompt, self.interrupt = prompt, interrupt
+        self._stopped = False
+        return refused
+
+    async def _tell(self, text: str, _seen: Seen) -> None:
+        self._say(text)
 
     # samples
     def _on_message(self, name: str, raw: bytes) -> None:
@@ -228,7 +270,7 @@ class RosBench:
         if not self.simulated:
             if self.prompt is None:
                 raise S.PlanFailed(f"nobody to ask: {text}")
-            await self.prompt(text)
+            await self.prompt(text, never)
         elif step.quantity == "unload":
             await self.call(Trigger, f"{PLANT}/unload")
         else:
@@ -246,8 +288,23 @@ class RosBench:
                 stop_at=step.stop_at,
             )
         elif self.prompt is not None:
-            word = {1: "forward", 0: "stop", -1: "reverse"}[step.direction]
-            await self.prompt(f"turn the plank switch to {word}")
+            await self._plank_by_hand(step)
+
+    async def _plank_by_hand(self, step: S.Plank) -> None:
+        """What the encoder sees needs no key; without a change of motion the key says it."""
+        moves = step.direction != 0
+        if self._stopped and not moves and not self.plank_moves():
+            return
+        self._stopped = False
+        changes = self.plank_moves() != moves
+        await self.prompt(prompt_of_plank(step), lambda: changes and self.plank_moves() == moves)
+        self._stopped = not moves
+        if step.stop_at == step.stop_at:
+            at = step.stop_at - TRIGGER_AT
+            patience = 1.5 * step.stop_at / SPEED + 20.0
+            await self._wait(S.Wait("the plank moves", when.plank_moves(), 5.0))
+            await self._wait(S.Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience))
+            await self._plank_by_hand(S.Plank(0))
 
     async def _enable(self, step: S.Enable) -> None:
         await self.call(SetBool, "/wheel_drive/enable", data=step.on)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.performing import Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of
 from flatplank_hw.drive.cia402 import State
@@ -16,8 +17,6 @@ from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 STEP = 0.1
 """[s]"""
 FAST, SLOW = 0.03092, 0.0015
-TRIGGER = 0.02
-"""the machine's position 0 is so far before the trigger [m]"""
 ROAD = 4.22
 WHEEL_SPEED = 0.15
 """of a move [rad/s]"""
@@ -86,7 +85,7 @@ class DryBench:
         if self._direction > 0 and self.plank >= self._stop_at:
             self.plank, self._direction = self._stop_at, 0
         if self._direction > 0:
-            self.road_used = max(self.road_used, self.plank - TRIGGER)
+            self.road_used = max(self.road_used, self.plank - TRIGGER_AT)
         self._omega = 0.0
         if self._target == self._target and self._enabled:
             left = self._target - self.wheel
@@ -111,8 +110,8 @@ class DryBench:
         steer = math.radians(self._set.get("steer_deg", 0.0))
         camber = math.radians(self._set.get("road_camber_deg", 0.0))
         encoders = EncoderSample(
-            cycle, stamp, self.plank - TRIGGER, speed, self.wheel, self._omega, steer, camber,
-            math.nan, 0.0, 0.0, moves, self.plank > TRIGGER, 0.0,
+            cycle, stamp, self.plank - TRIGGER_AT, speed, self.wheel, self._omega, steer, camber,
+            math.nan, 0.0, 0.0, moves, self.plank > TRIGGER_AT, 0.0,
         )  # fmt: skip
         hub = HubSample(cycle, stamp, force, force, 0.3, camber, fz, False, 0)
         state = State.OPERATION_ENABLED if self._enabled else 0

@@ -16,6 +16,8 @@ from flatplank_hw.params import from_mapping as from_params
 
 ROAD_LENGTH = 4.22
 """[m], section 3.1"""
+TRIGGER_AT = 0.02
+"""position of the machine at which the motion trigger is, and that of the encoder 0 [m]"""
 MAX_FZ = 8000.0
 """[N], section 2.2"""
 MAX_SLIP = 0.5

@@ -8,7 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from flatplank_control.runner import conditions as when
-from flatplank_control.runner.steps import Manual, Snapshot
+from flatplank_control.runner.measurement import TRIGGER_AT
+from flatplank_control.runner.steps import Manual, Plank, Snapshot
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,17 @@ def prompt_of(step: Manual) -> str:
     value = step.value + step.zero if step.zero == step.zero else step.value
     return quantity.prompt.format(value=round(value, 2))
 
+
+def prompt_of_plank(step: Plank) -> str:
+    """What an operator reads at the plank's switch; the position is the encoder's."""
+    speed = {1: ", fast" if step.fast else ", slow"}.get(step.direction, "")
+    stop = step.stop_at - TRIGGER_AT
+    until = f"; stop it {stop:g} m behind the trigger" if stop == stop else ""
+    return f"turn the plank switch to {SWITCH[step.direction]}{speed}{until}"
+
+
+SWITCH = {1: "forward", 0: "stop", -1: "reverse"}
+"""direction of the plank -> word at its switch"""
 
 QUANTITIES: dict[str, Quantity] = {
     "unload": Quantity("lift the wheel off the road", lambda _: when.unloaded()),

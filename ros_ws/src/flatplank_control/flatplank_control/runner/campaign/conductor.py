@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -121,9 +122,9 @@ class Conductor:
                 self._busy.discard(run.key)
                 self._waiting.remove(run)
 
-    def time_left(self, duration: Callable[[Measurement], float]) -> float:
-        """Bench time of the rest [s]."""
-        return sum(duration(run.measurement) for run in self._waiting)
+    def time_left(self, durations: Mapping[str, float]) -> float:
+        """Bench time of the rest [s], from that of each run by its key."""
+        return math.fsum(durations[run.key] for run in self._waiting)
 
     def _ready(self, run: PlannedRun) -> bool:
         return not run.needs or self._radius(run) is not None

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`flatplank run` on a bench as an operator starts and ends it: a process, its lines, its code."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+from bench_graph import graph
+from std_srvs.srv import Trigger
+
+from flatplank_control.nodes.client import BenchError
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+PLAN = """
+format: flatplank-plan/1
+name: command
+tire: TOY
+r_e: given
+common: {step_position: 0.03, end_position: 0.23}
+runs:
+- {measurement: slip, kappa: 0.02}
+"""
+RUN = "import sys; from flatplank_control.cli.run import main; sys.exit(main(sys.argv[1:]))"
+
+
+@contextmanager
+def running(folder, *words: str):
+    """The command, up to its first line of progress."""
+    plan = folder / "plan.yaml"
+    plan.write_text(PLAN)
+    command = [sys.executable, "-c", RUN, str(plan), "--data", str(folder / "data"), *words]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        try:
+            while not (line := process.stdout.readline()).startswith("0/1 "):
+                assert line, process.stderr.read()
+            yield process, line
+        finally:
+            process.kill()
+
+
+def test_ctrl_c_cancels_and_waits_for_the_safe_end(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch) as bench:
+        with running(tmp_path) as (process, _line):
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=60.0)
+        assert "stopped (cancelled); the same command goes on where it ended" in errors
+        assert process.returncode == 130
+        with pytest.raises(BenchError, match="kapa"):  # not busy
+            bench.client.measure({"kapa": 1}, simulated=False)
+
+
+def test_a_skipped_run_is_told_and_has_its_exit_code(tmp_path, monkeypatch):
+    with (
+        graph(tmp_path, monkeypatch) as bench,
+        running(tmp_path, "--lab") as (process, line),
+    ):
+        while "turn the plank switch" not in line:
+            line = process.stdout.readline()
+        assert line.startswith("0/1 ")
+        bench.call(Trigger, "/measurement_runner/skip")
+        said, errors = process.communicate(timeout=60.0)
+        assert process.returncode == 3, errors
+    assert "0 of 1 runs in" in said
+    assert "skipped: " in said and "plan.yaml:8" in said
