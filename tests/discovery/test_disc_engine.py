@@ -34,9 +34,10 @@ def test_drag_is_found_with_its_size(seed):
 
 @pytest.mark.parametrize(("step", "told"), [(np.nan, False), (1.5, True)])
 def test_one_step_position_is_told_and_none_is_no_fault(step, told):
-    runs = throw(3, 0.0).runs
-    facts = {**runs.facts, "step": np.full(runs.runs, step)}
-    result = diagnose(run_search(Ball(replace(runs, facts=facts)), [Drag], Options()))
+    ball = throw(3, 0.0)
+    facts = {**ball.runs.facts, "step": np.full(ball.runs.runs, step)}
+    ball.runs = replace(ball.runs, facts=facts)
+    result = diagnose(run_search(ball, [Drag], Options()))
     assert any("one step position" in note for note in result.notes) is told
 
 
