@@ -34,7 +34,10 @@ def test_the_time_left_is_told_at_the_pace_so_far(capsys):
 def test_flagged_and_skipped_runs_are_named_and_have_an_exit_code(
     tmp_path, capsys, verdict, skip, code
 ):
-    plan = small("r_e: given\nattempts: 1\n", "runs:\n- {measurement: slip, start: [1, 2]}\n")
+    plan = small(
+        "r_e: given\nattempts: 1\n",
+        "runs:\n- {measurement: slip, start: [1, 2], effective_rolling_radius: 0.31}\n",
+    )
     journal = Journal(tmp_path / "j.jsonl", plan.name, plan.digest)
     conductor = Conductor(plan, journal)
     conductor.finish(conductor.take(), Outcome("a", GOOD))

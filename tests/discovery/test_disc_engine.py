@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ball import Ball, Drag, Wind, throw
+from ball import Drag, Wind, throw
 
 from flatplank_analysis.discovery.decide import CONDITIONS, _reasons
 from flatplank_analysis.discovery.fit import bounded_step

@@ -35,7 +35,7 @@ tire: TOY
 r_e: given
 common: {step_position: 0.03, end_position: 0.23}
 runs:
-- {measurement: slip, kappa: 0.02}
+- {measurement: slip, kappa: 0.02, effective_rolling_radius: 0.3108}
 """
 
 

@@ -153,3 +153,18 @@ def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data, pictures)
     page = data / "reports" / "challenge" / "index.html"
     wait_for(page.exists, 120.0, "the report is written")
     assert "road_play" in page.read_text()
+
+
+def test_a_campaign_with_something_hidden_is_simulated(visitor, data):
+    who = visitor()
+    who.tab("Discover")
+    who.fill("New campaign", "hidden_7")
+    who.fill("Seed", 7)
+    who.click("Simulate with a hidden effect")
+    wait_for(lambda: "of 27 simulated" in status(who), 60.0, "progress is shown")
+    wait_for(lambda: "something is hidden" in status(who), 200.0, "the campaign is there")
+    assert len(list((data / "hidden_7").glob("*.parquet"))) == 27
+    assert (data / "hidden_7" / "answer.sealed").exists()
+    who.click("Open")
+    wait_for(lambda: "beyond the floor" in status(who), 120.0, "it is open")
+    shutil.rmtree(data / "hidden_7")

@@ -21,6 +21,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
 def test_the_filter_is_identified_from_a_run(operator, observer, data):
     """The run itself takes three minutes at the machine; here the twin has made it."""
     setup = BenchSetup(preset="thesis2023", pace="hold")
+    (data / "mounting").mkdir()
     log = BagLog(data / "mounting")
     TwinBench(Twin(setup), log).perform(plan_of(Measurement(measurement="unloaded_turn")))
     operator.tab("Measure")

@@ -40,15 +40,16 @@ class _Open(NamedTuple):
 
 
 @lru_cache(maxsize=2)
-def _session(folder: str, _stamp: Stamp) -> Session:
-    return Session.open(folder)
+def _session(folder: str, _stamp: Stamp, files: tuple[str, ...]) -> Session:
+    return Session.open(folder, files)
 
 
 def _opened(folder: str, model: str) -> _Open:
     """Campaign and model as they are on the disk now."""
     path = Path(model)
-    session = _session(folder, stamp_of(folder))
-    return _Open(session, path, load_model(path) if path.exists() else ModelFile())
+    file = load_model(path) if path.exists() else ModelFile()
+    own = tuple(e.file for e in file.effects if e.file)
+    return _Open(_session(folder, stamp_of(folder), own), path, file)
 
 
 def open_(progress: Progress, folder: str, model: str) -> dict[str, Any]:
