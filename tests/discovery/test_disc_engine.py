@@ -57,6 +57,7 @@ def test_nothing_is_found_where_nothing_is():
     assert result.verdict == AT_FLOOR, result.reason
     assert not result.found
     assert result.to_dict()["effects"] == []
+    assert result.to_dict()["unexplained"]["varying"] == pytest.approx(result.varying, rel=1e-5)
     size, unit = result.detectable["drag"]
     assert 0.0 < size < 0.02 and unit == "1/m"
 

@@ -30,6 +30,7 @@ VERBS = [
     "bench-hold = flatplank_control.cli.bench_hold:main",
     "bench-speed = flatplank_control.cli.bench_speed:main",
     "bench-blind = flatplank_control.cli.bench_blind:main",
+    "bench-discovery = flatplank_control.cli.bench_discovery:main",
     "doctor = flatplank_control.cli.doctor:main",
     "test = flatplank_control.cli.test:main",
 ]

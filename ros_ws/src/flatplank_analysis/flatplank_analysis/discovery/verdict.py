@@ -54,7 +54,6 @@ class Diagnosis:
     """smallest size found with 80 % power, by effect, with unit"""
     seconds: float
     search: Search | None = None
-    trends: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default_factory=tuple)
 
     def to_dict(self) -> dict[str, Any]:
@@ -70,6 +69,7 @@ class Diagnosis:
             "held_out_after": _round(self.held_out_after),
             "unexplained": {
                 "rmse": _round(self.unexplained),
+                "varying": _round(self.varying),
                 "where": [
                     {
                         "coordinate": m.coordinate,
