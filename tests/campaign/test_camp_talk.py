@@ -51,4 +51,4 @@ def test_flagged_and_skipped_runs_are_named_and_have_an_exit_code(
     said = capsys.readouterr().out
     assert f"{1 if skip else 2} of 2 runs in {tmp_path}" in said
     assert ("flagged: b: settling 3 (limit 2)" in said) == (verdict is BAD)
-    assert (f"skipped: {job.run.key} (small.yaml:5)" in said) == skip
+    assert (f"skipped: {job.run.key} (small.yaml:7)" in said) == skip
