@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ball import TIME, Ball, Drag, Wind, throw
 from scipy.signal import lfilter
 from scipy.stats import f as f_distribution
-from test_disc_engine import TIME, Ball, Drag, Wind, throw
 
 from flatplank_analysis.discovery.dispersion import MOST_FREEDOM, Usual, usual
 from flatplank_analysis.discovery.fit import Fitter, Term

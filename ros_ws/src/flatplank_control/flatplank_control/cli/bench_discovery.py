@@ -54,9 +54,9 @@ def tables_of(count: int, design: str = "plain") -> list[MeasurementTable]:
     return out
 
 
-def diagnose(tables: list[MeasurementTable]) -> dict[str, Any]:
+def diagnose(count: int, design: str) -> dict[str, Any]:
     """Times [s] and peak memory [MiB] of one search; the kernel is compiled before."""
-    data = from_tables(tables)
+    data = from_tables(tables_of(count, design))
     model = TireModel(data)
     model.predict([Lane(start_base(model))])
     result = Session(Campaign("bench", []), data, model, library()).diagnose()
@@ -73,7 +73,7 @@ def diagnose(tables: list[MeasurementTable]) -> dict[str, Any]:
 def measure(count: int, design: str = "plain") -> dict[str, Any]:
     """One search in a process of its own, whose memory is that of nothing else."""
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(diagnose, tables_of(count, design)).result()
+        return pool.submit(diagnose, count, design).result()
 
 
 def line_of(count: int, found: dict[str, Any]) -> str:

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: Apache-2.0
+"""On the bristle plant up to 10 % of slip, a force law of another form is no machine effect."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, Noise, Run, Setting, noise
+from flatplank_control.blind.worlds import PlantWorld, Scatter
+
+SLIPS = (-0.1, -0.02, 0.02, 0.1)
+OTHER_LAW = {"shape": 2.0, "fall": 0.0, "round": 0.0}
+"""a form that the base is held to, and the plant's bristles do not have"""
+
+
+@pytest.fixture(scope="module")
+def data():
+    """Nothing hidden, little noise on Fx: four slips, twice each."""
+    random = np.random.default_rng(7)
+    world = PlantWorld.drawn()
+    order = random.permutation(2 * len(SLIPS))
+    runs = [Run(Setting(SLIPS[i // 2]), 1 + i % 2, n) for n, i in enumerate(order)]
+    columns = world.run(runs, {}, random, Scatter.drawn(len(runs), 0.0, random))
+    kinds = dict.fromkeys(RELATIVE, NOISES["quiet"]) | {"fx": Noise(6.0, 0.5)}
+    tables = []
+    for c, run in zip(columns, runs, strict=True):
+        dt = float(c["time"][1] - c["time"][0])
+        for name, share in RELATIVE.items():
+            c[name] = c[name] + noise(kinds[name], len(c["time"]), dt, random, share)
+        info = RunInfo(
+            file=f"{run.index}.parquet", tire="LAW", kappa=run.setting.kappa, fz=run.setting.fz,
+            pressure=run.setting.pressure, start=run.start, run_index=run.index,
+            effective_rolling_radius=world.radius, step_position=STEP,
+        )  # fmt: skip
+        tables.append(MeasurementTable(c, info))
+    return from_tables(tables)
+
+
+def _diagnosis(data, held) -> dict:
+    model = TireModel(data)
+    model.parameters = tuple(
+        replace(p, null=held[p.name], screen=0.0) if p.name in held else p
+        for p in model.parameters
+    )
+    return Session(Campaign("law", []), data, model, library()).diagnose().to_dict()
+
+
+def test_the_base_takes_the_plant_to_ten_percent(data):
+    assert _diagnosis(data, {})["verdict"] == "at floor"
+
+
+def test_a_law_of_another_form_is_the_law_only(data):
+    result = _diagnosis(data, OTHER_LAW)
+    assert result["rmse_before"] > 1.5 * result["floor_rmse"]
+    assert result["verdict"] == "tire law only", result
+    assert {e["name"] for e in result["effects"]} <= {"tire_law"}
