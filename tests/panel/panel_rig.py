@@ -202,6 +202,7 @@ class Observer:
     @property
     def running(self) -> bool:
         """The bus goes on."""
+        self.look(0.1)  # takes what a bus that has ended said last
         self.latest.pop("inputs", None)
         self.look(0.3)
         return "inputs" in self.latest

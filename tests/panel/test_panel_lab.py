@@ -56,8 +56,14 @@ def test_a_campaign_asks_goes_on_and_is_stopped(visitor, observer, tmp_path):
             assert prompt.is_visible()
             if text.startswith("turn"):
                 who.click("Done, go on")
+        who.tab("Machine")
+        who.click("Plank forward")
+        observer.fresh()
+        observer.wait(lambda: observer.latest["encoders"].plank_moving, 20.0, "the plank moves")
+        who.tab("Measure")
         who.click("Stop measurement")
-        who.page.get_by_text("cancelled", exact=True).wait_for(timeout=15_000)
+        end = "cancelled; turn the plank switch to stop"
+        who.page.get_by_text(end, exact=True).wait_for(timeout=15_000)
         assert not prompt.is_visible()
         who.click("Hand back")
         who.button("Take charge").wait_for()

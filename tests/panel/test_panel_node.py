@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from types import SimpleNamespace
 
@@ -39,7 +40,12 @@ def bench(domain, monkeypatch):
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         spin = partial(executor.spin_once, 0.0)
-        yield SimpleNamespace(link=link, node=node, spin=spin, run=loop.run_until_complete)
+        with ThreadPoolExecutor(1) as thread:  # the browser of other tests has a loop in this one
+
+            def run(work):
+                return thread.submit(loop.run_until_complete, work).result()
+
+            yield SimpleNamespace(link=link, node=node, spin=spin, run=run)
         over.set_result(None)
         wait_for(lambda: spin() or not link.state.progress.active, 20.0, "ended")
         executor.shutdown()

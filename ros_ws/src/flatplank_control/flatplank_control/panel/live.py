@@ -40,12 +40,13 @@ class Live:
     def tick(self) -> str:
         """JavaScript call with what is new since the last tick."""
         now = time.monotonic()
+        begun = self.state.ring.begun  # before the rows: none of an older bus comes with it
         rows = rows_of(self.state.ring.since(self._serial))
         self._serial = self.state.ring.serial
         self.pushed += 1
         message: dict[str, Any] = {
             "serial": self._serial,
-            "begun": self.state.ring.begun,
+            "begun": begun,
             "rows": rows,
             "live": self.state.running(now),
             "words": self.state.words(now),
@@ -56,8 +57,9 @@ class Live:
         """JavaScript call for a page that has just opened."""
         signals = [{"key": s.key, "digits": s.digits} for s in SIGNALS]
         ring = self.state.ring
+        begun = ring.begun
         history = rows_of(ring.since(ring.serial - HISTORY))
-        return f"fp.start({script(signals)}, {script(history)}, {ring.serial}, {ring.begun})"
+        return f"fp.start({script(signals)}, {script(history)}, {ring.serial}, {begun})"
 
 
 def script(value: Any) -> str:
