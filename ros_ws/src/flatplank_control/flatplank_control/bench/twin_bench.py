@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.plans import let_go, safe_end
-from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
+from flatplank_control.runner.quantities import QUANTITIES, SET_UP, condition_of, prompt_of
 
 
 class TwinBench:
@@ -56,6 +57,7 @@ class TwinBench:
             S.Trigger: lambda s: _need(twin.drive.set_trigger(s.distance)),
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
+            S.Constants: self._constants,
         }
 
     def perform(self, plan: Iterable[S.Step]) -> None:
@@ -101,13 +103,20 @@ class TwinBench:
 
     def _record(self, step: S.Record) -> None:
         s = self.snapshot()
-        record = record_from_dict({**step.record, "plant": self.twin.setup.plant_record()})
+        cores = {"measurement_hub": self.twin.hub, "encoders": self.twin.encoders}
+        facts = {k: getattr(cores[n].parameters, k) for n, names in SET_UP.items() for k in names}
+        facts["plant"] = self.twin.setup.plant_record()
+        record = record_from_dict({**step.record, **facts})
         self._log.start(record, s.encoders.stamp_ns if s else 0, step.at_once)
         self._recording = True
 
     def _stop_record(self, step: S.StopRecord) -> None:
         self._recording = False
         self.kept.append(self._log.stop(step.status, step.notes))
+
+    def _constants(self, step: S.Constants) -> None:
+        hub = self.twin.hub
+        hub.set_constants(replace(hub.parameters, **step.values))
 
     def _hold_load(self, step: S.HoldLoad) -> None:
         axis = self._axis("vertical")

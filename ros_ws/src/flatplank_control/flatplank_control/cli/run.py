@@ -104,14 +104,17 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
     from flatplank_control.speed_map.use import with_road
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
-    conductor = Conductor(plan, journal, book_for(folder).record(date.today()))
+    book = book_for(folder)
+    setup = BenchSetup(
+        preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold", calibration=str(book.path)
+    )
+    conductor = Conductor(plan, journal, book.record(date.today(), setup.constants()))
     if conductor.done and o.new:
         print(f"flatplank run: {folder} has {conductor.done} runs of this plan", file=sys.stderr)
         return 1
     if conductor.done:
         print(f"going on after {conductor.done} of {conductor.total} runs")
     jobs = min(o.jobs or os.cpu_count() or 1, max(conductor.total - conductor.done, 1))
-    setup = BenchSetup(preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold")
     setup = with_road(setup, o.road)
     run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=Talk(paper))
     bad = [k for k, d in journal.done.items() if not d.skipped and not d.facts.get("good", True)]

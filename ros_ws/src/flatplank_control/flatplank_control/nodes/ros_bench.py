@@ -9,16 +9,19 @@ from typing import Any
 
 import yaml
 from builtin_interfaces.msg import Time
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.bench.node_specs import AXIS_NODES
 from flatplank_control.nodes.asking import Asking
+from flatplank_control.nodes.in_force import constants_of
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.performing import CHUNK, Patience
-from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
+from flatplank_control.runner.quantities import QUANTITIES, SET_UP, condition_of, prompt_of
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
@@ -117,6 +120,7 @@ class RosBench:
             S.Trigger: self._trigger,
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
+            S.Constants: self._constants,
         }
 
     def close(self) -> None:
@@ -280,6 +284,13 @@ class RosBench:
         await self.call(SetBool, f"{drive}/enable", data=on)
         await self._wait(S.Wait(f"the {axis} drive has answered", lambda _s: True, 2.0, 0.5))
 
+    async def _constants(self, step: S.Constants) -> None:
+        name = "/measurement_hub/set_parameters_atomically"
+        wanted = [Parameter(k, value=v).to_parameter_msg() for k, v in step.values.items()]
+        answer = await self.call(SetParametersAtomically, name, parameters=wanted)
+        if not answer.result.successful:
+            raise S.PlanFailed(f"{name}: {answer.result.reason}")
+
     async def _arm(self, _step: S.Arm) -> None:
         await self.call(Trigger, "/encoders/arm")
 
@@ -287,12 +298,14 @@ class RosBench:
         await self.call(Trigger, "/measurement_hub/tare")
 
     async def _record(self, step: S.Record) -> None:
+        set_up = await constants_of(self, SET_UP)
+        record = {**step.record, **{k: v for own in set_up.values() for k, v in own.items()}}
         response = await self.call(
             StartRecording,
             "/recorder/start",
             name=str(step.record.get("name", "")),
             folder=self.folder,
-            record=yaml.safe_dump(dict(step.record)),
+            record=yaml.safe_dump(record),
             after=self._now(),
             at_once=step.at_once,
         )

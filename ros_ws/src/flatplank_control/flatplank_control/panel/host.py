@@ -12,6 +12,7 @@ import yaml
 from flatplank_control.bench.node_specs import BUSES
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import book_for
 from flatplank_control.panel import validation
 from flatplank_hw.params import load_parameters
 
@@ -60,6 +61,7 @@ class Host:
             rate_hz=int(validation.number(rate, "bus rate", 50, 1000, "Hz")),
             data=str(self.data),
             parameters=self.parameters,
+            calibration=str(book_for(self.data).path),
         )
         self._processes = BenchProcesses(self.setup, log=self.log)
         self._processes.start()

@@ -10,6 +10,7 @@ from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_hw.hub import HubParameters
 from flatplank_hw.params import ParameterError, nearest
 from flatplank_hw.params import from_mapping as from_params
 
@@ -112,6 +113,10 @@ class Measurement:
             reason = self._refuse_profile()
             if reason:
                 return reason
+        try:
+            from_params(HubParameters, self.rim(), "rim")
+        except ParameterError as error:
+            return str(error)
         if self.measurement in ON_THE_ROAD and self.end_position <= self.step_position:
             return (
                 f"end_position {self.end_position:g} m is not behind step_position "
@@ -133,6 +138,11 @@ class Measurement:
         """Parameters of the waveform; a step takes the run's own slip."""
         own = {"kappa": self.kappa} if self.waveform == "step" else {}
         return {**own, **self.waveform_parameters}
+
+    def rim(self) -> dict[str, float]:
+        """Constants of the hub that the plan names [m]."""
+        given = {"et_value": self.et_value, "adapter_thickness": self.adapter_thickness}
+        return {name: value for name, value in given.items() if value is not None}
 
     def record(self) -> dict[str, Any]:
         """Fields of the run record."""

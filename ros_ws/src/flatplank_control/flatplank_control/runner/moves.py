@@ -10,6 +10,7 @@ from flatplank_control.runner import conditions as when
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
 from flatplank_control.runner.steps import (
     Arm,
+    Constants,
     Enable,
     HoldLoad,
     Manual,
@@ -33,9 +34,16 @@ QUICK = 10
 """cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
 
 
+def mounted(m: Measurement) -> Plan:
+    """The hub reckons with the rim of the plan; one that the plan does not name stays."""
+    if rim := m.rim():
+        yield Constants(rim)
+
+
 def back_unloaded(m: Measurement) -> Plan:
     """Unload, return the plank, set pressure and angles, turn the wheel to its start."""
     yield Say("unload, return the plank, turn the wheel, load")
+    yield from mounted(m)
     yield Quick(QUICK)
     yield Plank(0)
     yield Wait("the plank rests", when.plank_rests(), 10.0)

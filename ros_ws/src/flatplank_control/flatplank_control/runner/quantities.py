@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner.steps import Manual, Snapshot
+from flatplank_hw.encoders.params import SETUP_CONSTANTS as OF_ENCODERS
+from flatplank_hw.hub.params import SETUP_CONSTANTS as OF_HUB
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,9 @@ def prompt_of(step: Manual) -> str:
     value = step.value + step.zero if step.zero == step.zero else step.value
     return quantity.prompt.format(value=round(value, 2))
 
+
+SET_UP = {"measurement_hub": OF_HUB, "encoders": OF_ENCODERS}
+"""node -> constants of the set-up that every run record copies from it"""
 
 QUANTITIES: dict[str, Quantity] = {
     "unload": Quantity("lift the wheel off the road", lambda _: when.unloaded()),

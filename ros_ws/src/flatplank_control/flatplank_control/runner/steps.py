@@ -88,6 +88,13 @@ class Tare:
 
 
 @dataclass(frozen=True)
+class Constants:
+    """Constants of the set-up at the hub: parameter -> value."""
+
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class Record:
     """Start a recording; `record` has the fields of a RunRecord."""
 
@@ -161,7 +168,7 @@ class Say:
 
 Step = (
     Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord
-    | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile
+    | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile | Constants
 )  # fmt: skip
 
 
