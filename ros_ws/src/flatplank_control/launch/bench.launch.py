@@ -24,7 +24,7 @@ ARGUMENTS = {
     "bus": ("", "bus file of the EtherCAT bus; empty: ours, with placeholders"),
     "data": ("data", "folder for the bags"),
     "calibration": ("", "book of the calibrations; empty: of data, else the one here"),
-    "axes": ("", "driven beside the wheel: vertical,steer,camber"),
+    "axes": ("", "driven beside the wheel: plank,vertical,steer,camber"),
 }
 
 

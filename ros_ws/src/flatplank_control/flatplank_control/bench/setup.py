@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from flatplank_control.bench.node_specs import AXIS_NODES, BUSES, NODES, NodeSpec
+from flatplank_control.bench.node_specs import BUSES, DRIVEN, NODES, NodeSpec
 from flatplank_control.calibration.book import CALIBRATED, Book
 from flatplank_hw.params import load_parameters
 from flatplank_hw.plant import PlantConfig
@@ -41,7 +41,7 @@ class BenchSetup:
     """of the EtherCAT bus; empty: one of ours with the axes that are driven"""
     data: str = "data"
     axes: tuple[str, ...] = ()
-    """driven beside the wheel: keys of AXIS_NODES"""
+    """driven beside the wheel: keys of DRIVEN"""
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """more parameters, by node name"""
     calibration: str = ""
@@ -50,7 +50,7 @@ class BenchSetup:
     def nodes(self) -> tuple[NodeSpec, ...]:
         """The processes of this bench, the owner of the bus last."""
         bus = BUSES[self.kind]
-        more = [node for axis in self.axes for node in AXIS_NODES[axis]]
+        more = [node for axis in self.axes for node in DRIVEN[axis]]
         return (*NODES, *more, NodeSpec("flatplank_hw", bus, bus, True))
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
@@ -110,6 +110,7 @@ class BenchSetup:
             "measurement_runner": {
                 "held": self.pace == "hold",
                 "calibration": self.calibration,
+                "driven_plank": "plank" in self.axes,
             },
         }
         return shared.get(name, {})

@@ -14,9 +14,11 @@ from flatplank_control.bench.log import RunLog
 from flatplank_control.bench.twin import Twin
 from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.plans import let_go, safe_end
 from flatplank_control.runner.quantities import QUANTITIES, SET_UP, condition_of, prompt_of
+from flatplank_hw.drive import AxisDrive
 
 
 class TwinBench:
@@ -42,9 +44,9 @@ class TwinBench:
         }
         self._do: dict[type, Callable[[Any], None]] = {
             S.Manual: self._manual,
-            S.Plank: lambda s: operator.plank(s.direction, s.fast, s.stop_at),
-            S.Enable: lambda s: _need(twin.drive.enable() if s.on else twin.drive.disable()),
-            S.Mode: lambda s: _need(twin.set_mode(s.mode, s.value)),
+            S.Plank: self._plank,
+            S.Enable: self._enable,
+            S.Mode: self._mode,
             S.MoveTo: lambda s: _need(twin.move_to(math.radians(s.angle_deg))),
             S.SlipWaveform: self._waveform,
             S.Arm: lambda _s: _need(twin.encoders.arm()),
@@ -90,6 +92,26 @@ class TwinBench:
         self._by_hand[step.quantity](step.value)
         timeout = QUANTITIES[step.quantity].timeout
         self._wait(S.Wait(f"done: {prompt_of(step)}", condition_of(step), timeout, 0.2))
+
+    def _plank(self, step: S.Plank) -> None:
+        if "plank" not in self.twin.axes:
+            self.twin.plant.operator.plank(step.direction, step.fast, step.stop_at)
+            return
+        for part in by_drive(step):
+            self._do[type(part)](part)
+
+    def _enable(self, step: S.Enable) -> None:
+        drive = self._drive(step.axis)
+        _need(drive.enable() if step.on else drive.disable())
+
+    def _mode(self, step: S.Mode) -> None:
+        if step.axis == "wheel":
+            _need(self.twin.set_mode(step.mode, step.value))
+        else:
+            _need(self._drive(step.axis).set_operation_mode(step.mode, step.value))
+
+    def _drive(self, axis: str) -> AxisDrive:
+        return self.twin.drive if axis == "wheel" else self._axis(axis).drive
 
     def _waveform(self, step: S.SlipWaveform) -> None:
         _need(

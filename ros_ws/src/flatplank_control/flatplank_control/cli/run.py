@@ -11,6 +11,7 @@ from datetime import date
 from pathlib import Path
 
 from flatplank_control.calibration.book import book_for
+from flatplank_control.cli.bench import axes_of
 from flatplank_control.cli.keys import Keys
 from flatplank_control.runner.campaign import (
     SUFFIX,
@@ -52,6 +53,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
     p.add_argument("--plant", default="", help="YAML file laid over the simulated plant")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
+    p.add_argument("--axes", default="", help="with --sim: driven also, plank for instance")
     p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
     return p
 
@@ -106,8 +108,9 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
     book = book_for(folder)
     setup = BenchSetup(
-        preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold", calibration=str(book.path)
-    )
+        preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold", axes=axes_of(o.axes),
+        calibration=str(book.path),
+    )  # fmt: skip
     conductor = Conductor(plan, journal, book.record(date.today(), setup.constants()))
     if conductor.done and o.new:
         print(f"flatplank run: {folder} has {conductor.done} runs of this plan", file=sys.stderr)

@@ -29,6 +29,7 @@ class RunnerParameters(Params):
     held: bool = param(
         False, "simulated bus in pace hold: cycles are asked for, runs repeat exactly"
     )
+    driven_plank: bool = param(False, "the plank has a drive instead of the switch")
     calibration: str = param("", "book that the bench was started with; empty: none")
 
 
@@ -102,6 +103,7 @@ class MeasurementRunnerNode(BenchNode):
             self,
             held=self.parameters.held,
             simulated=request.simulated,
+            driven_plank=self.parameters.driven_plank,
             folder=request.folder,
             prompt=ask,
             say=say,

@@ -16,10 +16,11 @@ from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_control.bench.node_specs import AXIS_NODES
+from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import Asking
 from flatplank_control.nodes.in_force import constants_of
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.quantities import QUANTITIES, SET_UP, condition_of, prompt_of
 from flatplank_hw.nodes import convert
@@ -54,7 +55,7 @@ BY_HAND = {
 }
 """quantity -> service of the simulated operator"""
 
-AXIS_OF = {node.name: axis for axis, nodes in AXIS_NODES.items() for node in nodes}
+AXIS_OF = {node.name: axis for axis, nodes in DRIVEN.items() for node in nodes}
 """node of a driven axis -> the axis"""
 
 SOURCES = {
@@ -75,14 +76,15 @@ class RosBench:
         *,
         held: bool,
         simulated: bool,
+        driven_plank: bool = False,
         folder: str = "",
         prompt: Callable[[str], Awaitable[None]] | None = None,
         say: Callable[[str], None] = lambda _text: None,
     ) -> None:
         """`held`: the simulated bus makes cycles only when asked, so that a run can be repeated
-        exactly.
+        exactly. `driven_plank`: the plank has a drive instead of the switch.
         """
-        self.node = node
+        self.node, self.driven_plank = node, driven_plank
         self.held, self.simulated, self.folder = held, simulated, folder
         self.bags: list[str] = []
         self.batch = 1
@@ -217,7 +219,10 @@ class RosBench:
         await self._wait(S.Wait(f"done: {text}", condition_of(step), timeout, 0.2))
 
     async def _plank(self, step: S.Plank) -> None:
-        if self.simulated:
+        if self.driven_plank:
+            for part in by_drive(step):
+                await self.do(part)
+        elif self.simulated:
             await self.call(
                 PlankSwitch,
                 f"{PLANT}/plank",
@@ -230,12 +235,11 @@ class RosBench:
             await self._prompt(f"turn the plank switch to {word}")
 
     async def _enable(self, step: S.Enable) -> None:
-        await self.call(SetBool, "/wheel_drive/enable", data=step.on)
+        await self.call(SetBool, f"/{step.axis}_drive/enable", data=step.on)
 
     async def _mode(self, step: S.Mode) -> None:
-        await self.call(
-            SetOperationMode, "/wheel_drive/set_operation_mode", mode=step.mode, value=step.value
-        )
+        name = f"/{step.axis}_drive/set_operation_mode"
+        await self.call(SetOperationMode, name, mode=step.mode, value=step.value)
 
     async def _move_to(self, step: S.MoveTo) -> None:
         await self.call(MoveTo, "/wheel_drive/move_to", angle_deg=step.angle_deg)

@@ -36,8 +36,8 @@ class Manual:
 
 @dataclass(frozen=True)
 class Plank:
-    """The plank's switch: direction 1, 0, -1; it goes to stop by itself at `stop_at` [m of the
-    machine].
+    """The plank's switch, or its drive where it has one: direction 1, 0, -1; it goes to stop by
+    itself at `stop_at` [m of the machine].
     """
 
     direction: int
@@ -47,17 +47,19 @@ class Plank:
 
 @dataclass(frozen=True)
 class Enable:
-    """Switch the wheel drive on or off."""
+    """Switch a drive on or off."""
 
     on: bool
+    axis: str = "wheel"
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Operation mode of the wheel drive; `value` for modes that need one [SI]."""
+    """Operation mode of a drive; `value` for modes that need one [SI]."""
 
     mode: str
     value: float = 0.0
+    axis: str = "wheel"
 
 
 @dataclass(frozen=True)
