@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from flatplank_analysis.data import Campaign
 from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
@@ -24,9 +26,11 @@ from flatplank_control.calibration.parasitic import (
 )
 from flatplank_control.calibration.sheet import LINES, blank, starting_values
 from flatplank_control.cli.calibrate import main
+from flatplank_control.cli.tune import main as tune
 from flatplank_control.runner.campaign import Conductor, Journal
 from flatplank_control.runner.campaign.supervised import supervised
 from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.standstill import Standstill
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
@@ -52,26 +56,146 @@ def test_what_is_expired_or_absent_is_said_in_every_run_record(tmp_path):
     from camp_plans import small
 
     book = Book(tmp_path / "c.yaml")
-    book.add(Entry("hub", "2020-01-01", {"k_fx1": 3.6}, 0.4))
-    book.add(Entry("lvdt", "2026-01-01", {"lvdt_gain": 0.02}, 0.0))
-    said = Book(tmp_path / "c.yaml").record(date(2026, 2, 1))
+    book.add(Entry("hub_fx", "2020-01-01", {"k_fx1": 3.6}, 0.4))
+    book.add(Entry("lvdt", "2026-01-01", {"lvdt_gain": 0.021}, 0.0))
+    bench = BenchSetup(calibration=str(tmp_path / "c.yaml"))
+    said = Book(tmp_path / "c.yaml").record(date(2026, 2, 1), bench.constants())
     plan = small()
     conductor = Conductor(plan, Journal(tmp_path / "j", plan.name, plan.digest), said)
     record = conductor.take().measurement.record()["calibration"]
-    assert record["hub"]["status"].startswith("expired: of 2020-01-01")
+    assert record["hub_fx"]["status"].startswith("expired: of 2020-01-01")
     assert record["lvdt"]["status"] == "valid: of 2026-01-01"
-    assert record["motor"]["status"] == "absent"
+    assert record["motor"] == {"status": "absent", "gear_ratio": 1425.04}
+
+
+def test_a_run_record_states_what_the_nodes_have(tmp_path):
+    """A bench that was started without the book has other constants: the record says so."""
+    book = Book(tmp_path / "c.yaml")
+    book.add(Entry("lvdt", "2026-01-01", {"lvdt_gain": 0.021, "lvdt_offset": 0.31}, 0.0))
+    without = book.record(date(2026, 2, 1), BenchSetup().constants())["lvdt"]
+    assert without["status"] == "not in force: of 2026-01-01; start the bench again"
+    assert (without["lvdt_gain"], without["lvdt_offset"]) == (0.02, 0.3)
+    given = BenchSetup(calibration=str(book.path))
+    assert book.record(date(2026, 2, 1), given.constants())["lvdt"]["lvdt_gain"] == 0.021
+
+
+def test_the_twin_measures_with_the_book_and_the_rim_of_its_plan(tmp_path):
+    book = Book(tmp_path / "c.yaml")
+    book.add(Entry("hub_fz", "2026-01-01", {"k_fz1": 2.0, "k_fz2": 1.95}, 0.0))
+    book.add(Entry("motor", "2026-01-01", {"gear_ratio": 1425.5}, 0.0))
+    twin = Twin(BenchSetup(pace="hold", calibration=str(book.path)))
+    assert (twin.hub.parameters.k_fz1, twin.hub.parameters.k_fx1) == (2.0, 3.5841)
+    assert twin.encoders.parameters.gear_ratio == twin.drive.parameters.gear_ratio == 1425.5
+    bench = TwinBench(twin, TableLog(tmp_path))
+    m = Measurement(measurement="stiffness_longitudinal", et_value=0.055)
+    bench.perform(plan_of(m))
+    assert twin.hub.parameters.et_value == 0.055
+    info = Campaign.load(tmp_path).infos[0]
+    assert (info.et_value, info.adapter_thickness) == (0.055, 0.02)
+    with pytest.raises(ValueError, match="et_value is 0.5 m, must be within"):
+        replace(m, et_value=0.5)
 
 
 def test_the_command_calibrates_the_hub_and_tells_the_status(tmp_path, capsys):
     book = ["--book", str(tmp_path / "c.yaml"), "--date", "2026-05-01"]
     pairs = "0:2,1000:1012,4000:4042"
     assert main([*book, "hub", "--axis", "fz", "--pairs", pairs]) == 0
-    assert Book(tmp_path / "c.yaml").entries["hub"].parameters["k_fz1"] == pytest.approx(
+    assert Book(tmp_path / "c.yaml").entries["hub_fz"].parameters["k_fz1"] == pytest.approx(
         1.9775 * 1.01, rel=1e-3
     )
     assert main([*book, "status"]) == 1
     assert "motor          absent" in capsys.readouterr().out
+
+
+def test_each_axis_of_the_hub_keeps_its_own_date(tmp_path):
+    path = tmp_path / "c.yaml"
+    for axis, day, read in (("fz", "2026-05-01", 1010.0), ("fx", "2026-05-02", 990.0)):
+        what = ["--book", str(path), "--date", day, "hub", "--axis", axis]
+        assert main([*what, "--pairs", f"0:0,1000:{read}"]) == 0
+    found = Book(path)
+    assert {n: e.date for n, e in found.entries.items()} == {
+        "hub_fz": "2026-05-01", "hub_fx": "2026-05-02",
+    }  # fmt: skip
+    assert found.parameters()["measurement_hub"] == pytest.approx(
+        {"k_fz1": 1.9775 * 1.01, "k_fz2": 1.9396 * 1.01, "k_fx1": 3.5841 * 0.99,
+         "k_fx2": 3.8158 * 0.99}
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("what", "instrument", "name", "first"),
+    [
+        (["hub", "--axis", "fy"], "hub_fy", "k_fy", 3.8246),
+        (["plank"], "plank_encoder", "pinion_pitch_radius", 0.05),
+        (["motor"], "motor", "gear_ratio", 1425.04),
+    ],
+)
+def test_a_second_calibration_goes_on_from_the_first(tmp_path, what, instrument, name, first):
+    """On the corrected bench the readings are right: the constant stays as it is."""
+    command = ["--book", str(tmp_path / "c.yaml"), *what, "--pairs"]
+    assert main([*command, "0:0,1000:1010"]) == 0
+    corrected = Book(tmp_path / "c.yaml").entries[instrument].parameters[name]
+    assert corrected != pytest.approx(first, rel=1e-3)
+    assert main([*command, "0:0,1000:1000"]) == 0
+    assert Book(tmp_path / "c.yaml").entries[instrument].parameters[name] == corrected
+
+
+def test_the_parasitic_fit_is_found_beside_its_book(tmp_path, monkeypatch):
+    (tmp_path / "lab").mkdir()
+    (tmp_path / "lab" / "parasitic_m1.yaml").touch()
+    book = Book(tmp_path / "lab" / "calibration.yaml")
+    book.add(Entry("parasitic", "2026-05-01", {"parasitic_fit": "parasitic_m1.yaml"}, 3.0))
+    monkeypatch.chdir(tmp_path)
+    file = Path(book.parameters()["measurement_hub"]["parasitic_fit"])
+    assert file == tmp_path / "lab" / "parasitic_m1.yaml"
+    file.unlink()
+    with pytest.raises(ValueError, match="no file .*parasitic_m1.yaml; put it back"):
+        book.parameters()
+
+
+HEAD = "format: flatplank-calibration/1\nentries:\n"
+WRONG = {
+    "yaml": (HEAD + "  hub_fx: {", "not YAML"),
+    "format": ("entries: {}", "not a calibration file"),
+    "entries": ("format: flatplank-calibration/1\nentries: 3", "no 'entries:'"),
+    "unknown": (HEAD + "  hub_fq: {date: 2026-01-01, parameters: {}, residual: 0}", "nearest"),
+    "missing": (HEAD + "  motor: {date: 2026-01-01}", "motor: missing"),
+    "date": (HEAD + "  motor: {date: today, parameters: {}, residual: 0}", "date 'today' is none"),
+    "text": (
+        HEAD + "  motor: {date: 2026-01-01, parameters: {gear_ratio: x}, residual: 0}",
+        "gear_ratio is 'x'; calibrate it again",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_broken_book_is_told_in_one_line(case, tmp_path):
+    text, words = WRONG[case]
+    (tmp_path / "c.yaml").write_text(text)
+    with pytest.raises(ValueError, match=words) as told:
+        Book(tmp_path / "c.yaml")
+    assert str(told.value).startswith(str(tmp_path / "c.yaml")) and "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("pairs", ["0:1,1000", "0:1:2,3:4", "a:b", ""])
+def test_pairs_that_are_none_are_told_in_one_line(pairs, tmp_path):
+    with pytest.raises(ValueError, match="write known:read, with commas"):
+        main(["--book", str(tmp_path / "c.yaml"), "plank", "--pairs", pairs])
+
+
+@pytest.mark.parametrize("text", ["readings: {", "format: flatplank-preflight/1\nreadings: 3\n"])
+def test_a_broken_sheet_is_told_in_one_line(text):
+    with pytest.raises(ValueError, match="^sheet: (not YAML|'readings' must be)") as told:
+        starting_values(text, "sheet")
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    "words", [["--cx", "0"], ["--cfk", "0"], ["--cx", "200", "--rate", "0"], ["--cx", "nan"]]
+)
+def test_tune_refuses_what_is_not_above_zero(words):
+    with pytest.raises(ValueError, match=f"{words[-2]} is (0|nan), must be above 0"):
+        tune(words)
 
 
 def test_the_parasitic_filter_of_one_mounting():

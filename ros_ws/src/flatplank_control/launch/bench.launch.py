@@ -9,6 +9,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import book_for
 from launch import LaunchDescription
 
 ARGUMENTS = {
@@ -22,7 +23,8 @@ ARGUMENTS = {
     "interface": ("", "network interface of the bus, in the lab"),
     "bus": ("", "bus file of the EtherCAT bus; empty: ours, with placeholders"),
     "data": ("data", "folder for the bags"),
-    "axes": ("", "driven beside the wheel: vertical,steer,camber"),
+    "calibration": ("", "book of the calibrations; empty: of data, else the one here"),
+    "axes": ("", "driven beside the wheel: plank,vertical,steer,camber"),
 }
 
 
@@ -39,6 +41,7 @@ def make_nodes(context):
         interface=value["interface"],
         bus_file=value["bus"],
         data=value["data"],
+        calibration=value["calibration"] or str(book_for(Path(value["data"])).path),
         axes=tuple(a for a in value["axes"].split(",") if a),
     )
     files = setup.write(Path(tempfile.mkdtemp(prefix="flatplank-")))

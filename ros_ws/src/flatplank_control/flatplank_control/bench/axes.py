@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flatplank_control.bench.node_specs import AXIS_NODES
+from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.steering_hold import AngleControl, AngleParameters
@@ -24,9 +24,9 @@ CONTROLLERS: dict[str, tuple[type, type]] = {
 
 
 class TwinAxis:
-    """Drive and controller of one axis."""
+    """Drive and controller of one axis; the plank's has none."""
 
-    def __init__(self, drive: AxisDrive, controller: Any) -> None:
+    def __init__(self, drive: AxisDrive, controller: Any = None) -> None:
         self.drive, self.controller = drive, controller
         self.sample: DriveSample | None = None
 
@@ -54,7 +54,9 @@ class TwinAxis:
 
 def make_axis(setup: BenchSetup, axis: str) -> TwinAxis:
     """The axis as its parameter files say."""
+    drive = from_mapping(DriveParameters, setup.of(DRIVEN[axis][0]), f"{axis}_drive")
+    if axis not in CONTROLLERS:
+        return TwinAxis(AxisDrive(drive))
     core, parameters = CONTROLLERS[axis]
-    drive = from_mapping(DriveParameters, setup.of(AXIS_NODES[axis].drive), f"{axis}_drive")
     own = from_mapping(parameters, setup.of(AXIS_NODES[axis].controller), f"{axis} controller")
     return TwinAxis(AxisDrive(drive), core(own))

@@ -28,12 +28,12 @@ Progress = Callable[[Conductor, Job, Outcome], None]
 
 def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
     """The simulated bench with the tire of the plan on it."""
-    axes = tuple(sorted({axis for run in plan.runs for axis in axes_of(run.measurement)}))
+    needed = {axis for run in plan.runs for axis in axes_of(run.measurement)}
     wheel = {**setup.parameters.get("wheel_drive", {}), "free_radius": plan.tire.free_radius}
     return replace(
         setup,
         tire=plan.tire.plant,
-        axes=axes,
+        axes=tuple(sorted(needed.union(setup.axes))),
         parameters={**setup.parameters, "wheel_drive": wheel},
     )
 

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The start with plank and wheel both driven: the drives begin in the same cycles."""
+"""The start with plank and wheel both driven, without plans: the plank's drive ramps up, and the
+wheel follows the plank's encoder from its first counts on."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from flatplank_control.bench.axes import make_axis
+from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.start_bench import StartBench
+from flatplank_control.runner.moves import SPEED
 from flatplank_hw.bus.image import BusInputs
-from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.drive.cia402 import State
 from flatplank_hw.samples import EncoderSample, HubSample
-
-SPEED = 0.03092
-RULES = ("inputs", "drive_fault", "emergency_stop", "speed")
 
 
 class DrivenPlank(StartBench):
@@ -20,13 +20,7 @@ class DrivenPlank(StartBench):
 
     def __init__(self, tire: str = "toyo", **options) -> None:
         super().__init__(tire, overrides={"driven_axes": ["wheel", "plank"]}, **options)
-        self.plank = AxisDrive(
-            DriveParameters(
-                axis="plank", gear_ratio=1.0, output_per_turn=0.0005, unit="m", speed_limit=0.04,
-                speed_trip=0.05, move_speed=0.03, acceleration=0.206, standstill_speed=0.0005,
-                rules=RULES,
-            )
-        )  # fmt: skip
+        self.plank = make_axis(BenchSetup(axes=("plank",)), "plank").drive
 
     def more(self, inputs: BusInputs, encoders: EncoderSample, hub: HubSample) -> tuple:
         command, self.plank_sample = self.plank.step(inputs, encoders, hub, None)

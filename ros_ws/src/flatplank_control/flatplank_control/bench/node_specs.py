@@ -36,7 +36,7 @@ NODES = (
 
 
 class AxisNodes(NamedTuple):
-    """An axis that may be driven beside the wheel."""
+    """A driven axis that a controller leads."""
 
     drive: NodeSpec
     controller: NodeSpec
@@ -56,4 +56,11 @@ AXIS_NODES: dict[str, AxisNodes] = {
         NodeSpec("flatplank_control", "axis_hold", "camber_hold", True),
     ),
 }
-"""axis that may be driven beside the wheel -> its nodes"""
+"""axis that a controller leads -> its nodes"""
+
+DRIVEN: dict[str, tuple[NodeSpec, ...]] = {
+    "plank": (NodeSpec("flatplank_hw", "wheel_drive", "plank_drive", True),),
+    **AXIS_NODES,
+}
+"""axis that may be driven beside the wheel -> its nodes, the drive first; the runner leads the
+plank"""

@@ -10,7 +10,8 @@ from typing import Any
 
 import yaml
 
-from flatplank_control.bench.node_specs import AXIS_NODES, BUSES, NODES, NodeSpec
+from flatplank_control.bench.node_specs import BUSES, DRIVEN, NODES, NodeSpec
+from flatplank_control.calibration.book import CALIBRATED, Book
 from flatplank_hw.params import load_parameters
 from flatplank_hw.plant import PlantConfig
 from flatplank_hw.share import config_file
@@ -40,14 +41,16 @@ class BenchSetup:
     """of the EtherCAT bus; empty: one of ours with the axes that are driven"""
     data: str = "data"
     axes: tuple[str, ...] = ()
-    """driven beside the wheel: keys of AXIS_NODES"""
+    """driven beside the wheel: keys of DRIVEN"""
     parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """more parameters, by node name"""
+    calibration: str = ""
+    """book whose constants the nodes take; empty, or no such file: those of the packages"""
 
     def nodes(self) -> tuple[NodeSpec, ...]:
         """The processes of this bench, the owner of the bus last."""
         bus = BUSES[self.kind]
-        more = [node for axis in self.axes for node in AXIS_NODES[axis]]
+        more = [node for axis in self.axes for node in DRIVEN[axis]]
         return (*NODES, *more, NodeSpec("flatplank_hw", bus, bus, True))
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
@@ -55,7 +58,16 @@ class BenchSetup:
         path = config_file(node.package, f"{node.name}.yaml")
         own = load_parameters(path, node.name) if path else {}
         shared = {**self._shared(node.name), **self._scheduling(node)}
-        return {**own, **shared, **self.parameters.get(node.name, {})}
+        known = self._calibrated().get(node.name, {})
+        return {**own, **known, **shared, **self.parameters.get(node.name, {})}
+
+    def _calibrated(self) -> dict[str, dict[str, Any]]:
+        return Book(Path(self.calibration)).parameters() if self.calibration else {}
+
+    def constants(self) -> dict[str, dict[str, Any]]:
+        """What the nodes are given of all that is calibrated: node -> parameter -> value."""
+        given = {node.name: self.of(node) for node in NODES if node.name in CALIBRATED}
+        return {name: {key: given[name][key] for key in keys} for name, keys in CALIBRATED.items()}
 
     def _scheduling(self, node: NodeSpec) -> dict[str, int]:
         """A bench that runs by the clock must not wait for other work of the computer."""
@@ -95,7 +107,11 @@ class BenchSetup:
             "steering_hold": {"rate_hz": graph_rate, "enabled": True},
             "camber_hold": {"rate_hz": graph_rate, "enabled": True, "axis": "camber"},
             "recorder": {"folder": self.data},
-            "measurement_runner": {"held": self.pace == "hold"},
+            "measurement_runner": {
+                "held": self.pace == "hold",
+                "calibration": self.calibration,
+                "driven_plank": "plank" in self.axes,
+            },
         }
         return shared.get(name, {})
 

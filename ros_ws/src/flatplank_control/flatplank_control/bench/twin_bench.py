@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ from flatplank_control.bench.log import RunLog
 from flatplank_control.bench.twin import Twin
 from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.plans import let_go, safe_end
-from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
+from flatplank_control.runner.quantities import QUANTITIES, SET_UP, condition_of, prompt_of
+from flatplank_hw.drive import AxisDrive
 
 
 class TwinBench:
@@ -41,9 +44,9 @@ class TwinBench:
         }
         self._do: dict[type, Callable[[Any], None]] = {
             S.Manual: self._manual,
-            S.Plank: lambda s: operator.plank(s.direction, s.fast, s.stop_at),
-            S.Enable: lambda s: _need(twin.drive.enable() if s.on else twin.drive.disable()),
-            S.Mode: lambda s: _need(twin.set_mode(s.mode, s.value)),
+            S.Plank: self._plank,
+            S.Enable: self._enable,
+            S.Mode: self._mode,
             S.MoveTo: lambda s: _need(twin.move_to(math.radians(s.angle_deg))),
             S.SlipWaveform: self._waveform,
             S.Arm: lambda _s: _need(twin.encoders.arm()),
@@ -56,6 +59,7 @@ class TwinBench:
             S.Trigger: lambda s: _need(twin.drive.set_trigger(s.distance)),
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
+            S.Constants: self._constants,
         }
 
     def perform(self, plan: Iterable[S.Step]) -> None:
@@ -89,6 +93,26 @@ class TwinBench:
         timeout = QUANTITIES[step.quantity].timeout
         self._wait(S.Wait(f"done: {prompt_of(step)}", condition_of(step), timeout, 0.2))
 
+    def _plank(self, step: S.Plank) -> None:
+        if "plank" not in self.twin.axes:
+            self.twin.plant.operator.plank(step.direction, step.fast, step.stop_at)
+            return
+        for part in by_drive(step):
+            self._do[type(part)](part)
+
+    def _enable(self, step: S.Enable) -> None:
+        drive = self._drive(step.axis)
+        _need(drive.enable() if step.on else drive.disable())
+
+    def _mode(self, step: S.Mode) -> None:
+        if step.axis == "wheel":
+            _need(self.twin.set_mode(step.mode, step.value))
+        else:
+            _need(self._drive(step.axis).set_operation_mode(step.mode, step.value))
+
+    def _drive(self, axis: str) -> AxisDrive:
+        return self.twin.drive if axis == "wheel" else self._axis(axis).drive
+
     def _waveform(self, step: S.SlipWaveform) -> None:
         _need(
             self.twin.sequencer.set_waveform(
@@ -101,13 +125,20 @@ class TwinBench:
 
     def _record(self, step: S.Record) -> None:
         s = self.snapshot()
-        record = record_from_dict({**step.record, "plant": self.twin.setup.plant_record()})
+        cores = {"measurement_hub": self.twin.hub, "encoders": self.twin.encoders}
+        facts = {k: getattr(cores[n].parameters, k) for n, names in SET_UP.items() for k in names}
+        facts["plant"] = self.twin.setup.plant_record()
+        record = record_from_dict({**step.record, **facts})
         self._log.start(record, s.encoders.stamp_ns if s else 0, step.at_once)
         self._recording = True
 
     def _stop_record(self, step: S.StopRecord) -> None:
         self._recording = False
         self.kept.append(self._log.stop(step.status, step.notes))
+
+    def _constants(self, step: S.Constants) -> None:
+        hub = self.twin.hub
+        hub.set_constants(replace(hub.parameters, **step.values))
 
     def _hold_load(self, step: S.HoldLoad) -> None:
         axis = self._axis("vertical")

@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import datetime
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -16,8 +17,38 @@ from flatplank_hw.params import nearest
 
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"
-VALID_DAYS = {"hub": 730, "lvdt": 365, "plank_encoder": 365, "motor": 365, "parasitic": 30}
-"""instrument -> days for which a calibration is believed"""
+FIT = "parasitic_fit"
+"""the one parameter that is a file, beside the book"""
+Constants = Mapping[str, Mapping[str, Any]]
+"""node -> parameter -> value"""
+
+
+class Instrument(NamedTuple):
+    """What is calibrated at one time."""
+
+    days: int
+    """for which a calibration is believed"""
+    parameters: tuple[str, ...]
+    nodes: tuple[str, ...]
+    """that have these parameters"""
+
+
+HUB, ENCODERS = "measurement_hub", "encoders"
+INSTRUMENTS = {
+    "hub_fx": Instrument(730, ("k_fx1", "k_fx2"), (HUB,)),
+    "hub_fy": Instrument(730, ("k_fy",), (HUB,)),
+    "hub_fz": Instrument(730, ("k_fz1", "k_fz2"), (HUB,)),
+    "lvdt": Instrument(365, ("lvdt_gain", "lvdt_offset"), (HUB,)),
+    "plank_encoder": Instrument(365, ("pinion_pitch_radius",), (ENCODERS,)),
+    "motor": Instrument(365, ("gear_ratio",), (ENCODERS, HUB, "wheel_drive")),
+    "parasitic": Instrument(30, (FIT,), (HUB,)),
+}
+
+CALIBRATED = {
+    node: tuple(key for i in INSTRUMENTS.values() if node in i.nodes for key in i.parameters)
+    for node in dict.fromkeys(node for i in INSTRUMENTS.values() for node in i.nodes)
+}
+"""node -> all of its parameters that are calibrated"""
 
 
 @dataclass(frozen=True)
@@ -28,7 +59,7 @@ class Entry:
     date: str
     """ISO 8601"""
     parameters: Mapping[str, float | str]
-    """names and values for the parameter files of the nodes"""
+    """names and values of the parameters of the nodes"""
     residual: float
     """rms, in the unit of the reading"""
     uncertainty: Mapping[str, float] = field(default_factory=dict)
@@ -37,36 +68,50 @@ class Entry:
     notes: str = ""
 
     def __post_init__(self) -> None:
-        if self.instrument not in VALID_DAYS:
+        if self.instrument not in INSTRUMENTS:
             raise ValueError(
                 f"calibration: unknown instrument '{self.instrument}'"
-                f"{nearest(self.instrument, VALID_DAYS)}"
+                f"{nearest(self.instrument, INSTRUMENTS)}"
             )
-        datetime.date.fromisoformat(self.date)
+        try:
+            datetime.date.fromisoformat(str(self.date))
+        except ValueError:
+            raise ValueError(
+                f"{self.instrument}: date '{self.date}' is none; write it as 2026-05-31"
+            ) from None
+        object.__setattr__(self, "date", str(self.date))
+        known = INSTRUMENTS[self.instrument].parameters
+        if not isinstance(self.parameters, Mapping):
+            raise ValueError(f"{self.instrument}: 'parameters' must be names and values")
+        for name, value in self.parameters.items():
+            if name not in known:
+                raise ValueError(f"{self.instrument}: unknown '{name}'{nearest(name, known)}")
+            if not (isinstance(value, str) if name == FIT else _is_number(value)):
+                raise ValueError(f"{self.instrument}: {name} is {value!r}; calibrate it again")
 
     def age(self, today: datetime.date) -> int:
         """[days]"""
         return (today - datetime.date.fromisoformat(self.date)).days
 
 
+def _is_number(value: Any) -> bool:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and math.isfinite(value)
+
+
 def book_for(folder: Path) -> Book:
     """The book of a campaign folder, else that of the working directory."""
     own = folder / FILE
-    return Book(own if own.exists() else Path(FILE))
+    return Book((own if own.exists() else Path(FILE)).resolve())
 
 
 class Book:
     """Entries by instrument; the newest counts."""
 
     def __init__(self, path: Path) -> None:
+        """ValueError names what is wrong with a file that is there."""
         self.path = path
-        self.entries: dict[str, Entry] = {}
-        if path.exists():
-            data = yaml.safe_load(path.read_text(encoding="utf-8"))
-            if not isinstance(data, dict) or data.get("format") != FORMAT:
-                raise ValueError(f"{path}: not a calibration file; expected 'format: {FORMAT}'")
-            for name, values in data["entries"].items():
-                self.entries[name] = Entry(instrument=name, **values)
+        self.entries = _read(path) if path.is_file() else {}
 
     def add(self, entry: Entry) -> None:
         """Put it down, on disk at once."""
@@ -80,25 +125,77 @@ class Book:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         replace_text(self.path, text)
 
+    def parameters(self) -> dict[str, dict[str, float | str]]:
+        """node -> parameters that it takes from here; ValueError when a file of them is gone."""
+        found: dict[str, dict[str, float | str]] = {}
+        for name, entry in self.entries.items():
+            values = dict(entry.parameters)
+            if FIT in values:
+                values[FIT] = str(self.fit())
+            for node in INSTRUMENTS[name].nodes:
+                found.setdefault(node, {}).update(values)
+        return found
+
+    def fit(self) -> Path:
+        """File of the parasitic fit; ValueError when there is none."""
+        entry = self.entries.get("parasitic")
+        if entry is None:
+            raise ValueError(f"{self.path}: no parasitic fit; flatplank calibrate parasitic")
+        path = self.path.parent / str(entry.parameters[FIT])
+        if not path.exists():
+            raise ValueError(f"{self.path}: no file {path}; put it back, or calibrate parasitic")
+        return path
+
     def status(self, today: datetime.date) -> dict[str, str]:
         """instrument -> valid, expired or absent, with date: for every run record."""
         found = {}
-        for name, days in VALID_DAYS.items():
+        for name, instrument in INSTRUMENTS.items():
             entry = self.entries.get(name)
             if entry is None:
                 found[name] = "absent"
-            elif entry.age(today) > days:
-                found[name] = f"expired: of {entry.date}, {days} days are believed"
+            elif entry.age(today) > instrument.days:
+                found[name] = f"expired: of {entry.date}, {instrument.days} days are believed"
             else:
                 found[name] = f"valid: of {entry.date}"
         return found
 
-    def record(self, today: datetime.date) -> dict[str, Any]:
-        """The `calibration` of a run record."""
-        status = self.status(today)
-        return {
-            name: {"status": text, **dict(self.entries[name].parameters)}
-            if name in self.entries
-            else {"status": text}
-            for name, text in status.items()
+    def record(self, today: datetime.date, in_force: Constants) -> dict[str, Any]:
+        """The `calibration` of a run record: what the nodes have, and what is known of it."""
+        stale = {
+            (node, key)
+            for node, values in self.parameters().items()
+            for key, value in values.items()
+            if in_force[node][key] != value
         }
+        found = {}
+        for name, text in self.status(today).items():
+            _, keys, nodes = INSTRUMENTS[name]
+            if stale.intersection((node, key) for node in nodes for key in keys):
+                text = f"not in force: of {self.entries[name].date}; start the bench again"
+            found[name] = {"status": text, **{key: in_force[nodes[0]][key] for key in keys}}
+        return found
+
+
+def _read(path: Path) -> dict[str, Entry]:
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise ValueError(f"{path}: not a calibration file; expected 'format: {FORMAT}'")
+    entries = data.get("entries")
+    if not isinstance(entries, dict):
+        raise ValueError(f"{path}: no 'entries:' with instruments below it")
+    return {name: _entry(name, values, path) for name, values in entries.items()}
+
+
+def _entry(name: str, values: Any, path: Path) -> Entry:
+    if not isinstance(values, dict):
+        raise ValueError(f"{path}: {name}: expected date, parameters and residual below it")
+    try:
+        return Entry(**{**values, "instrument": name})
+    except TypeError as error:
+        what = str(error).split("__init__() ")[-1]
+        raise ValueError(f"{path}: {name}: {what}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None

@@ -102,7 +102,7 @@ def turn_of_bag(path: Path) -> Turn:
 
 
 def identify_turn(
-    turn: Turn, mounting: str, date: str, path: Path
+    turn: Turn, mounting: str, date: str, path: Path, hub: HubParameters | None = None
 ) -> dict[str, tuple[float, float]]:
     """Write the fit of a mounting to `path`; once-per-turn Fx, Fz without it and after it [N].
 
@@ -115,7 +115,7 @@ def identify_turn(
             "needed; record it again"
         )
     fit = identify(turn.angle, turn.volts, mounting, date)
-    p = HubParameters()
+    p = hub or HubParameters()
     before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
     path.parent.mkdir(parents=True, exist_ok=True)
     replace_text(path, to_text(fit))

@@ -51,11 +51,17 @@ def blank(date: str) -> str:
 
 def starting_values(text: str, where: str) -> dict[str, dict[str, float]]:
     """Effect -> parameter -> value [SI] of a filled sheet; blank lines are left out."""
-    data: Any = yaml.safe_load(text)
+    try:
+        data: Any = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f"{where}: not YAML ({' '.join(str(error).split())})") from None
     if not isinstance(data, Mapping) or data.get("format") != FORMAT:
         raise ValueError(f"{where}: not a pre-flight sheet; expected 'format: {FORMAT}'")
     found: dict[str, dict[str, float]] = {}
-    for name, value in (data.get("readings") or {}).items():
+    readings = data.get("readings") or {}
+    if not isinstance(readings, Mapping):
+        raise ValueError(f"{where}: 'readings' must be lines of 'name: value'")
+    for name, value in readings.items():
         if name not in LINES:
             raise ValueError(f"{where}: unknown line '{name}'{nearest(name, LINES)}")
         if value is None:

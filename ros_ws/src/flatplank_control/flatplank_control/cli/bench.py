@@ -11,9 +11,10 @@ import sys
 import threading
 from pathlib import Path
 
-from flatplank_control.bench.node_specs import AXIS_NODES
+from flatplank_control.bench.node_specs import DRIVEN
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import Book, book_for
 from flatplank_control.speed_map.use import with_road
 from flatplank_hw.params import nearest
 
@@ -37,10 +38,11 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--rate", type=int, default=250, help="bus rate [Hz]")
     p.add_argument("--batch", type=int, default=1, help="bus cycles per message")
     p.add_argument("--pace", default="realtime", choices=("realtime", "lockstep", "hold"))
-    p.add_argument("--axes", default="", help="driven beside the wheel: vertical,steer,camber")
+    p.add_argument("--axes", default="", help="driven beside the wheel: plank,vertical,...")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
     p.add_argument("--interface", default="", help="network interface of the bus, with --lab")
     p.add_argument("--bus", default="", help="bus file of --lab or --emulated-bus; default: ours")
+    p.add_argument("--calibration", type=Path, help="book; default: of --data, else the one here")
     p.add_argument("--data", type=Path, default=Path("data"), help="folder for the bags")
     return p
 
@@ -49,9 +51,18 @@ def axes_of(text: str) -> tuple[str, ...]:
     """`vertical,steer` to axes; ValueError names an unknown one."""
     axes = tuple(word.strip() for word in text.split(",") if word.strip())
     for axis in axes:
-        if axis not in AXIS_NODES:
-            raise ValueError(f"--axes: unknown axis '{axis}'{nearest(axis, AXIS_NODES)}")
+        if axis not in DRIVEN:
+            raise ValueError(f"--axes: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
     return axes
+
+
+def book_of(options: argparse.Namespace) -> Book:
+    """The book that is given, else found; ValueError when a given one is not there."""
+    if options.calibration is None:
+        return book_for(options.data)
+    if not options.calibration.exists():
+        raise ValueError(f"--calibration {options.calibration}: no such file")
+    return Book(options.calibration.resolve())
 
 
 def setup_of(options: argparse.Namespace) -> BenchSetup:
@@ -68,6 +79,7 @@ def setup_of(options: argparse.Namespace) -> BenchSetup:
         bus_file=options.bus,
         data=str(options.data),
         axes=axes_of(options.axes),
+        calibration=str(book_of(options).path),
     )
     return with_road(setup, options.road)
 

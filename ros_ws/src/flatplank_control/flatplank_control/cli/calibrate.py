@@ -7,41 +7,49 @@ import argparse
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 import yaml
 
-from flatplank_control.calibration.book import FILE, Book, Entry
-from flatplank_control.calibration.line import fit_line
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, Book, Entry
+from flatplank_control.calibration.line import Line, fit_line
 from flatplank_control.calibration.sheet import blank, starting_values
 from flatplank_hw.hub.params import HubParameters
+from flatplank_hw.params import from_mapping
 
 Work = Callable[[argparse.Namespace, Book], int]
-HUB_AXES = {"fx": ("k_fx1", "k_fx2"), "fy": ("k_fy",), "fz": ("k_fz1", "k_fz2")}
-PITCH_RADIUS = 0.05
-GEAR = 1425.04
+HUB_AXES = ("fx", "fy", "fz")
 
 
 def pairs_of(text: str) -> list[tuple[float, float]]:
     """`0:0.1,1000:996` to pairs."""
     try:
-        return [tuple(float(w) for w in item.split(":", 1)) for item in text.split(",")]  # type: ignore[misc]
+        return [(float(a), float(b)) for a, b in (item.split(":") for item in text.split(","))]
     except ValueError:
         raise ValueError(f"--pairs '{text}': write known:read, with commas") from None
 
 
+def in_force(book: Book, node: str) -> dict[str, Any]:
+    """What is calibrated of a node, as a bench that was started with this book has it."""
+    return BenchSetup(kind="lab", calibration=str(book.path)).constants()[node]
+
+
+def scaled(o: argparse.Namespace, book: Book, instrument: str, line: Line, unit: str) -> Entry:
+    """The constants that a bench has with this book, by the slope of a line."""
+    have = in_force(book, INSTRUMENTS[instrument].nodes[0])
+    old = {name: have[name] for name in INSTRUMENTS[instrument].parameters}
+    values = {name: value * line.slope for name, value in old.items()}
+    errors = {name: value * line.slope_error for name, value in old.items()}
+    return Entry(instrument, o.date, values, line.residual, errors, unit)
+
+
 def hub(o: argparse.Namespace, book: Book) -> int:
-    """Known loads against the hub's force: its bridge constants."""
+    """Known loads against the hub's force: the bridge constants of one axis."""
     line = fit_line(pairs_of(o.pairs), o.reading)
     if not 0.5 < line.slope < 2.0:
         raise ValueError(f"hub: {o.axis} reads {line.slope:.3g} times the load; check the wiring")
-    old = HubParameters()
-    parameters = {name: getattr(old, name) * line.slope for name in HUB_AXES[o.axis]}
-    errors = {name: getattr(old, name) * line.slope_error for name in parameters}
-    before = book.entries.get("hub")
-    if before and before.date == o.date:
-        parameters = {**before.parameters, **parameters}
-        errors = {**before.uncertainty, **errors}
-    return put(book, Entry("hub", o.date, parameters, line.residual, errors, "N"))
+    return put(book, scaled(o, book, f"hub_{o.axis}", line, "N"))
 
 
 def lvdt(o: argparse.Namespace, book: Book) -> int:
@@ -55,17 +63,13 @@ def lvdt(o: argparse.Namespace, book: Book) -> int:
 def plank(o: argparse.Namespace, book: Book) -> int:
     """Measured travel against the encoder's: pitch radius of the pinion."""
     line = fit_line([(read, known) for known, read in pairs_of(o.pairs)], o.reading)
-    values = {"pinion_pitch_radius": PITCH_RADIUS * line.slope}
-    errors = {"pinion_pitch_radius": PITCH_RADIUS * line.slope_error}
-    return put(book, Entry("plank_encoder", o.date, values, line.residual, errors, "m"))
+    return put(book, scaled(o, book, "plank_encoder", line, "m"))
 
 
 def motor(o: argparse.Namespace, book: Book) -> int:
     """Wheel angle against motor angle over the gear: the gear's ratio."""
     line = fit_line(pairs_of(o.pairs), o.reading)
-    values = {"gear_ratio": GEAR * line.slope}
-    errors = {"gear_ratio": GEAR * line.slope_error}
-    return put(book, Entry("motor", o.date, values, line.residual, errors, "rad"))
+    return put(book, scaled(o, book, "motor", line, "rad"))
 
 
 def parasitic(o: argparse.Namespace, book: Book) -> int:
@@ -81,27 +85,24 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
         else turn_of_bag(o.bag)
     )
     path = book.path.parent / f"parasitic_{o.mounting}_{o.date}.yaml"
-    left = identify_turn(turn, o.mounting, o.date, path)
+    hub = from_mapping(HubParameters, {**in_force(book, HUB), FIT: ""}, HUB)
+    left = identify_turn(turn, o.mounting, o.date, path, hub)
     for name, (before, after) in left.items():
         print(f"{name}: {before:.1f} N once per turn, {after:.2f} N after the filter")
     most = max(after for _, after in left.values())
-    entry = Entry("parasitic", o.date, {"parasitic_fit": str(path)}, most, unit="N")
+    entry = Entry("parasitic", o.date, {FIT: path.name}, most, unit="N")
     return put(book, entry)
 
 
 def filter_effect(o: argparse.Namespace, book: Book) -> int:
     """What the parasitic filter leaves under load and slip: two equal runs, or --sim."""
     from flatplank_control.bench.judging import read
-    from flatplank_control.bench.setup import BenchSetup
     from flatplank_control.calibration.fit_check import text, under_load
     from flatplank_control.calibration.parasitic import filter_on_twin
 
     if o.sim:
-        entry = book.entries.get("parasitic")
-        if entry is None:
-            raise ValueError("filter: no parasitic fit yet; first flatplank calibrate parasitic")
         setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")
-        fit = Path(str(entry.parameters["parasitic_fit"])).resolve()
+        fit = book.fit()
         for kappa in (0.0, -0.05):
             print(f"slip {100 * kappa:+g} %")
             print("  " + "\n  ".join(text(filter_on_twin(setup, fit, kappa))))
@@ -160,7 +161,7 @@ def parser() -> argparse.ArgumentParser:
             one.add_argument("--pairs", required=True, help="known:read,known:read,...")
             one.add_argument("--reading", type=float, default=0.0, help="uncertainty of a reading")
         if name == "hub":
-            one.add_argument("--axis", required=True, choices=sorted(HUB_AXES))
+            one.add_argument("--axis", required=True, choices=HUB_AXES)
         if name == "parasitic":
             one.add_argument("--mounting", required=True, help="name of this mounting")
             one.add_argument("--bag", type=Path, help="of an unloaded turn")
@@ -183,4 +184,4 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     """0: done."""
     o = parser().parse_args(argv)
-    return WORK[o.what](o, Book(o.book))
+    return WORK[o.what](o, Book(o.book.resolve()))

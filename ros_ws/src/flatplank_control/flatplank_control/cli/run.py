@@ -10,6 +10,7 @@ from datetime import date
 from pathlib import Path
 
 from flatplank_control.calibration.book import book_for
+from flatplank_control.cli.bench import axes_of
 from flatplank_control.cli.keys import Keys
 from flatplank_control.cli.talk import Talk, conclude
 from flatplank_control.runner.campaign import (
@@ -54,6 +55,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
     p.add_argument("--plant", default="", help="YAML file laid over the simulated plant")
     p.add_argument("--road", default="", help="slip by the road's travel: follow, or a map's file")
+    p.add_argument("--axes", default="", help="with --sim: driven also, plank for instance")
     p.add_argument("--seed", type=int, default=1, help="of the simulated plant")
     return p
 
@@ -84,14 +86,18 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
     from flatplank_control.speed_map.use import with_road
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
-    conductor = Conductor(plan, journal, book_for(folder).record(date.today()))
+    book = book_for(folder)
+    setup = BenchSetup(
+        preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold", axes=axes_of(o.axes),
+        calibration=str(book.path),
+    )  # fmt: skip
+    conductor = Conductor(plan, journal, book.record(date.today(), setup.constants()))
     if conductor.done and o.new:
         print(f"flatplank run: {folder} has {conductor.done} runs of this plan", file=sys.stderr)
         return 1
     if conductor.done:
         print(f"going on after {conductor.done} of {conductor.total} runs")
     jobs = min(o.jobs or os.cpu_count() or 1, max(conductor.total - conductor.done, 1))
-    setup = BenchSetup(preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold")
     setup = with_road(setup, o.road)
     talk = Talk(conductor.time_left(paper.durations))
 

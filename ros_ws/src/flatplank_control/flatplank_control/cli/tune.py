@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
 import yaml
@@ -31,9 +32,11 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     """0: the gains keep 30 deg; 1: they do not."""
     o = parser().parse_args(argv)
-    if o.sigma <= 0.0 or (o.cx or o.cfk) <= 0.0:
-        raise ValueError("flatplank tune: --cx, --cfk and --sigma must be above 0")
-    stiffness = o.cx * 1e3 if o.cx else o.cfk * 1e3 / o.sigma
+    for name in ("cx", "cfk", "sigma", "rate", "delay_cycles"):
+        value = getattr(o, name)
+        if value is not None and not 0.0 < value < math.inf:
+            raise ValueError(f"--{name.replace('_', '-')} is {value:g}, must be above 0")
+    stiffness = o.cx * 1e3 if o.cx is not None else o.cfk * 1e3 / o.sigma
     delay = (o.delay_cycles + 0.5) / o.rate
     gains = design(stiffness, o.sigma, delay)
     loops = {

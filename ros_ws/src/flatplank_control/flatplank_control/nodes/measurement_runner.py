@@ -4,16 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import date
 from functools import partial
-from pathlib import Path
 
 import yaml
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from std_srvs.srv import Trigger
 
-from flatplank_control.calibration.book import book_for
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
+from flatplank_control.nodes.in_force import calibration_of
 from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner import measurement, plans
 from flatplank_control.runner.campaign import is_campaign
@@ -30,6 +28,8 @@ class RunnerParameters(Params):
     held: bool = param(
         False, "simulated bus in pace hold: cycles are asked for, runs repeat exactly"
     )
+    driven_plank: bool = param(False, "the plank has a drive instead of the switch")
+    calibration: str = param("", "book that the bench was started with; empty: none")
 
 
 class MeasurementRunnerNode(BenchNode):
@@ -104,6 +104,7 @@ class MeasurementRunnerNode(BenchNode):
             self,
             held=self.parameters.held,
             simulated=request.simulated,
+            driven_plank=self.parameters.driven_plank,
             folder=request.folder,
             prompt=ask,
             say=say,
@@ -137,7 +138,7 @@ class MeasurementRunnerNode(BenchNode):
                 raise PlanFailed("cancelled")
 
         bench.interrupt = look
-        calibration = book_for(Path(goal.request.folder or ".")).record(date.today())
+        calibration = await calibration_of(bench, self.parameters.calibration)
         wanted = measurement.from_mapping({"calibration": calibration, **data}, "plan")
         bench.axes = plans.axes_of(wanted)
         for step in plans.plan_of(wanted):
@@ -149,7 +150,7 @@ class MeasurementRunnerNode(BenchNode):
         """A campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
-            bench, request.plan, request.folder, request.resume
+            bench, request.plan, request.folder, request.resume, self.parameters.calibration
         )
 
         def tell(text: str) -> None:

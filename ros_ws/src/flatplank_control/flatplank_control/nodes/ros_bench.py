@@ -10,20 +10,25 @@ from typing import Any
 import yaml
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_control.bench.node_specs import AXIS_NODES
+from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import Asking
+from flatplank_control.nodes.in_force import constants_of
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import TRIGGER_AT
+from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.plans import SPEED, let_go, safe_end
 from flatplank_control.runner.quantities import (
     QUANTITIES,
+    SET_UP,
     condition_of,
     prompt_of,
     prompt_of_plank,
@@ -61,7 +66,7 @@ BY_HAND = {
 }
 """quantity -> service of the simulated operator"""
 
-AXIS_OF = {node.name: axis for axis, nodes in AXIS_NODES.items() for node in nodes}
+AXIS_OF = {node.name: axis for axis, nodes in DRIVEN.items() for node in nodes}
 """node of a driven axis -> the axis"""
 
 SOURCES = {
@@ -95,14 +100,15 @@ class RosBench:
         *,
         held: bool,
         simulated: bool,
+        driven_plank: bool = False,
         folder: str = "",
         prompt: Prompt | None = None,
         say: Callable[[str], None] = lambda _text: None,
     ) -> None:
         """`held`: the simulated bus makes cycles only when asked, so that a run can be repeated
-        exactly.
+        exactly. `driven_plank`: the plank has a drive instead of the switch.
         """
-        self.node = node
+        self.node, self.driven_plank = node, driven_plank
         self.held, self.simulated, self.folder = held, simulated, folder
         self.axes: tuple[str, ...] = ()
         """driven axes that the plan moves beside the wheel; let go at a safe end"""
@@ -145,6 +151,7 @@ class RosBench:
             S.Trigger: self._trigger,
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
+            S.Constants: self._constants,
         }
 
     def close(self) -> None:
@@ -279,7 +286,10 @@ class RosBench:
         await self._wait(S.Wait(f"done: {text}", condition_of(step), timeout, 0.2))
 
     async def _plank(self, step: S.Plank) -> None:
-        if self.simulated:
+        if self.driven_plank:
+            for part in by_drive(step):
+                await self.do(part)
+        elif self.simulated:
             await self.call(
                 PlankSwitch,
                 f"{PLANT}/plank",
@@ -307,12 +317,11 @@ class RosBench:
             await self._plank_by_hand(S.Plank(0))
 
     async def _enable(self, step: S.Enable) -> None:
-        await self.call(SetBool, "/wheel_drive/enable", data=step.on)
+        await self.call(SetBool, f"/{step.axis}_drive/enable", data=step.on)
 
     async def _mode(self, step: S.Mode) -> None:
-        await self.call(
-            SetOperationMode, "/wheel_drive/set_operation_mode", mode=step.mode, value=step.value
-        )
+        name = f"/{step.axis}_drive/set_operation_mode"
+        await self.call(SetOperationMode, name, mode=step.mode, value=step.value)
 
     async def _move_to(self, step: S.MoveTo) -> None:
         await self.call(MoveTo, "/wheel_drive/move_to", angle_deg=step.angle_deg)
@@ -361,6 +370,13 @@ class RosBench:
         await self.call(SetBool, f"{drive}/enable", data=on)
         await self._wait(S.Wait(f"the {axis} drive has answered", lambda _s: True, 2.0, 0.5))
 
+    async def _constants(self, step: S.Constants) -> None:
+        name = "/measurement_hub/set_parameters_atomically"
+        wanted = [Parameter(k, value=v).to_parameter_msg() for k, v in step.values.items()]
+        answer = await self.call(SetParametersAtomically, name, parameters=wanted)
+        if not answer.result.successful:
+            raise S.PlanFailed(f"{name}: {answer.result.reason}")
+
     async def _arm(self, _step: S.Arm) -> None:
         await self.call(Trigger, "/encoders/arm")
 
@@ -368,12 +384,14 @@ class RosBench:
         await self.call(Trigger, "/measurement_hub/tare")
 
     async def _record(self, step: S.Record) -> None:
+        set_up = await constants_of(self, SET_UP)
+        record = {**step.record, **{k: v for own in set_up.values() for k, v in own.items()}}
         response = await self.call(
             StartRecording,
             "/recorder/start",
             name=str(step.record.get("name", "")),
             folder=self.folder,
-            record=yaml.safe_dump(dict(step.record)),
+            record=yaml.safe_dump(record),
             after=self._now(),
             at_once=step.at_once,
         )

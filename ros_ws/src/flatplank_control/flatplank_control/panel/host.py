@@ -13,6 +13,7 @@ import yaml
 from flatplank_control.bench.node_specs import BUSES
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import book_for
 from flatplank_control.panel import validation
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.params import load_parameters
@@ -81,6 +82,7 @@ class Host:
             data=str(self.data),
             **(self._wiring(interface, bus_file) if kind == "lab" else {}),
             parameters=self.parameters,
+            calibration=str(book_for(self.data).path),
         )
         self._processes = BenchProcesses(self.setup, log=self.log)
         self._processes.start()

@@ -11,6 +11,7 @@ from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_hw.hub import HubParameters
 from flatplank_hw.params import ParameterError, nearest
 from flatplank_hw.params import from_mapping as from_params
 
@@ -113,8 +114,6 @@ class Measurement:
             "cleat_mm": (0.0, 20.0),
             "profile_time": (0.1, 3600.0),
             "optical_trigger": (0.0, 1.0),
-            "et_value": (-1.0, 1.0),
-            "adapter_thickness": (-1.0, 1.0),
         }
         for name, (low, high) in limits.items():
             value = getattr(self, name)
@@ -128,6 +127,11 @@ class Measurement:
             found = self._refuse_profile()
             if found:
                 return found
+        for name, value in self.rim().items():
+            try:
+                from_params(HubParameters, {name: value}, "rim")
+            except ParameterError as error:
+                return name, str(error)
         if self.measurement in ON_THE_ROAD and self.end_position <= self.step_position:
             return "end_position", (
                 f"end_position {self.end_position:g} m is not behind step_position "
@@ -149,6 +153,11 @@ class Measurement:
         """Parameters of the waveform; a step takes the run's own slip."""
         own = {"kappa": self.kappa} if self.waveform == "step" else {}
         return {**own, **self.waveform_parameters}
+
+    def rim(self) -> dict[str, float]:
+        """Constants of the hub that the plan names [m]."""
+        given = {"et_value": self.et_value, "adapter_thickness": self.adapter_thickness}
+        return {name: value for name, value in given.items() if value is not None}
 
     def record(self) -> dict[str, Any]:
         """Fields of the run record."""

@@ -10,6 +10,7 @@ from flatplank_control.runner import conditions as when
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
 from flatplank_control.runner.steps import (
     Arm,
+    Constants,
     Enable,
     HoldLoad,
     Manual,
@@ -29,15 +30,41 @@ from flatplank_control.runner.steps import (
 Plan = Iterator[Step]
 SPEED = 0.03092
 """fast speed of the plank [m/s]"""
+SLOW = 0.0015
+"""the other one [m/s]"""
 QUICK = 10
 """cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
 ENOUGH = "enough: ended here by the operator"
 """in the record of a run whose road was not seen to its end"""
 
 
+def mounted(m: Measurement) -> Plan:
+    """The hub reckons with the rim of the plan; one that the plan does not name stays."""
+    if rim := m.rim():
+        yield Constants(rim)
+
+
+def by_drive(step: Plank) -> Plan:
+    """What the switch asks for, done by the plank's own drive with its ramps."""
+    if step.direction == 0:
+        yield Enable(False, "plank")
+        return
+    yield Mode("velocity", 0.0, "plank")
+    yield Enable(True, "plank")
+    yield Wait("the plank drive has answered", lambda _s: True, 2.0, 0.5)
+    if math.isfinite(step.stop_at):
+        # positions must come with every cycle, a speed may hold for a batch
+        yield Quick(1)
+        yield Mode("position", step.stop_at, "plank")
+        return
+    fast = step.fast or step.direction < 0
+    yield Mode("velocity", step.direction * (SPEED if fast else SLOW), "plank")
+
+
 def back_unloaded(m: Measurement) -> Plan:
     """Unload, return the plank, set pressure and angles, turn the wheel to its start."""
     yield Say("unload, return the plank, turn the wheel, load")
+    yield from mounted(m)
     yield Quick(QUICK)
     yield Plank(0)
     yield Wait("the plank rests", when.plank_rests(), 10.0)

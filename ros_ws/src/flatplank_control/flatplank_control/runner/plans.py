@@ -11,7 +11,15 @@ from collections.abc import Callable, Iterable
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import standing
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
-from flatplank_control.runner.moves import QUICK, SPEED, Plan, go_back, over_the_road, turn
+from flatplank_control.runner.moves import (
+    QUICK,
+    SPEED,
+    Plan,
+    go_back,
+    mounted,
+    over_the_road,
+    turn,
+)
 from flatplank_control.runner.steps import (
     AxisProfile,
     Enable,
@@ -53,6 +61,7 @@ def free_rolling(m: Measurement) -> Plan:
 
 def unloaded_turn(m: Measurement) -> Plan:
     """Three turns of the free wheel: the parasitic signal of the preloaded shaft (Appendix C)."""
+    yield from mounted(m)
     yield Plank(0)
     yield Wait("the plank rests", when.plank_rests(), 10.0)
     yield Manual("unload", 0.0)

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.steps import Manual, Plank, Snapshot
+from flatplank_hw.encoders.params import SETUP_CONSTANTS as OF_ENCODERS
+from flatplank_hw.hub.params import SETUP_CONSTANTS as OF_HUB
 
 
 @dataclass(frozen=True)
@@ -74,3 +76,5 @@ QUANTITIES: dict[str, Quantity] = {
     "pressure_bar": Quantity("set the inflation pressure to {value:g} bar", _not_measured),
     "wheel_camber_deg": Quantity("set the camber of the hub to {value:g} deg", _not_measured),
 }
+SET_UP = {"measurement_hub": OF_HUB, "encoders": OF_ENCODERS}
+"""node -> constants of the set-up that every run record copies from it"""

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import (
+    SLOW,
     back_unloaded,
     go_back,
     over_the_road,
@@ -33,8 +34,6 @@ STANDS_AT = 0.15
 """machine position of a plank under a standing tire, behind the motion trigger [m]"""
 CLEAT_AT = 2.0
 """machine position of the cleat [m]"""
-SLOW = 0.0015
-"""[m/s]"""
 PAUSE = 0.5
 """of rest before a standing tire is loaded sideways [s]"""
 

@@ -36,8 +36,8 @@ class Manual:
 
 @dataclass(frozen=True)
 class Plank:
-    """The plank's switch: direction 1, 0, -1; it goes to stop by itself at `stop_at` [m of the
-    machine].
+    """The plank's switch, or its drive where it has one: direction 1, 0, -1; it goes to stop by
+    itself at `stop_at` [m of the machine].
     """
 
     direction: int
@@ -47,17 +47,19 @@ class Plank:
 
 @dataclass(frozen=True)
 class Enable:
-    """Switch the wheel drive on or off."""
+    """Switch a drive on or off."""
 
     on: bool
+    axis: str = "wheel"
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Operation mode of the wheel drive; `value` for modes that need one [SI]."""
+    """Operation mode of a drive; `value` for modes that need one [SI]."""
 
     mode: str
     value: float = 0.0
+    axis: str = "wheel"
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,13 @@ class Arm:
 @dataclass(frozen=True)
 class Tare:
     """Zero the hub."""
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants of the set-up at the hub: parameter -> value."""
+
+    values: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -161,7 +170,7 @@ class Say:
 
 Step = (
     Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord
-    | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile
+    | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile | Constants
 )  # fmt: skip
 
 

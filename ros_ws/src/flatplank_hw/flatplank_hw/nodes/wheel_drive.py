@@ -23,6 +23,9 @@ from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState,
 from flatplank_msgs.msg import Reference as ReferenceMsg
 from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue
 
+REFERENCES = {"reference", "reference_gone"}
+"""safety rules of an axis that somebody leads by references"""
+
 
 class DriveNode(BenchNode):
     """/bus/inputs, hub, encoders and the active source's reference -> /bus/outputs, ~/status."""
@@ -48,7 +51,8 @@ class DriveNode(BenchNode):
         self.listen(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
         self.listen(HubState, "/measurement_hub/state", self.on_hub, STREAM)
         self.listen(EncoderState, "/encoders/state", self.on_encoders, STREAM)
-        self.listen(ReferenceMsg, "~/reference", self.on_reference, REFERENCE)
+        led = not REFERENCES.isdisjoint(self.parameters.rules)
+        self.listen(ReferenceMsg, "~/reference", self.on_reference, REFERENCE, needed=led)
         self.serve(SetOperationMode, "~/set_operation_mode", self.on_mode)
         self.serve(SetBool, "~/enable", self.on_enable)
         self.serve(MoveTo, "~/move_to", self.on_move)

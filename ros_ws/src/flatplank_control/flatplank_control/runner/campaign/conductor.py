@@ -53,7 +53,7 @@ class Conductor:
     ) -> None:
         """`calibration`: said in every run record."""
         self.plan, self.journal = plan, journal
-        self._calibration = dict(calibration or {})
+        self.calibration = dict(calibration or {})
         self._waiting = [r for r in plan.runs if not journal.finished(r.key)]
         self._busy: set[str] = set()
         self._index = {r.key: k for k, r in enumerate(plan.runs)}
@@ -142,7 +142,7 @@ class Conductor:
             run.measurement,
             run_index=self._index[run.key],
             name=self._name(run, attempt),
-            calibration=self._calibration,
+            calibration=self.calibration,
             session=self._session(run.measurement),
         )
         if not run.needs:

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes have the constants of the book and the rim of the plan; the run record states them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from bench_graph import graph
+
+from flatplank_control.calibration import Book, Entry
+from flatplank_control.recording.run_record import load_record
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+PLAN = """
+measurement: stiffness_longitudinal
+distance: 0.01
+et_value: 0.055
+"""
+
+
+def test_the_record_states_what_the_nodes_have(tmp_path, monkeypatch):
+    book = Book(tmp_path / "c.yaml")
+    book.add(Entry("hub_fz", "2020-01-01", {"k_fz1": 2.0, "k_fz2": 1.95}, 0.1))
+    with graph(tmp_path, monkeypatch, calibration=str(book.path)) as bench:
+        book.add(Entry("lvdt", "2020-01-01", {"lvdt_gain": 0.021, "lvdt_offset": 0.3}, 0.0))
+        (bag,) = bench.client.measure(PLAN, simulated=True)
+    record = load_record(Path(bag))
+    assert (record.et_value, record.adapter_thickness) == (0.055, 0.02)
+    assert record.slip_angle_offset_deg == 0.0
+    hub = record.calibration["hub_fz"]
+    assert hub["status"].startswith("expired: of 2020-01-01") and hub["k_fz1"] == 2.0
+    lvdt = record.calibration["lvdt"]
+    assert lvdt["status"].startswith("not in force") and lvdt["lvdt_gain"] == 0.02
+    assert record.calibration["motor"] == {"status": "absent", "gear_ratio": 1425.04}
