@@ -178,7 +178,7 @@ REFUSED = {
         RUNS.replace("[0.0, 0.05]", "[]"), 6, "kappa is an empty list; give values"
     ),
     "no number": (RUNS + "  et_value: abc\n", 8, "et_value is 'abc', must be a number"),
-    "millimetres": (RUNS + "  et_value: 40\n", 8, "et_value is 40, must be within -1 .. 1"),
+    "millimetres": (RUNS + "  et_value: 40\n", 8, "et_value is 40 m, must be within -0.1 .. 0.2"),
     "no parameters": (
         RUNS + "  waveform_parameters: 3\n", 8, "waveform_parameters is 3, must be keys and values"
     ),

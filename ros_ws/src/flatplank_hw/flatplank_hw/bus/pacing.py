@@ -43,10 +43,13 @@ class Pacer:
         self._start, self._made, self._last = wall, 0, wall
 
     def advance(self, cycle: int, cycles: int) -> int:
-        """Let a held bus run in lockstep for `cycles` more; the last cycle of it."""
+        """Let a held bus run in lockstep for `cycles` more; the last cycle of it.
+
+        Whoever asks for less does not end what another has asked for.
+        """
         self.pace = "lockstep"
-        self.until = cycle + cycles
-        return self.until
+        self.until = max(self.until or 0, cycle + cycles)
+        return cycle + cycles
 
     def made(self, cycle: int, wall: float) -> None:
         """A batch that ends with `cycle` has gone out."""
