@@ -11,8 +11,9 @@ import pyarrow.parquet as pq
 import yaml
 
 
-def campaign(folder: Path) -> Path:
-    """A small made-up campaign: relaxation of first order, three slips, three repeats."""
+def campaign(folder: Path, scatter: float = 0.0) -> Path:
+    """A small made-up campaign: relaxation of first order, three slips, three repeats whose
+    forces differ by the share `scatter`."""
     folder.mkdir(parents=True)
     rng, runs = np.random.default_rng(3), []
     t = np.arange(0.0, 4.1 / 0.03092, 0.02)
@@ -24,7 +25,8 @@ def campaign(folder: Path) -> Path:
             columns = {
                 "time": t, "plank_position": x, "plank_velocity": np.full_like(t, 0.03092),
                 "wheel_angle": x / 0.31, "wheel_velocity": np.full_like(t, 0.03092 / 0.31),
-                "fx": fx + rng.normal(0, 15, len(t)), "fz": np.full_like(t, 3700.0),
+                "fx": (1 + scatter * (start - 2)) * fx + rng.normal(0, 15, len(t)),
+                "fz": np.full_like(t, 3700.0),
             }  # fmt: skip
             pq.write_table(pa.table(columns), folder / name)
             runs.append(

@@ -149,7 +149,7 @@ def test_the_hidden_effect_is_found_by_mouse(analyst, challenge, data, pictures)
     numbers = [float(w.strip(",")) for w in said.text_content().split() if w[0].isdigit()]
     before, after, floor = numbers
     assert after < 0.8 * before and after < 1.1 * floor
-    analyst.page.set_viewport_size({"width": 1440, "height": 1500})
+    analyst.page.set_viewport_size({"width": 1440, "height": 1600})
     analyst.page.evaluate("window.scrollTo(0, 0)")
     take(analyst, pictures / "panel-discover.png")
     analyst.click("Undo")

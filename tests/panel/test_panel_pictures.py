@@ -51,7 +51,7 @@ def test_pictures_of_bench_and_runs(operator, observer, pictures):
 
 
 def test_runs_are_listed_filtered_and_drawn(visitor, data, pictures):
-    campaign(data / "made_up")
+    campaign(data / "made_up", scatter=0.04)
     try:
         who = visitor()
         who.tab("Runs")
