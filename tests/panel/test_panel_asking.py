@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The panel's node beside a bench that is silent at the wrong moment, or has no hands."""
+"""The panel's node beside a bench that is silent at the wrong moment, or has no hands.
+
+By its name it comes before the browser tests, whose observer keeps rclpy until the session ends.
+"""
 
 from __future__ import annotations
 
