@@ -53,6 +53,17 @@ def test_hold_makes_no_cycle_and_advance_makes_just_as_many_as_asked():
     assert pacer.pace == "hold"
 
 
+def test_who_asks_for_less_does_not_end_what_another_asked_for():
+    pacer = Pacer("hold", 1, frozenset({0}), timeout=1.0)
+    assert pacer.advance(0, 5) == 5
+    assert pacer.advance(0, 2) == 2
+    for cycle in range(1, 5):
+        pacer.made(cycle, wall=0.0)
+        assert pacer.pace == "lockstep"
+    pacer.made(5, wall=0.0)
+    assert pacer.pace == "hold"
+
+
 def test_a_held_bus_gives_up_on_a_silent_drive():
     pacer = Pacer("hold", 1, frozenset({0}), timeout=1.0)
     pacer.advance(0, 1)
