@@ -101,8 +101,7 @@ def text_of(result: Diagnosis) -> str:
             lines.append(f"  cannot be told apart here: {', '.join(found.alike)}")
     if result.verdict in ("none of these", "partly"):
         for m in result.maps[:3]:
-            place = f"{m.place[0]:.3g} .. {m.place[1]:.3g} {m.unit}"
-            lines.append(f"left over {m.coordinate}: {m.place_share:.0%} within {place}")
+            lines.append(f"left over {m.coordinate}: {m.words()}")
         for event in result.events[:3]:
             who = "; ".join(event.conditions)
             lines.append(

@@ -30,6 +30,14 @@ class Map:
     """narrowest range that holds half of the energy"""
     place_share: float
 
+    def words(self) -> str:
+        """Where it is, in one line."""
+        if self.place_share <= 0.0:
+            return "nothing beyond the floor"
+        low, high = (round(edge, 6) for edge in self.place)
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{self.place_share:.0%} of it within {low:.3g} to {high:.3g}{unit}"
+
 
 @dataclass(frozen=True)
 class Event:

@@ -86,10 +86,7 @@ def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
         maps=[
             {
                 "svg": book.add(f"map{i}", figures.map_of(m, runs.condition_names)),
-                "text": f"{m.place_share:.0%} of it within {m.place[0]:.3g} .. "
-                f"{m.place[1]:.3g} {m.unit} (p = {m.p_value:.2g})"
-                if m.place_share > 0.0
-                else "nothing beyond the floor",
+                "text": f"{m.words()} (p = {m.p_value:.2g})",
             }
             for i, m in enumerate(maps[:4])
         ],

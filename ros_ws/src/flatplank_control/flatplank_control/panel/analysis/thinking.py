@@ -115,9 +115,7 @@ def _map(m: where.Map) -> dict[str, Any]:
         "unit": m.unit,
         "edges": m.edges,
         "mean": m.mean,
-        "place": m.place,
-        "share": m.place_share,
-        "p_value": m.p_value,
+        "text": f"{m.words()} (p = {m.p_value:.2g})",
     }
 
 

@@ -257,11 +257,7 @@ class _Discover:
         for m in self.picture.get("maps", []):
             if m["coordinate"] == self.coordinate.value:
                 _set(self.map_chart, charts.residual_map(m, names))
-                low, high = m["place"]
-                self.map_text.set_text(
-                    f"{m['share']:.0%} of it within {low:.3g} to {high:.3g} {m['unit']}, "
-                    f"p = {m['p_value']:.2g}"
-                )
+                self.map_text.set_text(m["text"])
 
     def draw_ranking(self) -> None:
         self.list_box.clear()
