@@ -190,7 +190,17 @@ def _spread(fitter: Fitter, fit: Fit) -> dict[int, float]:
 
 
 def _verdict(named: list[dict[str, Any]]) -> str:
-    return "found" if named else "at floor"
+    if any(n["name"] != LAW for n in named):
+        return "found"
+    return "tire law only" if named else "at floor"
+
+
+def _points(entry: dict[str, Any], way: str) -> dict[str, Any]:
+    """What one way's answer is worth; a rival says no more than its names."""
+    said = entry["ways"][way]
+    if way in RIVALS:
+        said = said | {"verdict": _verdict(said["effects"])}
+    return points_of(dict(entry, diagnosis=said))
 
 
 def judge(case: Case, seed: int) -> dict[str, Any] | None:
@@ -210,8 +220,7 @@ def judge(case: Case, seed: int) -> dict[str, Any] | None:
     for name, (refit, keep) in RIVALS.items():
         named = forward(model, refit, keep)
         entry["ways"][name] = {
-            "effects": named, "verdict": _verdict(named), "unexplained": {}, "floor_rmse": None,
-            "held_out_after": None,
+            "effects": named, "unexplained": {}, "floor_rmse": None, "held_out_after": None,
         }  # fmt: skip
     return entry
 
@@ -256,10 +265,10 @@ def scores(entries: Sequence[Mapping[str, Any]]) -> str:
     rows = []
     for group in ("none", "single", "pair", "outside"):
         own = [e for e in entries if e["case"]["group"] == group]
-        points = {w: [points_of(dict(e, diagnosis=e["ways"][w])) for e in own] for w in ways}
+        points = {w: [_points(e, w) for e in own] for w in ways}
         cells = [str(share(p["right"] for p in points[w])) for w in ways]
         rows.append([f"{group}: right", *cells])
-    points = {w: [points_of(dict(e, diagnosis=e["ways"][w])) for e in entries] for w in ways}
+    points = {w: [_points(e, w) for e in entries] for w in ways}
     hidden = {w: [p for p in points[w] if p["group"] in ("single", "pair")] for w in ways}
     cells = [str(share(p["all"] for p in hidden[w])) for w in ways]
     rows.append(["hidden effects all named", *cells])
