@@ -34,7 +34,7 @@ def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_wo
         bench.advance(HUNDRED_MS)
         assert not bench.wheel_turns()
         assert bench.stop_recording().cycles_lost == 0
-        (run,) = [r for r in Campaign.load(bench.data).runs if r.info.name == "killed"]
+        (run,) = Campaign.load(bench.data / "killed").runs
         assert len(run.table(check=False)["time"]) > 100
         bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)
         bench.processes.start_node(name)
