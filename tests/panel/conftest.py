@@ -7,6 +7,7 @@ import os
 from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -96,12 +97,16 @@ class Clicker:
     def tab(self, name: str) -> None:
         self.page.get_by_role("tab", name=name, exact=True).click()
 
+    def field(self, label: str) -> Any:
+        """The one that is in view: a tab that was left keeps its fields."""
+        return self.page.get_by_label(label, exact=True).filter(visible=True)
+
     def fill(self, label: str, value: object) -> None:
-        self.page.get_by_label(label, exact=True).fill(str(value))
+        self.field(label).fill(str(value))
         self.page.keyboard.press("Tab")
 
     def choose(self, label: str, option: str) -> None:
-        self.page.get_by_label(label, exact=True).click()
+        self.field(label).click()
         self.page.get_by_role("option", name=option, exact=True).click()
 
     def said(self, text: str) -> None:

@@ -79,8 +79,11 @@ def test_a_silent_runner_is_named(bench):
 
 
 def test_hands_are_seen_by_their_service(bench):
-    assert not bench.link.simulated()
+    def hands() -> bool:
+        return bench.link.offers("load_to")
+
+    assert not hands()
     service = bench.node.create_service(SetValue, "/simulated_plant/load_to", lambda _q, a: a)
-    wait_for(bench.link.simulated, 20.0, "the service is seen")
+    wait_for(hands, 20.0, "the service is seen")
     bench.node.destroy_service(service)
-    wait_for(lambda: not bench.link.simulated(), 20.0, "the service has gone")
+    wait_for(lambda: not hands(), 20.0, "the service has gone")
