@@ -25,7 +25,7 @@ def build(page: Page) -> None:
                 for name in SIDES:
                     ui.tab(name)
             with (
-                ui.tab_panels(bar, value="Machine")
+                ui.tab_panels(bar, value="Machine", animated=False)
                 .props("keep-alive")
                 .classes("w-full bg-transparent")
             ):

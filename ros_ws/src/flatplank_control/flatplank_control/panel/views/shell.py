@@ -35,7 +35,11 @@ def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) ->
         stop = ui.button("STOP", on_click=page.act(lambda: _stop(page)))
         stop.classes("fp-stop").props('unelevated color=negative aria-label="Emergency stop"')
     built: set[str] = set()
-    panels = ui.tab_panels(bar, value=first).props("keep-alive").classes("w-full bg-transparent")
+    panels = (
+        ui.tab_panels(bar, value=first, animated=False)
+        .props("keep-alive")
+        .classes("w-full bg-transparent")
+    )
     slots = {}
     with panels:
         for name in tabs:
