@@ -5,20 +5,12 @@ from __future__ import annotations
 
 import pytest
 from bench_graph import graph
+from short_plan import short_plan
 
 from flatplank_control.runner.campaign import Journal, plan_from_text
 
 pytestmark = pytest.mark.graph
-PLAN = """
-format: flatplank-plan/1
-name: zero
-tire: TOY
-attempts: 1
-r_e: given
-common: {step_position: 0.03, end_position: 0.23}
-runs:
-- {measurement: slip, kappa: 0.05, start: 3, effective_rolling_radius: 0.3108}
-"""
+PLAN = short_plan("zero", "kappa: 0.05, start: 3", more="attempts: 1\n")
 
 
 @pytest.mark.timeout(600)

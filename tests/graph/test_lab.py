@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from bench_graph import graph
+from short_plan import short_plan
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
@@ -28,15 +29,7 @@ SETTINGS = {
     "set the inflation": "set_pressure_bar",
 }
 SWITCH = {"forward": 1, "stop": 0, "reverse": -1}
-PLAN = """
-format: flatplank-plan/1
-name: lab
-tire: TOY
-r_e: given
-common: {step_position: 0.03, end_position: 0.23}
-runs:
-- {measurement: slip, kappa: 0.02, effective_rolling_radius: 0.3108}
-"""
+PLAN = short_plan("lab")
 
 
 class Hands:

@@ -10,20 +10,13 @@ from contextlib import contextmanager
 
 import pytest
 from bench_graph import graph
+from short_plan import short_plan
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
-PLAN = """
-format: flatplank-plan/1
-name: command
-tire: TOY
-r_e: given
-common: {step_position: 0.03, end_position: 0.23}
-runs:
-- {measurement: slip, kappa: 0.02, effective_rolling_radius: 0.3108}
-"""
+PLAN = short_plan("command")
 RUN = "import sys; from flatplank_control.cli.run import main; sys.exit(main(sys.argv[1:]))"
 
 

@@ -114,7 +114,7 @@ def load_model(path: str | os.PathLike[str]) -> ModelFile:
     if unknown:
         raise FlatplankError(f"unknown key '{unknown[0]}'", where, f"known: {sorted(_KEYS)}")
     return ModelFile(
-        base=str(raw.get("base") or "contact_patch"),
+        base=str(raw.get("base") or ModelFile.base),
         campaign=str(raw.get("campaign") or ""),
         parameters=_numbers(raw.get("parameters"), where),
         effects=tuple(_entry(e, where) for e in _list(raw, "effects", where)),

@@ -8,12 +8,11 @@ from pathlib import Path
 
 import yaml
 
+from flatplank_analysis.data.campaign import CAMPAIGN_FILE, FORMAT
 from flatplank_control.recording.metadata import replace_text
 from flatplank_control.runner.campaign.conductor import Conductor
 from flatplank_control.runner.measurement import Measurement
 
-FORMAT = "flatplank-measurement-table/1"
-CAMPAIGN_FILE = "campaign.yaml"
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 

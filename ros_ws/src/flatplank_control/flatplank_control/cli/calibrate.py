@@ -74,7 +74,6 @@ def motor(o: argparse.Namespace, book: Book) -> int:
 
 def parasitic(o: argparse.Namespace, book: Book) -> int:
     """Three turns of the unloaded wheel: the file of this mounting."""
-    from flatplank_control.bench.setup import BenchSetup
     from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag, turn_on_twin
 
     if (o.bag is None) != o.sim:

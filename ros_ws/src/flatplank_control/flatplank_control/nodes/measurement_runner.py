@@ -121,7 +121,7 @@ class MeasurementRunnerNode(BenchNode):
             self.get_logger().error(result.message)
             for refusal in await bench.end("stopped", result.message):
                 self.get_logger().warning(refusal)
-            if not request.simulated and bench.plank_moves():
+            if not request.simulated and bench.samples.plank_moves():
                 result.message += "; turn the plank switch to stop"
         finally:
             bench.close()

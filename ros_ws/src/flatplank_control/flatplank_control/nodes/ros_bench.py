@@ -4,21 +4,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 import yaml
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.serialization import deserialize_message
-from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import Asking
+from flatplank_control.nodes.bench_samples import BenchSamples
 from flatplank_control.nodes.in_force import constants_of
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
@@ -33,10 +31,6 @@ from flatplank_control.runner.quantities import (
     prompt_of,
     prompt_of_plank,
 )
-from flatplank_hw.joining import CycleJoin
-from flatplank_hw.nodes import convert
-from flatplank_hw.nodes.qos import STREAM
-from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import (
     Advance,
     MoveTo,
@@ -68,15 +62,6 @@ BY_HAND = {
 
 AXIS_OF = {node.name: axis for axis, nodes in DRIVEN.items() for node in nodes}
 """node of a driven axis -> the axis"""
-
-SOURCES = {
-    "encoders": (EncoderState, "/encoders/state", convert.encoders_from_msg),
-    "hub": (HubState, "/measurement_hub/state", convert.hub_from_msg),
-    "contact": (WrenchStamped, "/measurement_hub/wrench_contact", convert.wrench_from_msg),
-    "drive": (DriveStatus, "/wheel_drive/status", convert.drive_from_msg),
-}
-OF_HUB = ("hub", "contact")
-"""sources that are one sample: looked at together, of one cycle"""
 
 Seen = Callable[[], bool]
 """the sensors say that it was done"""
@@ -121,18 +106,9 @@ class RosBench:
         self.prompt, self._say = prompt, say
         self._stopped = False
         """the operator has turned the plank's switch to stop"""
-        self._raw: dict[str, bytes] = {}
-        self._join = CycleJoin(OF_HUB, self._on_hub)
-        self._arrival: Future | None = None
-        self._awaited: tuple[str, ...] = ()
         self._clients: dict[str, Any] = {}
         self._asking = Asking(node)
-        self._subscriptions = [
-            node.create_subscription(
-                kind, topic, lambda raw, name=name: self._on_message(name, raw), STREAM, raw=True
-            )
-            for name, (kind, topic, _) in SOURCES.items()
-        ]
+        self.samples = BenchSamples(node)
         self._ticking = node.create_timer(TICK, self._tick)
         self._do = {
             S.Manual: self._manual,
@@ -156,8 +132,7 @@ class RosBench:
 
     def close(self) -> None:
         self.node.destroy_timer(self._ticking)
-        for subscription in self._subscriptions:
-            self.node.destroy_subscription(subscription)
+        self.samples.close()
         for client in self._clients.values():
             self.node.destroy_client(client)
 
@@ -185,58 +160,16 @@ class RosBench:
     async def _tell(self, text: str, _seen: Seen) -> None:
         self._say(text)
 
-    # samples
-    def _on_message(self, name: str, raw: bytes) -> None:
-        if name in OF_HUB:
-            self._join.put(name, convert.raw_stamp_ns(raw), raw)
-        else:
-            self._raw[name] = raw
-        awaited = self._arrival
-        if awaited is not None and name in self._awaited and not awaited.done():
-            awaited.set_result(None)
-
-    def _on_hub(self, at: int, latest: Mapping[str, bytes]) -> None:
-        contact = latest["contact"]
-        if contact is not None and convert.raw_stamp_ns(contact) == at:
-            self._raw |= latest
-
-    async def _message_of(self, *names: str) -> None:
-        """A sample of one of these has come, or a tick of the wall clock has gone by."""
-        self._arrival, self._awaited = Future(), names
-        await self._arrival
-
+    # waiting
     async def until(self, said: Callable[[], bool]) -> None:
         """As long as it takes, whether or not the bench speaks; interrupted like every wait."""
         while not said():
             self.interrupt()
-            await self._message_of()
+            await self.samples.arrival(listening=False)
 
     def _tick(self) -> None:
         self._asking.look()
-        if self._arrival is not None and not self._arrival.done():
-            self._arrival.set_result(None)
-
-    def _silent(self, cycle: int) -> list[str]:
-        """Who has not spoken of a cycle."""
-        s = self.snapshot()
-        if s is None:
-            return sorted(set(SOURCES) - set(self._raw))
-        return [name for name, sample in s._asdict().items() if sample.cycle < cycle]
-
-    def snapshot(self) -> S.Snapshot | None:
-        """The latest samples, when all are there."""
-        if len(self._raw) < len(SOURCES):
-            return None
-        read = {
-            name: read(deserialize_message(self._raw[name], kind))
-            for name, (kind, _, read) in SOURCES.items()
-        }
-        hub = read["hub"]._replace(contact=read["contact"])
-        return S.Snapshot(read["encoders"], hub, read["drive"])
-
-    def plank_moves(self) -> bool:
-        s = self.snapshot()
-        return s is not None and s.encoders.plank_moving
+        self.samples.wake()
 
     async def advance(self, cycles: int) -> None:
         """Let a held bus make cycles, and see the samples of the last one.
@@ -247,12 +180,14 @@ class RosBench:
         cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
         for _ in range(ATTEMPTS):
             end = time.monotonic() + PATIENCE
-            while self._silent(cycle) and time.monotonic() < end:
-                await self._message_of(*SOURCES)
-            if not self._silent(cycle):
+            while self.samples.silent(cycle) and time.monotonic() < end:
+                await self.samples.arrival()
+            if not self.samples.silent(cycle):
                 return
             cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=1)).cycle
-        raise S.PlanFailed(f"no samples of {', '.join(self._silent(cycle))}; is the node running?")
+        raise S.PlanFailed(
+            f"no samples of {', '.join(self.samples.silent(cycle))}; is the node running?"
+        )
 
     # services
     async def call(self, kind: type, name: str, /, **fields: Any) -> Any:
@@ -303,11 +238,13 @@ class RosBench:
     async def _plank_by_hand(self, step: S.Plank) -> None:
         """What the encoder sees needs no key; without a change of motion the key says it."""
         moves = step.direction != 0
-        if self._stopped and not moves and not self.plank_moves():
+        if self._stopped and not moves and not self.samples.plank_moves():
             return
         self._stopped = False
-        changes = self.plank_moves() != moves
-        await self.prompt(prompt_of_plank(step), lambda: changes and self.plank_moves() == moves)
+        changes = self.samples.plank_moves() != moves
+        await self.prompt(
+            prompt_of_plank(step), lambda: changes and self.samples.plank_moves() == moves
+        )
         self._stopped = not moves
         if step.stop_at == step.stop_at:
             at = step.stop_at - TRIGGER_AT
@@ -399,7 +336,7 @@ class RosBench:
 
     def _now(self) -> Time:
         """Stamp of the latest samples."""
-        s = self.snapshot()
+        s = self.samples.snapshot()
         seconds, nanoseconds = divmod(s.encoders.stamp_ns if s else 0, 1_000_000_000)
         return Time(sec=seconds, nanosec=nanoseconds)
 
@@ -418,28 +355,28 @@ class RosBench:
             self.batch = step.batch
 
     async def _wait(self, step: S.Wait) -> None:
-        if self.snapshot() is None:
+        if self.samples.snapshot() is None:
             await self._look_again()
-        s = self.snapshot()
+        s = self.samples.snapshot()
         patience = Patience(step, s.encoders.stamp_ns * 1e-9)
         while not patience.over(s, s.encoders.stamp_ns * 1e-9):
             self.interrupt()
             if self.enough and step.may_end_early:
                 break
             await self._look_again()
-            s = self.snapshot()
+            s = self.samples.snapshot()
         self.enough = False
 
     async def _look_again(self) -> None:
         if self.held:
             await self.advance(CHUNK * self.batch)
         else:
-            before, end = self._raw.get("drive"), time.monotonic() + SILENCE
-            while self._raw.get("drive") is before or self.snapshot() is None:
+            before, end = self.samples.of_drive(), time.monotonic() + SILENCE
+            while self.samples.of_drive() is before or self.samples.snapshot() is None:
                 self.interrupt()
                 if time.monotonic() > end:
                     raise S.PlanFailed("the bench is silent: have its nodes ended?")
-                await self._message_of(*SOURCES)
+                await self.samples.arrival()
 
     async def _on_say(self, step: S.Say) -> None:
         self._say(step.text)

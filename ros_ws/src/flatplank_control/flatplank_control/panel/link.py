@@ -31,9 +31,6 @@ class BenchLink(Protocol):
     async def get_parameters(self, node: str, names: Sequence[str]) -> dict[str, Any]:
         """Values of parameters; empty when the node is not there."""
 
-    def simulated(self) -> bool:
-        """The simulated operator's hands are there: nobody needs to be asked to set something."""
-
     async def measure(self, plan: str, folder: str, simulated: bool) -> Reply:
         """Have the runner make a measurement or a campaign; progress goes to the state."""
 

@@ -48,8 +48,8 @@ def plank_beyond(position: float) -> Condition:
     return lambda s: s.encoders.plank_position >= position or not s.encoders.plank_moving
 
 
-class Seen:
-    """A condition that remembers whether it ever held."""
+class Remembered:
+    """A condition that remembers whether it held when it was last asked."""
 
     def __init__(self, condition: Condition) -> None:
         self._condition = condition

@@ -9,6 +9,7 @@ from typing import Any
 
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import TRIGGER_AT
+from flatplank_control.runner.moves import SLOW, SPEED
 from flatplank_control.runner.performing import Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of
 from flatplank_hw.drive.cia402 import State
@@ -16,7 +17,6 @@ from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 STEP = 0.1
 """[s]"""
-FAST, SLOW = 0.03092, 0.0015
 ROAD = 4.22
 WHEEL_SPEED = 0.15
 """of a move [rad/s]"""
@@ -80,7 +80,7 @@ class DryBench:
 
     def _advance(self) -> None:
         self.time += STEP
-        speed = self._direction * (FAST if self._fast or self._direction < 0 else SLOW)
+        speed = self._direction * (SPEED if self._fast or self._direction < 0 else SLOW)
         self.plank = min(max(self.plank + speed * STEP, -0.01), ROAD)
         if self._direction > 0 and self.plank >= self._stop_at:
             self.plank, self._direction = self._stop_at, 0
@@ -106,7 +106,7 @@ class DryBench:
         moves = self._moves
         fz = self._set.get("load", 0.0)
         force = Wrench(0.0, 0.0, fz, 0.0, 0.0, 0.0)
-        speed = FAST * self._direction if moves else 0.0
+        speed = SPEED * self._direction if moves else 0.0
         steer = math.radians(self._set.get("steer_deg", 0.0))
         camber = math.radians(self._set.get("road_camber_deg", 0.0))
         encoders = EncoderSample(

@@ -29,7 +29,7 @@ from flatplank_control.runner.steps import (
 
 Plan = Iterator[Step]
 SPEED = 0.03092
-"""fast speed of the plank [m/s]"""
+"""fast speed of the plank [m/s], thesis 4.3"""
 SLOW = 0.0015
 """the other one [m/s]"""
 QUICK = 10
@@ -117,7 +117,7 @@ def over_the_road(
         patience = 1.5 * at / SPEED + 20.0
         yield Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience)
         yield from then
-    at_the_end = when.Seen(when.plank_beyond(m.end_position))
+    at_the_end = when.Remembered(when.plank_beyond(m.end_position))
     yield Wait(
         f"the plank is at {m.end_position:g} m",
         at_the_end,

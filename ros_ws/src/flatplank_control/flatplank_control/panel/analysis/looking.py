@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.data import Campaign
+from flatplank_analysis.data.campaign import CAMPAIGN_FILE
 from flatplank_analysis.errors import FlatplankError
 from flatplank_control.panel.analysis.names import CHANNELS, OVER
 from flatplank_control.panel.analysis.stamp import Stamp, stamp_of
@@ -32,7 +33,7 @@ def campaigns(_progress: Progress, root: str) -> list[dict[str, Any]]:
             continue
         bags = sum(1 for _ in folder.glob("*/metadata.yaml"))
         tables = sum(1 for _ in folder.glob("*.parquet")) + sum(1 for _ in folder.glob("*.csv"))
-        if (folder / "campaign.yaml").exists() or bags or tables:
+        if (folder / CAMPAIGN_FILE).exists() or bags or tables:
             found.append({"folder": str(folder.relative_to(base)) or ".", "runs": bags or tables})
     return found
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from flatplank_analysis.data.campaign import CAMPAIGN_FILE
 from flatplank_analysis.data.readers import suffixes
 from flatplank_control.runner.campaign import SUFFIX
 
@@ -13,7 +14,7 @@ Stamp = tuple[tuple[str, int, int], ...]
 
 def stamp_of(folder: str | Path) -> Stamp:
     """Name, time [ns] and size of every file of a run, inside bags too; models are not runs."""
-    ends = (*suffixes(), "campaign.yaml", SUFFIX)
+    ends = (*suffixes(), CAMPAIGN_FILE, SUFFIX)
     base = Path(folder)
     tables = (p for p in base.iterdir() if p.name.lower().endswith(ends))
     files = [p for p in (*tables, *base.glob("*/*")) if p.is_file()]

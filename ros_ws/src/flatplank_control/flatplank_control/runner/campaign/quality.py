@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.moves import SPEED
 
-SPEED = 0.03092
-"""commanded speed of the road [m/s], thesis 4.3"""
 BRAKING = 0.02
 """road before its end on which a plank that was stopped by hand brakes [m]"""
 BEGINS = 0.3

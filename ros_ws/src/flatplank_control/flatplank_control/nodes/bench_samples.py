@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a plan sees of the bench: the latest samples of its nodes, and when the next ones come."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from geometry_msgs.msg import WrenchStamped
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rclpy.task import Future
+
+from flatplank_control.runner.steps import Snapshot
+from flatplank_hw.joining import CycleJoin
+from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_msgs.msg import DriveStatus, EncoderState, HubState
+
+SOURCES = {
+    "encoders": (EncoderState, "/encoders/state", convert.encoders_from_msg),
+    "hub": (HubState, "/measurement_hub/state", convert.hub_from_msg),
+    "contact": (WrenchStamped, "/measurement_hub/wrench_contact", convert.wrench_from_msg),
+    "drive": (DriveStatus, "/wheel_drive/status", convert.drive_from_msg),
+}
+OF_HUB = ("hub", "contact")
+"""sources that are one sample: looked at together, of one cycle"""
+
+
+class BenchSamples:
+    """The latest of every source, kept as it came and read when it is asked for."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._raw: dict[str, bytes] = {}
+        self._join = CycleJoin(OF_HUB, self._on_hub)
+        self._arrival: Future | None = None
+        self._listening = False
+        self._subscriptions = [
+            node.create_subscription(
+                kind, topic, lambda raw, name=name: self._on_message(name, raw), STREAM, raw=True
+            )
+            for name, (kind, topic, _) in SOURCES.items()
+        ]
+
+    def close(self) -> None:
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+
+    def _on_message(self, name: str, raw: bytes) -> None:
+        if name in OF_HUB:
+            self._join.put(name, convert.raw_stamp_ns(raw), raw)
+        else:
+            self._raw[name] = raw
+        if self._listening:
+            self.wake()
+
+    def _on_hub(self, at: int, latest: Mapping[str, bytes]) -> None:
+        contact = latest["contact"]
+        if contact is not None and convert.raw_stamp_ns(contact) == at:
+            self._raw |= latest
+
+    async def arrival(self, listening: bool = True) -> None:
+        """A sample has come, when it is listened for, or somebody has called `wake`."""
+        self._arrival, self._listening = Future(), listening
+        await self._arrival
+
+    def wake(self) -> None:
+        if self._arrival is not None and not self._arrival.done():
+            self._arrival.set_result(None)
+
+    def snapshot(self) -> Snapshot | None:
+        """The latest samples, when all are there."""
+        if len(self._raw) < len(SOURCES):
+            return None
+        read = {
+            name: read(deserialize_message(self._raw[name], kind))
+            for name, (kind, _, read) in SOURCES.items()
+        }
+        hub = read["hub"]._replace(contact=read["contact"])
+        return Snapshot(read["encoders"], hub, read["drive"])
+
+    def of_drive(self) -> bytes | None:
+        """The drive's latest, whose cycle is the last to be whole; as it came."""
+        return self._raw.get("drive")
+
+    def silent(self, cycle: int) -> list[str]:
+        """Who has not spoken of a cycle."""
+        s = self.snapshot()
+        if s is None:
+            return sorted(set(SOURCES) - set(self._raw))
+        return [name for name, sample in s._asdict().items() if sample.cycle < cycle]
+
+    def plank_moves(self) -> bool:
+        s = self.snapshot()
+        return s is not None and s.encoders.plank_moving
