@@ -14,7 +14,7 @@ import pytest
 from ball import Drag, Wind, throw
 
 from flatplank_analysis.discovery.decide import CONDITIONS, _reasons
-from flatplank_analysis.discovery.fit import bounded_step
+from flatplank_analysis.discovery.descent import bounded_step
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, diagnose, undecidable
 from flatplank_analysis.errors import FlatplankError

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bounded Gauss-Newton with lanes: one call computes the Jacobian, one the line search."""
+"""Fits of a model and its effects: what is fitted, from where, and what is known beforehand."""
 
 from __future__ import annotations
 
@@ -8,15 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flatplank_analysis.discovery.descent import Problem, descend
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.parameters import Parameter
-
-TRIALS = ((1e-7, 1.0), (1e-2, 1.0), (1e-7, 0.4), (1e-3, 1.0), (1e-1, 1.0), (1.0, 0.5))
-"""damping and step length of the steps that are tried"""
-FIRST = 2
-"""so many at once; the others only when none of them keeps what the quadratic form promises"""
-KEPT = 0.5
 
 
 @dataclass(frozen=True)
@@ -132,59 +127,33 @@ class Fitter:
     ) -> Fit:
         """Fit from the given start; every iteration lowers the sum of squares or ends.
 
-        The Jacobian of `known`, a fit of the same terms nearby, serves until it fails; between
-        fresh Jacobians Broyden's update is used.
+        The Jacobian of `known`, a fit of the same terms nearby, serves until it fails.
         """
         task = Task(self, base, terms)
-        z = np.clip(task.pack(base, terms), task.lower, task.upper)
-        predicted = self.model.predict([task.lane(z)])[0]
-        chi2 = self._chi2(predicted, z, task.entries)
-        fresh = known is None or known.jacobian is None
-        columns = self._jacobian(z, predicted, task) if fresh else known.jacobian
-        count, was_fresh = 0, fresh
-        while count < iterations:
-            count += 1
-            moves, promised = self._moves(columns, predicted, z, task)
-            tried, values = self._try(moves[:FIRST], task)
-            if not any(chi2 - v > KEPT * promised for v in values):
-                more, further = self._try(moves[FIRST:], task)
-                tried, values = np.concatenate([tried, more]), values + further
-            best = int(np.nanargmin(values)) if np.isfinite(values).any() else 0
-            gain = chi2 - values[best]
-            if gain > 0.0:
-                columns = _broyden(columns, moves[best] - z, tried[best] - predicted)
-                z, predicted, chi2 = moves[best], tried[best], values[best]
-                was_fresh, fresh = fresh, False
-            if gain > 3e-3 * chi2:
-                continue
-            if gain > tolerance * chi2 or not (gain > 0.0 and was_fresh):
-                if fresh:
-                    break
-                columns, fresh = self._jacobian(z, predicted, task), True
-                continue
-            break
-        if not fresh:
-            columns = self._jacobian(z, predicted, task)
-        return self._result(z, terms, task, predicted, chi2, columns, count)
+        centre, strength = self.known_before(task.entries)
+        problem = Problem(
+            self.model.runs.measured,
+            lambda points: self.model.predict([task.lane(z) for z in points]),
+            lambda z, predicted: self.columns(z, predicted, task),
+            lambda values: values * self.weight,
+            lambda chi2: tolerance * chi2,
+            task.lower, task.upper, centre, strength,
+        )  # fmt: skip
+        begin = task.pack(base, terms)
+        end = descend(problem, begin, known.jacobian if known else None, iterations)
+        z, predicted, chi2 = end.point
+        columns = end.columns if end.fresh else self.columns(z, predicted, task)
+        return self._result(z, terms, task, predicted, chi2, columns, end.steps)
 
     def derivative(self, fit: Fit) -> Fit:
         """The same fit with its Jacobian made afresh."""
         task = self.task(fit)
         z = task.pack(fit.base, fit.terms)
-        return replace(fit, jacobian=self._jacobian(z, fit.predicted, task))
+        return replace(fit, jacobian=self.columns(z, fit.predicted, task))
 
     def task(self, fit: Fit) -> Task:
         """The numbers of a fit."""
         return Task(self, fit.base, fit.terms)
-
-    def at(self, task: Task, z: np.ndarray, like: Fit) -> Fit:
-        """The prediction at given numbers; the Jacobian is still that of `like`."""
-        lane = task.lane(z)
-        terms = tuple(
-            replace(t, values=v) for t, (_, v) in zip(task.terms, lane.effects, strict=True)
-        )
-        predicted = self.model.predict([lane])[0]
-        return replace(like, base=lane.base, terms=terms, predicted=predicted)
 
     def grown(self, fit: Fit, term: Term) -> Fit:
         """A fit with one more term at its start values: rows of the Jacobian are added."""
@@ -193,7 +162,7 @@ class Fitter:
         z = task.pack(fit.base, terms)
         predicted = self.model.predict([task.lane(z)])[0]
         new = list(range(len(fit.free), len(z)))
-        rows = self._jacobian(z, predicted, task, new)
+        rows = self.columns(z, predicted, task, new)
         assert fit.jacobian is not None
         columns = np.concatenate([fit.jacobian, rows])
         return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
@@ -234,12 +203,8 @@ class Fitter:
         """A prior counts like a hundredth of the samples of one channel per unit variance."""
         return 0.01 * self.model.runs.measured[0].size * float(self.weight.max() ** 2) * 10.0
 
-    def _chi2(self, predicted, z, entries) -> float:
-        centre, strength = self.known_before(entries)
-        e = (self.model.runs.measured - predicted) * self.weight
-        return float(np.sum(e * e) + np.sum(strength * (z - centre) ** 2))
-
-    def _jacobian(self, z, predicted, task, rows: Sequence[int] | None = None) -> np.ndarray:
+    def columns(self, z, predicted, task, rows: Sequence[int] | None = None) -> np.ndarray:
+        """Derivatives of the prediction at some numbers, all or those of some rows."""
         rows = range(len(z)) if rows is None else rows
         lanes, steps = [], []
         for i in rows:
@@ -252,26 +217,6 @@ class Fitter:
         columns -= predicted
         columns /= np.array(steps)[:, None, None, None]
         return columns
-
-    def _try(self, moves, task) -> tuple[np.ndarray, list[float]]:
-        """Predictions and sums of squares at several end points."""
-        tried = self.model.predict([task.lane(z) for z in moves])
-        return tried, [self._chi2(t, z, task.entries) for t, z in zip(tried, moves, strict=True)]
-
-    def _moves(self, columns, predicted, z, task) -> tuple[list[np.ndarray], float]:
-        """End points of several damped steps, the active bounds held; gain of the first one by
-        the quadratic form."""
-        flat = (columns * self.weight).reshape(len(z), -1)
-        e = ((self.model.runs.measured - predicted) * self.weight).reshape(-1)
-        centre, strength = self.known_before(task.entries)
-        hessian = flat @ flat.T + np.diag(strength)
-        slope = flat @ e - strength * (z - centre)
-        out = []
-        for damping, length in TRIALS:
-            step = bounded_step(hessian, slope, task.lower - z, task.upper - z, damping)
-            out.append(np.clip(z + length * step, task.lower, task.upper))
-        move = out[0] - z
-        return out, float(2.0 * move @ slope - move @ hessian @ move)
 
 
 def priors(entries: Sequence[_Entry]) -> tuple[np.ndarray, np.ndarray]:
@@ -322,34 +267,3 @@ class Task:
             (t.effect, t.effect.vector(n)) for t, n in zip(self.terms, named, strict=True)
         )
         return Lane(base, effects)
-
-
-def _broyden(columns: np.ndarray, move: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Correct a Jacobian so that it explains the last step."""
-    length = float(move @ move)
-    if length < 1e-12:
-        return columns
-    miss = change - np.tensordot(move, columns, axes=1)
-    return columns + (move / length)[:, None, None, None] * miss
-
-
-def bounded_step(hessian, slope, lower, upper, damping: float) -> np.ndarray:
-    """Minimise x'Hx/2 - g'x within a box by holding, one after the other, what leaves it."""
-    size = len(slope)
-    scale = np.sqrt(np.maximum(np.diag(hessian), 1e-30))
-    work = hessian / np.outer(scale, scale) + (damping + 1e-9) * np.eye(size)
-    goal, low, high = slope / scale, lower * scale, upper * scale
-    x = np.zeros(size)
-    held = np.zeros(size, dtype=bool)
-    for _ in range(size + 1):
-        free = ~held
-        if not free.any():
-            break
-        right = goal[free] - work[np.ix_(free, held)] @ x[held]
-        x[free] = np.linalg.solve(work[np.ix_(free, free)], right)
-        out = free & ((x < low) | (x > high))
-        if not out.any():
-            break
-        x[out] = np.clip(x[out], low[out], high[out])
-        held |= out
-    return x / scale

@@ -32,46 +32,49 @@ class Gram:
         )
 
 
-def make_gram(
-    runs: RunSet,
-    whitener: Whitener,
-    residual: np.ndarray,
-    columns: np.ndarray,
-    stiff: np.ndarray,
-    scatter: np.ndarray,
-    channels: tuple[int, ...] | None = None,
-) -> Gram:
-    """Gram of columns (m, channels, runs, samples) and the residual (channels, runs, samples).
+class Metric:
+    """The metric of decisions: what it makes of residuals and columns is summed up as it is.
 
-    stiff (d, channels, runs, samples) are the directions with a random size per run of standard
-    deviation scatter (d,).
+    Noise becomes independent and of unit size; of the stiff directions, which have a random size
+    in every run, as much is taken out as that size makes uncertain.
     """
-    m = len(columns)
-    products = np.zeros((runs.runs, m, m))
-    scores = np.zeros((runs.runs, m))
-    energy = np.zeros(runs.runs)
-    chosen = range(len(runs.channels)) if channels is None else channels
-    alive = {c: np.flatnonzero(np.abs(columns[:, c]).max(axis=(1, 2)) > 0.0) for c in chosen}
-    for r in range(runs.runs):
-        block, ends, loose = [], [], []
-        for c in chosen:
-            white = np.zeros((m, len(whitener.picks)))
-            if len(alive[c]):
-                white[alive[c]] = whitener.apply(columns[alive[c], c, r], r, c)
-            block.append(white)
-            ends.append(whitener.apply(residual[c, r], r, c))
-            loose.append(whitener.apply(stiff[:, c, r], r, c) * scatter[:, None])
-        s = np.concatenate(block, axis=1)
-        e = np.concatenate(ends)
-        g = np.concatenate(loose, axis=1)
-        products[r], scores[r], energy[r] = s @ s.T, s @ e, e @ e
-        if len(g) and np.any(scatter > 0.0):
-            inner = np.linalg.inv(np.eye(len(g)) + g @ g.T)
-            sg, eg = s @ g.T, g @ e
-            products[r] -= sg @ inner @ sg.T
-            scores[r] -= sg @ inner @ eg
-            energy[r] -= eg @ inner @ eg
-    return Gram(products, scores, energy)
+
+    def __init__(self, whitener: Whitener, stiff: np.ndarray, scatter: np.ndarray) -> None:
+        """stiff (d, channels, runs, samples) with a standard deviation of scatter (d,)."""
+        self.whitener = whitener
+        self._sideways = None
+        if len(stiff) and np.any(scatter > 0.0):
+            loose = np.moveaxis(self._white(stiff), 0, 1) * scatter[:, None]
+            values, vectors = np.linalg.eigh(loose @ np.swapaxes(loose, 1, 2))
+            values = np.maximum(values, 1e-30)
+            # the root of 1 - G'(1 + GG')^-1 G is 1 - G'QsQ'G
+            share = (1.0 - 1.0 / np.sqrt(1.0 + values)) / values
+            self._sideways = np.swapaxes(vectors, 1, 2) @ loose * np.sqrt(share)[:, :, None]
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, channels, runs, samples) in units of the noise: (n, runs, m)."""
+        white = self._white(values)
+        if self._sideways is not None:
+            for r, side in enumerate(self._sideways):
+                white[:, r] -= (white[:, r] @ side.T) @ side
+        return white
+
+    def gram(self, residual: np.ndarray, columns: np.ndarray) -> Gram:
+        """Sums of a residual (channels, runs, samples) and columns (n, ... the same)."""
+        s = np.moveaxis(self(columns), 0, 1)
+        e = self(residual[None])[0]
+        return Gram(
+            s @ np.swapaxes(s, 1, 2), (s @ e[:, :, None])[:, :, 0], np.einsum("ri,ri->r", e, e)
+        )
+
+    def _white(self, values: np.ndarray) -> np.ndarray:
+        count, channels, runs, _ = values.shape
+        out = np.zeros((count, runs, channels, len(self.whitener.picks)))
+        for c in range(channels):
+            alive = np.flatnonzero(np.abs(values[:, c]).max(axis=(1, 2)) > 0.0)
+            if len(alive):
+                out[alive, :, c] = self.whitener.apply(values[alive, c], c)
+        return out.reshape(count, runs, -1)
 
 
 def scatter_of(
@@ -85,8 +88,7 @@ def scatter_of(
     d = len(stiff)
     if not d:
         return np.zeros(0)
-    zero = np.zeros(d)
-    gram = make_gram(runs, whitener, contrast, stiff, stiff, zero)
+    gram = Metric(whitener, stiff, np.zeros(d)).gram(contrast, stiff)
     sizes = np.array([len(runs.groups[c]) for c in runs.condition])
     extra = np.zeros(d)
     order = np.array(runs.order, dtype=float)

@@ -46,13 +46,18 @@ class Whitener:
     roughness: np.ndarray | None = None
     """(runs, samples) factor on the noise"""
 
-    def apply(self, values: np.ndarray, run: int, channel: int) -> np.ndarray:
-        """Whiten values (..., samples) of one run and channel: (..., picks)."""
-        factor = self.factors[channel, int(self.base_of[run])]
+    def apply(self, values: np.ndarray, channel: int) -> np.ndarray:
+        """Whiten values (n, runs, samples) of one channel: (n, runs, picks)."""
         picked = values[..., self.picks]
         if self.roughness is not None:
-            picked = picked / self.roughness[run, self.picks]
-        return (picked @ factor.T) / self.noises[channel].scale[run]
+            picked = picked / self.roughness[:, self.picks]
+        out = np.empty(picked.shape)
+        for base in np.unique(self.base_of):
+            rows = self.base_of == base
+            flat = picked[:, rows].reshape(-1, len(self.picks))
+            white = flat @ self.factors[channel, int(base)].T
+            out[:, rows] = white.reshape(len(values), -1, len(self.picks))
+        return out / self.noises[channel].scale[:, None]
 
 
 def fit_noise(

@@ -200,19 +200,18 @@ class _Searcher:
         tried.sort(key=lambda pair: -pair[0].drop)
         step.refits = [d for d, _ in tried]
         for rough, near in self.preferred(tried):
-            # from both places: the one may end in a corner of the law
-            bases = (state.fit.base, near.fit.base)
-            fits = [self.fitter.fit(base, near.fit.terms) for base in bases]
-            fit = min(fits, key=lambda f: f.chi2)
-            index = len(fit.terms) - 1
+            index = len(near.fit.terms) - 1
             looked = self.looked_at[rough.term.effect.identifier]
-            best = min((state.settle(f) for f in (near.fit, *fits)), key=lambda w: w.chi2)
+            best = state.settle(near.fit)
             # the place found with the effect may be a better one without it, too
             less = state.settle(self.fitter.shrunk(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
-            decision = fair.decide(best, index, looked, plain=fit)
-            if not decision.accepted:
+            if not fair.decide(best, index, looked).accepted:
                 continue
+            # from both places: the one may end in a corner of the law
+            fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
+            fit = min(fits, key=lambda f: f.chi2)
+            decision = fair.decide(best, index, looked, plain=fit)
             taken = Found(decision, *self.alike(step, decision))
             return self.step_of(fit, [*step.found, taken], near=best.fit)
         return None

@@ -41,10 +41,8 @@ class State:
     candidates: list[Candidate]
     floors: list[floors.Floor]
     """per channel"""
-    whitener: noises.Whitener
-    stiff: np.ndarray
-    """(d, channels, runs, samples)"""
-    scatter: np.ndarray
+    metric: grams.Metric
+    """of decisions"""
     whitened: Whitened
     """the same model where the whitened chi2 is smallest"""
 
@@ -55,13 +53,11 @@ class State:
 
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
         """Whitened sums of products of any columns and residual."""
-        return grams.make_gram(
-            self.runs, self.whitener, residual, columns, self.stiff, self.scatter
-        )
+        return self.metric.gram(residual, columns)
 
     def settle(self, fit: Fit, most: int = 12) -> Whitened:
         """The smallest whitened chi2 near a fit."""
-        return settle(self.gram, self.fitter, fit, most)
+        return settle(self.metric, self.fitter, fit, most)
 
 
 def make_candidates(
@@ -136,18 +132,13 @@ def make_state(
     whitener = noises.make_whitener(runs, model_noise)
     scatter = grams.scatter_of(runs, whitener, contrasts, stiff)
 
-    def sums(e: np.ndarray, columns: np.ndarray) -> grams.Gram:
-        return grams.make_gram(runs, whitener, e, columns, stiff, scatter)
-
-    found = settle(sums, fitter, near or fit)
+    metric = grams.Metric(whitener, stiff, scatter)
+    found = settle(metric, fitter, near or fit)
     found = replace(found, fit=fitter.derivative(found.fit))
     if near is None:
         # the whitened fit may lie far from the plain one, and there columns look different
         candidates = make_candidates(model, found.fit, effects, residual)
-    return State(
-        model, fitter, fit, residual, candidates, levels, whitener, stiff, scatter,
-        found,
-    )  # fmt: skip
+    return State(model, fitter, fit, residual, candidates, levels, metric, found)
 
 
 def _amplitudes(fit: Fit) -> list[np.ndarray]:

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The descent in a valley that bends, at walls, and with a Jacobian that is out of date."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from flatplank_analysis.discovery.descent import Problem, bounded_step, descend
+
+WIDE = np.full(2, 10.0)
+
+
+def _bent(sharp: float, lower=-WIDE, upper=WIDE) -> tuple[Problem, list[int]]:
+    """Rosenbrock's valley as residuals, its bottom at (1, 1); and how often it was asked."""
+    asked = [0, 0]
+
+    def of(z: np.ndarray) -> np.ndarray:
+        return np.array([sharp * (z[1] - z[0] ** 2), z[0]]).reshape(1, 1, 2)
+
+    def predict(points: list[np.ndarray]) -> np.ndarray:
+        asked[0] += 1
+        return np.array([of(z) for z in points])
+
+    def jacobian(z: np.ndarray, _predicted: np.ndarray) -> np.ndarray:
+        asked[1] += 1
+        return np.array([[-2.0 * sharp * z[0], 1.0], [sharp, 0.0]]).reshape(2, 1, 1, 2)
+
+    nothing = np.zeros(2)
+    problem = Problem(
+        np.array([0.0, 1.0]).reshape(1, 1, 2), predict, jacobian, lambda v: v,
+        lambda _e: 1e-9, lower, upper, nothing, nothing,
+    )  # fmt: skip
+    return problem, asked
+
+
+@pytest.mark.parametrize("sharp", [3.0, 10.0, 30.0])
+def test_a_bent_valley_is_followed_to_its_bottom(sharp):
+    problem, asked = _bent(sharp)
+    end = descend(problem, np.array([-1.2, 1.0]), steps=60, jacobians=60)
+    np.testing.assert_allclose(end.point.z, [1.0, 1.0], atol=1e-4)
+    assert asked[1] <= 30
+
+
+def test_the_bottom_beyond_a_wall_is_found_at_the_wall():
+    problem, _ = _bent(10.0, upper=np.array([0.5, 10.0]))
+    end = descend(problem, np.array([-1.2, 1.0]), steps=60, jacobians=60)
+    np.testing.assert_allclose(end.point.z, [0.5, 0.25], atol=1e-4)
+
+
+def test_a_jacobian_that_is_out_of_date_is_made_anew():
+    problem, asked = _bent(10.0)
+    wrong = -problem.jacobian(np.array([-1.2, 1.0]), np.zeros(0))
+    end = descend(problem, np.array([-1.2, 1.0]), wrong, steps=60, jacobians=60)
+    np.testing.assert_allclose(end.point.z, [1.0, 1.0], atol=1e-4)
+    assert asked[1] > 1
+
+
+def test_no_jacobian_is_made_when_none_is_left():
+    problem, asked = _bent(100.0)
+    given = problem.jacobian(np.array([-1.2, 1.0]), np.zeros(0))
+    end = descend(problem, np.array([-1.2, 1.0]), given, jacobians=0)
+    assert asked[1] == 1
+    assert not end.fresh
+    assert end.point.energy < 4.84 + (100.0 * 0.44) ** 2
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_bounded_step_is_the_best_one_in_its_box(seed):
+    """Against a solver that is known to be right, many walls in the way."""
+    rng = np.random.default_rng(seed)
+    a = rng.standard_normal((30, 12)) @ np.diag(np.geomspace(1.0, 1e-3, 12))
+    goal = a @ rng.standard_normal(12) * 5.0 + rng.standard_normal(30)
+    lower, upper = -rng.uniform(0.0, 2.0, 12), rng.uniform(0.0, 2.0, 12)
+    known = lsq_linear(a, goal, (lower, upper), method="bvls", tol=1e-14)
+    found = bounded_step(a.T @ a, a.T @ goal, lower, upper, 0.0)
+    assert np.all((found >= lower - 1e-12) & (found <= upper + 1e-12))
+    assert np.sum((a @ found - goal) ** 2) <= np.sum((a @ known.x - goal) ** 2) * (1.0 + 1e-6)
