@@ -55,10 +55,11 @@ class TireModel:
         for effects, rows in kinds.items():
             for start in range(0, len(rows), CHUNK):
                 part = rows[start : start + CHUNK]
-                out[part] = self._group(effects, [lanes[i] for i in part])
+                for c, channel in enumerate(self._group(effects, [lanes[i] for i in part])):
+                    out[part, c] = channel
         return out
 
-    def _group(self, effects: tuple, lanes: list[Lane]) -> np.ndarray:
+    def _group(self, effects: tuple, lanes: list[Lane]) -> list[np.ndarray]:
         values = np.stack([lane.base for lane in lanes])
         base = {name: values[:, i] for i, name in enumerate(self._names)}
         own = [
@@ -185,7 +186,7 @@ class TireModel:
             )
             force[:, :, n] = state[1]
 
-    def _signal(self, base: dict, force: np.ndarray, deep: list) -> np.ndarray:
+    def _signal(self, base: dict, force: np.ndarray, deep: list) -> list[np.ndarray]:
         rolling = base["fx_offset"][:, None, None] * self._moving
         fx = force[0] + rolling + base["fx_zero"][:, None, None]
         signal = Signal(self.data, fx, force[1].copy(), np.zeros_like(fx), force[0], force[1])
@@ -195,7 +196,7 @@ class TireModel:
                 _act(effect, instance.signal, signal, names, force.shape[1:])
         if "fz" in names and np.any(signal.fz):
             signal.fz = self.data.only_common(signal.fz)
-        return np.stack([getattr(signal, name) for name in names], axis=1)
+        return [getattr(signal, name) for name in names]
 
 
 def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
