@@ -62,7 +62,8 @@ def start_bench(page: Page) -> None:
 
 
 def ticks(pages: list[Page]) -> list[int]:
-    return [page.evaluate("fp.ticks") for page in pages]
+    """Updates of every page since it was loaded; 0 while it loads itself anew."""
+    return [page.evaluate("globalThis.fp ? fp.ticks : 0") for page in pages]
 
 
 def main(minutes: float = 2.0) -> None:
@@ -112,10 +113,11 @@ def watch(server: int, address: str, minutes: float) -> None:
             count, begun = ticks(pages), time.perf_counter()
             spin(client, 60.0)
             rates = [
-                (b - a) / (time.perf_counter() - begun)
+                max(b - a, 0) / (time.perf_counter() - begun)
                 for a, b in zip(count, ticks(pages), strict=True)
             ]
             text = "  ".join(f"{rate:5.2f}" for rate in rates)
+            text += "  (0: stood still or was loaded anew)" if min(rates) == 0.0 else ""
             sizes = memory([server]), memory(browsers(os.getpid()))
             minutes_seen.append((min(rates), *sizes))
             print(f"  {minute:6d}   {text}   {sizes[0]:15.0f}   {sizes[1]:13.0f}", flush=True)

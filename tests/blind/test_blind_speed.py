@@ -9,8 +9,8 @@ import pytest
 from flatplank_control.cli import bench_discovery as bench
 
 GOOD = {
-    "runs": 27, "first_ranking": 4.0, "seconds": 5.5, "memory": 700.0, "verdict": "at floor",
-    "named": [],
+    "runs": 27, "first_ranking": 4.0, "screening": 2.0, "seconds": 5.5, "memory": 700.0,
+    "verdict": "at floor", "named": [],
 }  # fmt: skip
 
 
@@ -24,12 +24,17 @@ def test_each_campaign_hides_one_more():
         before = tables
 
 
-@pytest.mark.parametrize("worse", [{"first_ranking": 5.1}, {"seconds": 6.1}, {"memory": 1025.0}])
+@pytest.mark.parametrize(
+    "worse", [{"first_ranking": 5.1}, {"screening": 3.1}, {"seconds": 6.1}, {"memory": 1025.0}]
+)
 def test_what_is_not_as_wanted_ends_with_one(monkeypatch, capsys, worse):
     monkeypatch.setattr(bench, "WANTED", {0: 6.0})
     monkeypatch.setattr(bench, "measure", lambda _: GOOD)
     assert bench.main([]) == 0
-    assert "first ranking  4.0 s (<= 5), all   5.5 s (<= 6)" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert (
+        "first ranking  4.0 s (<= 5), screening 2.0 base fits (<= 3), all   5.5 s (<= 6)" in said
+    )
     monkeypatch.setattr(bench, "measure", lambda _: GOOD | worse)
     assert bench.main([]) == 1
 
@@ -39,5 +44,6 @@ def test_what_is_not_as_wanted_ends_with_one(monkeypatch, capsys, worse):
 def test_times_and_memory_are_those_of_a_search():
     found = bench.measure(1, "small")
     assert 0.0 < found["first_ranking"] < found["seconds"]
+    assert 0.0 < found["screening"] < 20.0
     assert 100.0 < found["memory"] < 2048.0
     assert "drive_backlash" in found["named"]

@@ -72,6 +72,8 @@ class Search:
     seconds: float
     looked_at: dict[str, int]
     """by effect: in how many ways it was looked for, times the number of effects"""
+    base_fit: float
+    """seconds that the first fit took"""
     first_ranking: float
     """seconds until the first ranking was there"""
     polished: State | None = None
@@ -154,6 +156,7 @@ class _Searcher:
     def run(self) -> Search:
         self.say("fit of the base", 0.0)
         fit = self.first_fit()
+        fitted = time.perf_counter() - self.began
         step = self.step_of(fit, [], update=True)
         first = time.perf_counter() - self.began
         steps = [step]
@@ -165,7 +168,7 @@ class _Searcher:
             step = self.backward(after)
             steps.append(step)
         seconds = time.perf_counter() - self.began
-        return Search(self.model, self.effects, steps, seconds, self.looked_at, first)
+        return Search(self.model, self.effects, steps, seconds, self.looked_at, fitted, first)
 
     def first_fit(self) -> Fit:
         base = start_base(self.model, self.options.start)

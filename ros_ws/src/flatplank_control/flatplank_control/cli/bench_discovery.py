@@ -27,8 +27,8 @@ SIZES = {"drive_backlash": 8e-4, "parasitic_force": 80.0, "wear": 0.2}
 detectable size"""
 WANTED = {0: 6.0, 1: 15.0, 2: None, 3: 40.0}
 """effects that are hidden -> whole time [s]"""
-RANKING, MEMORY = 5.0, 1024.0
-"""[s] until the first ranking, [MiB]"""
+RANKING, SCREENING, MEMORY = 5.0, 3.0, 1024.0
+"""[s] until the first ranking; screening of all effects in base fits; [MiB]"""
 SEED, SCATTER = 5, 0.01
 
 
@@ -63,6 +63,7 @@ def diagnose(count: int, design: str) -> dict[str, Any]:
     return {
         "runs": data.runs.runs,
         "first_ranking": result.search.first_ranking,
+        "screening": result.search.first_ranking / result.search.base_fit - 1.0,
         "seconds": result.seconds,
         "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         "verdict": result.verdict,
@@ -82,7 +83,8 @@ def line_of(count: int, found: dict[str, Any]) -> str:
     whole = f"{found['seconds']:5.1f} s ({f'<= {limit:.0f}' if limit else 'no limit'})"
     return (
         f"{count} hidden, {found['runs']} runs: first ranking {found['first_ranking']:4.1f} s "
-        f"(<= {RANKING:.0f}), all {whole}, memory {found['memory']:4.0f} MiB (<= {MEMORY:.0f}); "
+        f"(<= {RANKING:.0f}), screening {found['screening']:.1f} base fits (<= {SCREENING:.0f}), "
+        f"all {whole}, memory {found['memory']:4.0f} MiB (<= {MEMORY:.0f}); "
         f"{found['verdict']}: {', '.join(found['named']) or '-'}"
     )
 
@@ -92,6 +94,7 @@ def kept(count: int, found: dict[str, Any]) -> bool:
     limit = WANTED[count]
     return (
         found["first_ranking"] <= RANKING
+        and found["screening"] <= SCREENING
         and found["memory"] <= MEMORY
         and (limit is None or found["seconds"] <= limit)
     )
