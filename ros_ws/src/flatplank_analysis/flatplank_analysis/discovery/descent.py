@@ -111,9 +111,10 @@ def descend(
     if columns is None:
         columns = problem.jacobian(at.z, at.predicted)
     here = True  # the Jacobian is good at this point, or is said to be
+    fan = None
     while count < steps:
         count += 1
-        fan = _Fan(problem, at, columns)
+        fan = fan or _Fan(problem, at, columns)
         enough = problem.enough(at.energy)
         if fan.promised > enough:
             end, damping = fan.best(damping)
@@ -121,7 +122,7 @@ def descend(
             if gain > 0.0:
                 as_said = here and abs(fan.promised - gain) < enough
                 columns = _broyden(columns, end.z - at.z, end.predicted - at.predicted)
-                at, fresh, here = end, False, False
+                at, fan, fresh, here = end, None, False, False
                 if as_said and _inside(problem, at.z):
                     break
                 if gain > FAR * at.energy:
@@ -135,7 +136,7 @@ def descend(
         if jacobians <= 0:
             break
         jacobians -= 1
-        columns, fresh, here = problem.jacobian(at.z, at.predicted), True, True
+        columns, fan, fresh, here = problem.jacobian(at.z, at.predicted), None, True, True
     return Descent(at, columns, fresh, count)
 
 
@@ -164,9 +165,9 @@ class _Fan:
         dampings = [float(np.clip(damping * s, LEAST, MOST)) for s in SPREAD]
         moves = [self.step(self.slope, self.at.z, d) for d in dampings]
         near = [self.at.z + PROBE * m for m in moves]
-        straight = self.problem.points([self.at.z + m for m in moves], near)
-        felt = straight[len(moves) :]
-        tried = [(undamped, LEAST), *zip(straight, dampings, strict=False)]
+        points = self.problem.points([self.at.z + m for m in moves], near)
+        straight, felt = points[: len(moves)], points[len(moves) :]
+        tried = [(undamped, LEAST), *zip(straight, dampings, strict=True)]
         tried += self.bent(moves, dampings, felt)
         lower = [t for t in tried if t[0].energy < self.at.energy]
         again = self.at, min(damping / SPREAD[0], MOST)

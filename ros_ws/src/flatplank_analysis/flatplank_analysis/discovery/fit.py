@@ -44,7 +44,7 @@ class Fit:
     """(channels, runs, samples)"""
     chi2: float
     """weighted sum of squares with the priors"""
-    jacobian: np.ndarray | None
+    jacobian: np.ndarray
     """(free parameters, channels, runs, samples), in the scale of the parameters"""
     free: tuple[tuple[int, str], ...] = ()
     """what the rows of the Jacobian are: (-1, base parameter) or (term, parameter)"""
@@ -99,7 +99,6 @@ def growth(fit: Fit, index: int) -> np.ndarray:
 
 def amplitude(fit: Fit, index: int) -> np.ndarray:
     """Response to growing the whole effect by its own size (channels, runs, samples)."""
-    assert fit.jacobian is not None
     return np.tensordot(growth(fit, index), fit.jacobian, axes=1)
 
 
@@ -143,7 +142,7 @@ class Fitter:
         end = descend(problem, begin, known.jacobian if known else None, iterations)
         z, predicted, chi2 = end.point
         columns = end.columns if end.fresh else self.columns(z, predicted, task)
-        return self._result(z, terms, task, predicted, chi2, columns, end.steps)
+        return self._result(z, task, predicted, chi2, columns, end.steps)
 
     def derivative(self, fit: Fit) -> Fit:
         """The same fit with its Jacobian made afresh."""
@@ -163,13 +162,11 @@ class Fitter:
         predicted = self.model.predict([task.lane(z)])[0]
         new = list(range(len(fit.free), len(z)))
         rows = self.columns(z, predicted, task, new)
-        assert fit.jacobian is not None
         columns = np.concatenate([fit.jacobian, rows])
         return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
     def shrunk(self, fit: Fit, index: int) -> Fit:
         """A fit without one of its terms, the rest as it is."""
-        assert fit.jacobian is not None
         keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]
         terms = tuple(t for i, t in enumerate(fit.terms) if i != index)
         task = Task(self, fit.base, terms)
@@ -179,9 +176,8 @@ class Fitter:
             known=task.known,
         )  # fmt: skip
 
-    def _result(self, z, terms, task, predicted, chi2, columns, count) -> Fit:
-        lane = task.lane(z)
-        new = tuple(replace(t, values=v) for t, (_, v) in zip(terms, lane.effects, strict=True))
+    def _result(self, z, task, predicted, chi2, columns, count) -> Fit:
+        base, terms = task.unpack(z)
         stopped = [
             i
             for i, (e, v) in enumerate(zip(task.entries, z, strict=True))
@@ -190,7 +186,7 @@ class Fitter:
         ]
         bound = tuple(task.entries[i].parameter.name for i in stopped)
         return Fit(
-            lane.base, new, predicted, chi2, columns, task.free, bound, count, task.known
+            base, terms, predicted, chi2, columns, task.free, bound, count, task.known
         )  # fmt: skip
 
     def known_before(self, entries) -> tuple[np.ndarray, np.ndarray]:
@@ -252,6 +248,14 @@ class Task:
                 / e.scale
                 for e in self.entries
             ]
+        )
+
+    def unpack(self, z: np.ndarray) -> tuple[np.ndarray, tuple[Term, ...]]:
+        """Base and terms of scaled numbers."""
+        lane = self.lane(z)
+        values = (v for _, v in lane.effects)
+        return lane.base, tuple(
+            replace(t, values=v) for t, v in zip(self.terms, values, strict=True)
         )
 
     def lane(self, z: np.ndarray) -> Lane:

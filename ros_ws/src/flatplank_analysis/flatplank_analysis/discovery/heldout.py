@@ -67,7 +67,6 @@ class _Form:
     """A fit's sum of squares near its end; numbers: the base, then each effect in own sizes."""
 
     def __init__(self, state: State, fit: Fit, effects: Sequence[int]) -> None:
-        assert fit.jacobian is not None
         self.state, self.fit = state, fit
         rest = [i for i, (owner, _) in enumerate(fit.free) if owner not in effects]
         self.count = len(rest)

@@ -56,7 +56,6 @@ def screen(state: State) -> Screen:
     """Rank all candidates of a state."""
     blocks = [c.columns for c in state.candidates]
     fit = state.whitened.fit
-    assert fit.jacobian is not None
     columns = fit.jacobian[fit.loose()]
     own = len(columns)
     columns = np.concatenate([columns, *blocks])

@@ -209,12 +209,13 @@ class _Searcher:
             # the place found with the effect may be a better one without it, too
             less = state.settle(self.fitter.shrunk(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
-            if not fair.decide(best, index, looked).accepted:
+            decision = fair.decide(best, index, looked)
+            if not decision.accepted:
                 continue
             # from both places: the one may end in a corner of the law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
             fit = min(fits, key=lambda f: f.chi2)
-            decision = fair.decide(best, index, looked, plain=fit)
+            decision = replace(decision, held_out_gain=heldout.gain(state, fit, index))
             taken = Found(decision, *self.alike(step, decision))
             return self.step_of(fit, [*step.found, taken], near=best.fit)
         return None

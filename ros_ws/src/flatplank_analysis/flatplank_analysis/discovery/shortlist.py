@@ -82,7 +82,6 @@ def negligible(item: Screened) -> bool:
 def line_search(model: Model, state: State, item: Screened) -> Term:
     """Size with the smallest whitened chi2 once the base has moved along."""
     effect, fit = item.candidate.effect, state.whitened.fit
-    assert fit.jacobian is not None
     width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
     terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
     terms += [term_of(item.candidate, np.ones_like(width) * s) for s in (1.0, 3.0)]

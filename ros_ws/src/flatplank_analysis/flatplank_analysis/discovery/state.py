@@ -90,7 +90,6 @@ def make_candidates(
 
 def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
     """Responses to the stiff directions of the base."""
-    assert fit.jacobian is not None
     scale = {p.name: abs(p.screen) for p in model.parameters if p.screen}
     rows = {name: i for i, (term, name) in enumerate(fit.free) if term < 0}
     out = []
@@ -143,7 +142,6 @@ def make_state(
 
 def _amplitudes(fit: Fit) -> list[np.ndarray]:
     """Jacobian columns of each effect in the model."""
-    assert fit.jacobian is not None
     owners = np.array([term for term, _ in fit.free])
     return [fit.jacobian[owners == i] for i in range(len(fit.terms))]
 

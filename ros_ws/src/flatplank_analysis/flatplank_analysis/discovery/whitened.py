@@ -19,8 +19,6 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, priors
 
 ENOUGH = 0.5
 """gain of the whitened chi2 that is no evidence of anything"""
-Metric = Callable[[np.ndarray], np.ndarray]
-"""(n, channels, runs, samples) -> n rows in units of the noise; see `gram.Metric`"""
 
 
 @dataclass(frozen=True)
@@ -31,12 +29,14 @@ class Whitened:
     chi2: float
 
 
-def settle(metric: Metric, fitter: Fitter, fit: Fit, most: int = 12) -> Whitened:
+def settle(
+    metric: Callable[[np.ndarray], np.ndarray], fitter: Fitter, fit: Fit, most: int = 12
+) -> Whitened:
     """Smallest whitened chi2 near a fit, with `most` Jacobians, that of the fit counted.
 
+    metric: values (n, channels, runs, samples) in units of the noise, n rows; see `gram.Metric`.
     What is known beforehand and may not imitate an effect stays as it is.
     """
-    assert fit.jacobian is not None
     task, loose = fitter.task(fit), fit.loose()
     begin = task.pack(fit.base, fit.terms)
 
@@ -56,11 +56,8 @@ def settle(metric: Metric, fitter: Fitter, fit: Fit, most: int = 12) -> Whitened
         task.lower[loose], task.upper[loose], centre[loose], width[loose] ** -2.0,
     )  # fmt: skip
     end = descend(problem, begin[loose], fit.jacobian[loose], jacobians=most - 1)
-    lane = task.lane(whole(end.point.z))
-    terms = tuple(replace(t, values=v) for t, (_, v) in zip(fit.terms, lane.effects, strict=True))
+    base, terms = task.unpack(whole(end.point.z))
     columns = fit.jacobian.copy()
     columns[loose] = end.columns
-    found = replace(
-        fit, base=lane.base, terms=terms, predicted=end.point.predicted, jacobian=columns
-    )
+    found = replace(fit, base=base, terms=terms, predicted=end.point.predicted, jacobian=columns)
     return Whitened(found, end.point.energy)
