@@ -53,15 +53,10 @@ def killed(folder, text: str, complete: bool) -> None:
     record.save(folder / record.name)
 
 
-async def nothing_in_force(_bench, _book) -> dict:
-    return {}
-
-
 def go_on(folder, text: str, monkeypatch) -> list:
     monkeypatch.setattr(
         campaign_runner, "outcome_of", lambda path, *_: Outcome(path.name, GOOD, {})
     )
-    monkeypatch.setattr(campaign_runner, "calibration_of", nothing_in_force)
     bench = PaperBench()
     runner = CampaignRunner(bench, text, str(folder), resume=True)
     try:

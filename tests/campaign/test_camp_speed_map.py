@@ -5,13 +5,15 @@ read."""
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 from flatplank_control.bench.start_bench import StartBench
 from flatplank_control.speed_map import RoadMap, learn
-from flatplank_control.speed_map.learn import Run
+from flatplank_control.speed_map.learn import Run, check_follows
 from flatplank_hw.plant.truth import truth_row
 
 DEFECTS = {
@@ -68,8 +70,8 @@ def road() -> RoadMap:
 
 def test_the_map_is_learnt_from_the_force_of_a_run_without_slip(road, tmp_path):
     assert road.road_scale == pytest.approx(1.0015, abs=1.5e-4)
-    assert math.hypot(road.turn_cos, road.turn_sin) == pytest.approx(40e-6, rel=0.25)
-    assert math.hypot(road.tooth_cos, road.tooth_sin) == pytest.approx(20e-6, rel=0.25)
+    assert math.hypot(road.mesh_turn_cos, road.mesh_turn_sin) == pytest.approx(40e-6, rel=0.25)
+    assert math.hypot(road.mesh_tooth_cos, road.mesh_tooth_sin) == pytest.approx(20e-6, rel=0.25)
     road.save(tmp_path / "road.yaml")
     assert RoadMap.load(tmp_path / "road.yaml") == road
 
@@ -123,3 +125,33 @@ def test_a_road_encoder_needs_no_map():
 def test_bad_input_is_refused():
     with pytest.raises(ValueError, match="give kappa = 0 runs"):
         learn([], 2e5, 0.4)
+
+
+@pytest.mark.parametrize("sequencer, rolled", [({"follow_until": 100.0}, ""), ({}, r"0\.99\d\d")])
+def test_only_runs_whose_wheel_followed_the_encoder_are_taken(sequencer, rolled):
+    run, _ = drive(0.0, 2.2, **sequencer)
+    radius = truth_row(StartBench("toyo").config, FZ, PRESSURE).effective_rolling_radius
+    if not rolled:
+        check_follows(run, radius, "a.parquet")
+        return
+    with pytest.raises(ValueError, match=f"a.parquet: the wheel rolled {rolled}.*--road follow"):
+        check_follows(run, radius, "a.parquet")
+
+
+@pytest.mark.parametrize("text, said", [
+    (None, "cannot be read"),
+    ("road_scale: [", "not YAML"),
+    ("- 1.0", "no map of the road"),
+    ("road_scale: 1.0", "it has no force_left"),
+    ("{whole}turn: 1.0", "unknown parameter 'turn'"),
+    ("{whole}road_scale: fast", "road_scale must be a number"),
+    ("{whole}road_scale: 3.0", "road_scale"),
+])  # fmt: skip
+def test_a_bad_map_is_told_in_one_line(tmp_path, text, said):
+    path = tmp_path / "road.yaml"
+    if text is not None:
+        whole = "".join(f"{key}: {value}\n" for key, value in asdict(RoadMap()).items())
+        path.write_text(text.replace("{whole}", whole))
+    with pytest.raises(ValueError, match=re.escape(said)) as refused:
+        RoadMap.load(path)
+    assert str(refused.value).startswith(str(path)) and "\n" not in str(refused.value)

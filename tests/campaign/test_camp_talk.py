@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from camp_plans import small
 
+from flatplank_control.cli.run import redo
 from flatplank_control.cli.talk import NOT_ALL_GOOD, Talk, conclude
-from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
+from flatplank_control.cli.wishes import OF_A_RUN, tell
+from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.quality import Finding
 
 GOOD = Verdict((Finding("settling", 1.0, 2.0),))
@@ -52,3 +56,60 @@ def test_flagged_and_skipped_runs_are_named_and_have_an_exit_code(
     assert f"{1 if skip else 2} of 2 runs in {tmp_path}" in said
     assert ("flagged: b: settling 3 (limit 2)" in said) == (verdict is BAD)
     assert (f"skipped: {job.run.key} (small.yaml:7)" in said) == skip
+
+
+def three_runs(folder):
+    plan = small(
+        "r_e: given\nattempts: 1\n",
+        "runs:\n- {measurement: slip, start: [1, 2, 3], effective_rolling_radius: 0.31}\n",
+    )
+    return plan, Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
+
+
+def test_flagged_and_skipped_runs_are_made_once_more(tmp_path, capsys):
+    plan, journal = three_runs(tmp_path)
+    conductor = Conductor(plan, journal)
+    conductor.finish(conductor.take(), Outcome("a", GOOD))
+    flagged = conductor.take()
+    conductor.finish(flagged, Outcome("b", BAD))
+    skipped = conductor.take()
+    conductor.skip(skipped.run.key, "the operator")
+    redo(plan, tmp_path)
+    assert capsys.readouterr().out == "2 flagged or skipped runs are made once more\n"
+    _, journal = three_runs(tmp_path)
+    conductor = Conductor(plan, journal)
+    again = conductor.take()
+    assert (again.run.key, again.attempt) == (flagged.run.key, 2)
+    assert again.measurement.name == f"{flagged.measurement.name}_r02"
+    conductor.finish(again, Outcome("b_r02", GOOD))
+    last = conductor.take()
+    assert (last.run.key, last.measurement.name) == (skipped.run.key, skipped.measurement.name)
+    conductor.finish(last, Outcome("c", BAD))
+    assert conductor.over
+    assert [file for _, file in conductor.kept()] == ["a", "b_r02", "c"]
+    assert conclude(plan, three_runs(tmp_path)[1]) == NOT_ALL_GOOD
+    assert "1 flagged, 0 skipped: " in capsys.readouterr().out
+
+
+def test_nothing_can_be_made_once_more_before_it_was_made(tmp_path):
+    plan, _ = three_runs(tmp_path / "elsewhere")
+    with pytest.raises(ValueError, match="has no runs of this plan yet; leave it out"):
+        redo(plan, tmp_path)
+    assert not list(tmp_path.glob(f"*{SUFFIX}"))
+
+
+def test_a_key_is_one_service_of_the_runner(capsys):
+    class Runner:
+        def __init__(self) -> None:
+            self.asked: list[str] = []
+
+        def call(self, _kind, name):
+            self.asked.append(name)
+            return SimpleNamespace(success=len(self.asked) > 1, message="nothing is being asked")
+
+    runner = Runner()
+    for key in ("", "x", "r", "c", "e"):
+        tell(runner, OF_A_RUN, key)
+    assert runner.asked == ["/measurement_runner/confirm", "/measurement_runner/enough"]
+    said = capsys.readouterr().out.splitlines()
+    assert said == ["nothing is being asked", OF_A_RUN["e"].text]

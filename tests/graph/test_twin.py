@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The held graph and the twin give the same samples, bit for bit."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -11,9 +12,12 @@ from flatplank_control.bench.log import BagLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
 from flatplank_control.bench.twin_bench import TwinBench
+from flatplank_control.recording.run_record import load_record
 from flatplank_control.recording.typestore import typestore
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_control.speed_map.learn import RoadMap
+from flatplank_control.speed_map.use import with_road
 from flatplank_control.topics import RECORDED
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
@@ -22,6 +26,8 @@ SOURCE_TOPICS = {
     "slip": {"/slip_sequencer/state", "/wheel_drive/reference"},
     "free_rolling": {"/free_rolling_controller/state", "/wheel_drive/reference"},
 }
+ITS_OWN = {"uuid", "started", "ended"}
+"""what no two runs have in common"""
 EVERY_CYCLE = {
     spec.name
     for spec in RECORDED
@@ -40,18 +46,30 @@ def decoded(bag: Path) -> dict[str, list[tuple[int, str]]]:
     return found
 
 
-@pytest.mark.parametrize("kind", sorted(SOURCE_TOPICS))
-def test_graph_and_twin_record_the_same(kind, tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind, map_of_the_road", [
+    ("slip", None), ("slip", RoadMap(1.0015, 40e-6, -10e-6, 20e-6, 5e-6)), ("free_rolling", None),
+])  # fmt: skip
+def test_graph_and_twin_record_the_same(kind, map_of_the_road, tmp_path, monkeypatch):
+    setup = BenchSetup(pace="hold", seed=SEED)
+    if map_of_the_road:
+        map_of_the_road.save(tmp_path / "road.yaml")
+        setup = with_road(setup, str(tmp_path / "road.yaml"))
     measurement = Measurement(
         measurement=kind, kappa=-0.05, start=2, step_position=0.02, end_position=0.08
     )
     plan = {k: v for k, v in vars(measurement).items() if v != "" and v != {}}
-    with graph(tmp_path, monkeypatch, seed=SEED) as bench:
+    with graph(tmp_path, monkeypatch, seed=SEED, parameters=setup.parameters) as bench:
         (bag,) = bench.client.measure(plan, simulated=True)
     folder = tmp_path / "twin"
     folder.mkdir()
-    twin = TwinBench(Twin(BenchSetup(pace="hold", seed=SEED)), BagLog(folder))
+    twin = TwinBench(Twin(setup), BagLog(folder))
     twin.perform(plan_of(measurement))
+    records = [load_record(path) for path in (Path(bag), twin.kept[0])]
+    used = [{k: v for k, v in asdict(r).items() if k not in ITS_OWN} for r in records]
+    assert used[0] == used[1]
+    if map_of_the_road:
+        said = records[0].parameters["slip_sequencer"]
+        assert map_of_the_road.parameters().items() <= {"tooth_pitch": 0.01571, **said}.items()
     ours, theirs = decoded(Path(bag)), decoded(twin.kept[0])
     topics = EVERY_CYCLE | SOURCE_TOPICS[kind]
     assert topics <= set(ours) & set(theirs)

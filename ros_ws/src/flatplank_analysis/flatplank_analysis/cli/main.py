@@ -60,8 +60,9 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     try:
         return int(known[name].load()(rest) or 0)
-    except KeyboardInterrupt:
-        print(f"flatplank {name}: stopped", file=sys.stderr)
+    except KeyboardInterrupt as end:
+        why = f" ({end})" if str(end) else ""
+        print(f"flatplank {name}: stopped{why}", file=sys.stderr)
         return 130
     except BrokenPipeError:
         # the reader (`| head`) has gone; keep the interpreter from complaining about it at exit

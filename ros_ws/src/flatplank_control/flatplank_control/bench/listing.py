@@ -35,6 +35,5 @@ def write_campaign(folder: Path, runs: Sequence[tuple[Measurement, Path]]) -> No
 
 
 def _entry(m: Measurement, path: Path) -> dict:
-    leave = ("name", "calibration")
-    record = {k: v for k, v in m.record().items() if v not in (None, "", {}) and k not in leave}
+    record = {k: v for k, v in m.record().items() if v not in (None, "", {}) and k != "name"}
     return {"file": path.name, **record}

@@ -106,10 +106,9 @@ class BenchSetup:
             "load_controller": {"rate_hz": graph_rate, "enabled": True},
             "steering_hold": {"rate_hz": graph_rate, "enabled": True},
             "camber_hold": {"rate_hz": graph_rate, "enabled": True, "axis": "camber"},
-            "recorder": {"folder": self.data},
+            "recorder": {"folder": self.data, "calibration": self.calibration},
             "measurement_runner": {
                 "held": self.pace == "hold",
-                "calibration": self.calibration,
                 "driven_plank": "plank" in self.axes,
             },
         }
@@ -120,17 +119,6 @@ class BenchSetup:
         if self.kind == "lab":
             return {}
         return {"free_radius": PlantConfig.load(self.tire).tire.free_radius}
-
-    def plant_record(self) -> dict[str, Any] | None:
-        """What the run record says of a simulated machine."""
-        if self.kind == "lab":
-            return None
-        return {
-            "tire": self.tire,
-            "preset": self.preset,
-            "file": self.plant_file,
-            "seed": self.seed,
-        }
 
     def write(self, folder: Path) -> dict[str, Path]:
         """One parameter file per node in `folder`; node name -> file."""

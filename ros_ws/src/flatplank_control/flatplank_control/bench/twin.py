@@ -15,7 +15,7 @@ from flatplank_hw.bus.image import AxisCommand, BusInputs
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
-from flatplank_hw.params import from_mapping
+from flatplank_hw.params import from_mapping, to_mapping
 from flatplank_hw.plant import Plant, PlantConfig
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 
@@ -65,6 +65,19 @@ class Twin:
         self.batch = setup.batch
         self.latest: Cycle | None = None
         self._commands: tuple[AxisCommand, ...] = ()
+
+    def in_force(self) -> dict[str, dict[str, Any]]:
+        """node -> parameters as they are now."""
+        cores = {
+            "measurement_hub": self.hub,
+            "encoders": self.encoders,
+            "wheel_drive": self.drive,
+            "free_rolling_controller": self.controller,
+            "slip_sequencer": self.sequencer,
+        }
+        found = {name: to_mapping(core.parameters) for name, core in cores.items()}
+        bus = self.setup.nodes()[-1]
+        return {**found, bus.name: self.setup.of(bus)}
 
     def set_mode(self, mode: str, value: float):
         """Operation mode of the wheel drive; the source of the mode begins anew."""

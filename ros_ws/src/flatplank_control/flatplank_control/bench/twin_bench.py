@@ -6,18 +6,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 from flatplank_control.bench.axes import TwinAxis
 from flatplank_control.bench.log import RunLog
 from flatplank_control.bench.twin import Twin
+from flatplank_control.calibration.book import Book
 from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.moves import by_drive
 from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.plans import let_go, safe_end
-from flatplank_control.runner.quantities import QUANTITIES, SET_UP, condition_of, prompt_of
+from flatplank_control.runner.provenance import complete
+from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
 from flatplank_hw.drive import AxisDrive
 
 
@@ -125,10 +128,9 @@ class TwinBench:
 
     def _record(self, step: S.Record) -> None:
         s = self.snapshot()
-        cores = {"measurement_hub": self.twin.hub, "encoders": self.twin.encoders}
-        facts = {k: getattr(cores[n].parameters, k) for n, names in SET_UP.items() for k in names}
-        facts["plant"] = self.twin.setup.plant_record()
-        record = record_from_dict({**step.record, **facts})
+        book = Book(Path(self.twin.setup.calibration))
+        record = record_from_dict(step.record)
+        record = complete(record, self.twin.in_force(), book, date.today())
         self._log.start(record, s.encoders.stamp_ns if s else 0, step.at_once)
         self._recording = True
 

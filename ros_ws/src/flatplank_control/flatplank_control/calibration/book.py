@@ -34,13 +34,14 @@ class Instrument(NamedTuple):
 
 
 HUB, ENCODERS = "measurement_hub", "encoders"
+DRIVE, SLIP, FREE = "wheel_drive", "slip_sequencer", "free_rolling_controller"
 INSTRUMENTS = {
     "hub_fx": Instrument(730, ("k_fx1", "k_fx2"), (HUB,)),
     "hub_fy": Instrument(730, ("k_fy",), (HUB,)),
     "hub_fz": Instrument(730, ("k_fz1", "k_fz2"), (HUB,)),
     "lvdt": Instrument(365, ("lvdt_gain", "lvdt_offset"), (HUB,)),
-    "plank_encoder": Instrument(365, ("pinion_pitch_radius",), (ENCODERS,)),
-    "motor": Instrument(365, ("gear_ratio",), (ENCODERS, HUB, "wheel_drive")),
+    "plank_encoder": Instrument(365, ("pinion_pitch_radius",), (ENCODERS, SLIP)),
+    "motor": Instrument(365, ("gear_ratio",), (ENCODERS, HUB, DRIVE, SLIP, FREE)),
     "parasitic": Instrument(30, (FIT,), (HUB,)),
 }
 
@@ -160,19 +161,21 @@ class Book:
         return found
 
     def record(self, today: datetime.date, in_force: Constants) -> dict[str, Any]:
-        """The `calibration` of a run record: what the nodes have, and what is known of it."""
+        """The `calibration` of a run record: what the nodes that are there have, and what is known
+        of it."""
         stale = {
             (node, key)
             for node, values in self.parameters().items()
             for key, value in values.items()
-            if in_force[node][key] != value
+            if node in in_force and in_force[node][key] != value
         }
         found = {}
         for name, text in self.status(today).items():
             _, keys, nodes = INSTRUMENTS[name]
             if stale.intersection((node, key) for node in nodes for key in keys):
                 text = f"not in force: of {self.entries[name].date}; start the bench again"
-            found[name] = {"status": text, **{key: in_force[nodes[0]][key] for key in keys}}
+            values = next((in_force[node] for node in nodes if node in in_force), {})
+            found[name] = {"status": text, **{k: values[k] for k in keys if k in values}}
         return found
 
 

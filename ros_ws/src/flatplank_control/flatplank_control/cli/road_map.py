@@ -10,8 +10,9 @@ import numpy as np
 
 from flatplank_analysis.data import Campaign
 from flatplank_control.bench.judging import read
-from flatplank_control.speed_map import learn
-from flatplank_control.speed_map.learn import Run
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import ENCODERS, book_for
+from flatplank_control.speed_map.learn import Run, check_follows, learn
 
 
 def runs_of(folder: Path) -> list[Run]:
@@ -21,9 +22,10 @@ def runs_of(folder: Path) -> list[Run]:
         if run.info.measurement == "slip" and abs(run.info.kappa) < 1e-9:
             c = read(folder / run.info.file).columns
             rising = c["plank_position"] >= 0.0
-            found.append(
-                Run(*(np.asarray(c[n])[rising] for n in ("plank_position", "wheel_angle", "fx")))
-            )
+            names = ("plank_position", "wheel_angle", "fx")
+            samples = Run(*(np.asarray(c[n])[rising] for n in names))
+            check_follows(samples, run.info.effective_rolling_radius, str(folder / run.info.file))
+            found.append(samples)
     if not found:
         raise ValueError(f"{folder}: no slip runs at kappa = 0; measure some with --road follow")
     return found
@@ -37,10 +39,12 @@ def main(argv: list[str]) -> int:
     p.add_argument("--sigma", type=float, required=True, help="relaxation length [m]")
     p.add_argument("--out", type=Path, default=Path("road.yaml"), help="file of the map")
     o = p.parse_args(argv)
-    road = learn(runs_of(o.folder), 1e3 * o.cx, o.sigma)
+    nodes = BenchSetup(kind="lab", calibration=str(book_for(o.folder).path)).constants()
+    radius = nodes[ENCODERS]["pinion_pitch_radius"]
+    road = learn(runs_of(o.folder), 1e3 * o.cx, o.sigma, pitch_radius=radius)
     road.save(o.out)
-    turn = float(np.hypot(road.turn_cos, road.turn_sin))
-    tooth = float(np.hypot(road.tooth_cos, road.tooth_sin))
+    turn = float(np.hypot(road.mesh_turn_cos, road.mesh_turn_sin))
+    tooth = float(np.hypot(road.mesh_tooth_cos, road.mesh_tooth_sin))
     print(
         f"travel {road.road_scale:.5f} of the encoder's, mesh {1e6 * turn:.0f} um once per turn, "
         f"{1e6 * tooth:.0f} um per tooth; {road.force_left:.1f} N are not explained"

@@ -6,13 +6,13 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from datetime import date
 from pathlib import Path
 
 from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.bench import axes_of
 from flatplank_control.cli.keys import Keys
 from flatplank_control.cli.talk import Talk, conclude
+from flatplank_control.cli.wishes import OF_A_CAMPAIGN, tell
 from flatplank_control.runner.campaign import (
     SUFFIX,
     CampaignPlan,
@@ -31,15 +31,11 @@ from flatplank_hw.share import config_file
 
 STOPPED = 130
 KEYS = {
-    "c": ("confirm what was asked for", "confirm"),
-    "e": ("enough: this run ends here and is kept", "enough"),
-    "r": ("repeat this run from its beginning", "repeat"),
-    "d": ("discard this run and go on", "discard"),
-    "s": ("skip this run", "skip"),
-    "n": ("note", ""),
-    "p": ("pressure of the tire after the latest run", ""),
+    **{key: wish.text for key, wish in OF_A_CAMPAIGN.items()},
+    "n": "note",
+    "p": "pressure of the tire after the latest run",
 }
-"""key -> (what it does, service of the runner)"""
+"""key -> what it does"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -50,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--data", type=Path, help="campaign folder; default: data/NAME")
     p.add_argument("--lab", action="store_true", help="manual steps are asked for")
     p.add_argument("--new", action="store_true", help="refuse to go on with an earlier campaign")
+    p.add_argument("--redo", action="store_true", help="make flagged and skipped runs once more")
     p.add_argument("--jobs", type=int, help="processes of the twin; default: all cores")
     p.add_argument("--bags", action="store_true", help="the twin writes bags, not tables")
     p.add_argument("--preset", default="", help="defects of the simulated machine: thesis2023")
@@ -79,6 +76,18 @@ def shipped_plans() -> str:
     return ", ".join(sorted(p.stem for p in (one.parent / "plans").glob("*.yaml"))) if one else ""
 
 
+def redo(plan: CampaignPlan, folder: Path) -> None:
+    """Have flagged and skipped runs made once more; ValueError when there is no journal."""
+    path = folder / f"{plan.name}{SUFFIX}"
+    if not path.is_file():
+        raise ValueError(f"--redo: {folder} has no runs of this plan yet; leave it out")
+    journal = Journal(path, plan.name, plan.digest)
+    doubtful = [run.key for run in plan.runs if journal.doubtful(run.key)]
+    for key in doubtful:
+        journal.again(key)
+    print(f"{len(doubtful)} flagged or skipped runs are made once more", flush=True)
+
+
 def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
     """The campaign in this process."""
     from flatplank_control.bench.campaign_run import run_on_twin
@@ -86,12 +95,11 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
     from flatplank_control.speed_map.use import with_road
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
-    book = book_for(folder)
     setup = BenchSetup(
         preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold", axes=axes_of(o.axes),
-        calibration=str(book.path),
+        calibration=str(book_for(folder).path),
     )  # fmt: skip
-    conductor = Conductor(plan, journal, book.record(date.today(), setup.constants()))
+    conductor = Conductor(plan, journal)
     if conductor.done and o.new:
         print(f"flatplank run: {folder} has {conductor.done} runs of this plan", file=sys.stderr)
         return 1
@@ -123,7 +131,7 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
 
     try:
         with BenchClient() as client, Keys() as keys:
-            print("keys: " + ", ".join(f"{k} {what}" for k, (what, _) in KEYS.items()), flush=True)
+            print("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()), flush=True)
             client.measure(
                 text, simulated=not o.lab, folder=str(folder), resume=not o.new,
                 hear=hear, idle=lambda: on_key(keys, client, path),
@@ -141,11 +149,8 @@ def on_key(keys: Keys, client, journal: Path) -> None:
         note(journal, keys.line("note: "))
     elif key == "p":
         _pressure(journal, keys.line("pressure [bar]: "))
-    elif key in KEYS:
-        from std_srvs.srv import Trigger
-
-        answer = client.call(Trigger, f"/measurement_runner/{KEYS[key][1]}")
-        print(KEYS[key][0] if answer.success else answer.message, flush=True)
+    else:
+        tell(client, OF_A_CAMPAIGN, key)
 
 
 def _pressure(journal: Path, text: str) -> None:
@@ -170,6 +175,8 @@ def main(argv: list[str]) -> int:
         return 0
     folder = (o.data or Path("data") / plan.name).resolve()
     try:
+        if o.redo:
+            redo(plan, folder)
         return on_twin(plan, paper, o, folder) if o.sim else on_bench(plan, o, folder)
     except (ValueError, PlanFailed) as error:
         print(f"flatplank run: {error}", file=sys.stderr)

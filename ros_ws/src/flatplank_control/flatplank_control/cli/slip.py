@@ -6,6 +6,8 @@ from __future__ import annotations
 import argparse
 import sys
 
+from flatplank_control.cli.keys import Keys
+from flatplank_control.cli.wishes import OF_A_RUN, tell
 from flatplank_control.runner.measurement import from_mapping
 
 
@@ -24,6 +26,10 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--start", type=int, default=1, choices=(1, 2, 3), help="0, 120, 240 deg")
     p.add_argument("--lab", action="store_true", help="manual steps are asked for, not simulated")
     return p
+
+
+def say(text: str) -> None:
+    print(text, flush=True)
 
 
 def main(argv: list[str]) -> int:
@@ -48,9 +54,13 @@ def main(argv: list[str]) -> int:
     from_mapping(plan, "flatplank slip")
     from flatplank_control.nodes.client import BenchClient, BenchError
 
+    def look() -> None:
+        tell(client, OF_A_RUN, keys.pressed())
+
     try:
-        with BenchClient() as client:
-            for bag in client.measure(plan, simulated=not options.lab, say=print):
+        with BenchClient() as client, Keys() as keys:
+            print("keys: " + ", ".join(f"{k} {wish.text}" for k, wish in OF_A_RUN.items()))
+            for bag in client.measure(plan, simulated=not options.lab, say=say, idle=look):
                 print(bag)
     except BenchError as error:
         print(f"flatplank slip: {error}", file=sys.stderr)

@@ -37,8 +37,9 @@ def conclude(plan: CampaignPlan, journal: Journal) -> int:
     """Say what became of every run; 0 when all are there and good."""
     known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]
     made = [done for _, done in known if done.ok]
-    flagged = [done for done in made if not done.facts.get("good", True)]
-    skipped = [run for run, done in known if done.skipped]
+    doubtful = [(run, done) for run, done in known if journal.doubtful(run.key)]
+    flagged = [done for _, done in doubtful if not done.skipped]
+    skipped = [run for run, done in doubtful if done.skipped]
     print(f"{len(made)} of {len(plan.runs)} runs in {journal.path.parent}")
     for done in flagged:
         print(f"flagged: {done.files[-1]}: {done.facts.get('verdict', 'see the journal')}")
@@ -48,6 +49,6 @@ def conclude(plan: CampaignPlan, journal: Journal) -> int:
         return 0
     print(
         f"{len(flagged)} flagged, {len(skipped)} skipped: look at the flagged ones before they "
-        "are used; to make runs again, write a plan of them under a name of its own"
+        "are used; --redo makes them once more"
     )
     return NOT_ALL_GOOD

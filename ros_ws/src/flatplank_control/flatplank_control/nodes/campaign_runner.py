@@ -10,7 +10,6 @@ from typing import Any
 from flatplank_control.bench.judging import outcome_of
 from flatplank_control.bench.listing import list_kept
 from flatplank_control.calibration.fit_check import TurnWatch
-from flatplank_control.nodes.in_force import calibration_of
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, plan_from_text
 from flatplank_control.runner.campaign.adopting import unwritten
@@ -31,10 +30,7 @@ class Wished(Exception):
 class CampaignRunner:
     """One campaign; `wish` is set from outside and looked at between steps and during waits."""
 
-    def __init__(
-        self, bench: RosBench, text: str, folder: str, resume: bool, book: str = ""
-    ) -> None:
-        """`book`: of the calibrations that the bench was started with."""
+    def __init__(self, bench: RosBench, text: str, folder: str, resume: bool) -> None:
         if not folder:
             raise ValueError("a campaign needs a folder for its bags and its journal")
         plan = plan_from_text(text, "plan")
@@ -44,7 +40,7 @@ class CampaignRunner:
         bench.axes = tuple(sorted(axes))
         self.wish = ""
         self.journal = Journal(self.folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
-        self.conductor, self._book = Conductor(plan, self.journal), book
+        self.conductor = Conductor(plan, self.journal)
         self._durations = paper.durations
         if self.conductor.done and not resume:
             raise ValueError(
@@ -58,7 +54,6 @@ class CampaignRunner:
         await self._leave_behind(tell)
         list_kept(self.conductor, self.folder)
         self.bench.interrupt = lambda: self._look(cancelled)
-        self.conductor.calibration = await calibration_of(self.bench, self._book)
         while job := self.conductor.take():
             name = job.measurement.name
             tell(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)

@@ -11,7 +11,6 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
-from flatplank_control.nodes.in_force import calibration_of
 from flatplank_control.nodes.ros_bench import RosBench, Seen
 from flatplank_control.runner import measurement, plans
 from flatplank_control.runner.campaign import is_campaign
@@ -29,7 +28,6 @@ class RunnerParameters(Params):
         False, "simulated bus in pace hold: cycles are asked for, runs repeat exactly"
     )
     driven_plank: bool = param(False, "the plank has a drive instead of the switch")
-    calibration: str = param("", "book that the bench was started with; empty: none")
 
 
 class MeasurementRunnerNode(BenchNode):
@@ -71,6 +69,7 @@ class MeasurementRunnerNode(BenchNode):
     def on_enough(self, _request, response):
         """The road under way ends here; the run is kept."""
         response.success = self.bench is not None
+        response.message = "" if response.success else "no measurement is under way"
         if self.bench is not None:
             self.bench.enough = True
         return response
@@ -138,8 +137,7 @@ class MeasurementRunnerNode(BenchNode):
                 raise PlanFailed("cancelled")
 
         bench.interrupt = look
-        calibration = await calibration_of(bench, self.parameters.calibration)
-        wanted = measurement.from_mapping({"calibration": calibration, **data}, "plan")
+        wanted = measurement.from_mapping(data, "plan")
         bench.axes = plans.axes_of(wanted)
         for step in plans.plan_of(wanted):
             look()
@@ -150,7 +148,7 @@ class MeasurementRunnerNode(BenchNode):
         """A campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
-            bench, request.plan, request.folder, request.resume, self.parameters.calibration
+            bench, request.plan, request.folder, request.resume
         )
 
         def tell(text: str) -> None:

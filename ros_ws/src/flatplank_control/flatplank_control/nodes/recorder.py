@@ -13,11 +13,14 @@ from pathlib import Path
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from flatplank_control.calibration.book import Book
+from flatplank_control.nodes.in_force import Asked, clients
 from flatplank_control.recording.arrivals import Arrivals
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.run_record import record_from_yaml
 from flatplank_control.recording.session import RecordingSession, State
+from flatplank_control.runner.provenance import InForce, complete
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
@@ -41,6 +44,7 @@ class RecorderParameters(Params):
     pre_trigger: float = param(
         2.0, "kept from before the motion trigger", unit="s", bounds=(0.0, 60.0)
     )
+    calibration: str = param("", "book that the bench was started with; empty: none")
 
 
 def message_class(name: str) -> type:
@@ -71,6 +75,9 @@ class RecorderNode(BenchNode):
     def connect(self) -> None:
         self.changed_something: Future | None = None
         self.publish_run = self.speak(Run, "/run", LATCHED)
+        self.parameters_of = clients(self)
+        for client in self.parameters_of.values():
+            self._teardown.append(partial(self.destroy_client, client))
         for spec in RECORDED:
             latched = spec.qos.durability == "transient_local"
             with_header = not spec.type.startswith("std_msgs/")
@@ -114,6 +121,14 @@ class RecorderNode(BenchNode):
             await self.something()
         return behind
 
+    async def answers(self, asked: Asked, end: float) -> InForce:
+        """What the nodes say, until `end` of the monotonic clock; who does not, is told."""
+        while asked.waiting() and time.monotonic() < end:
+            await self.something()
+        for name in asked.waiting():
+            self.get_logger().warning(f"{name} does not say its parameters: not in the run record")
+        return asked.take()
+
     def poll(self) -> None:
         self.guarded(self.session.poll)
         self.tell_waiting()
@@ -136,7 +151,10 @@ class RecorderNode(BenchNode):
             self.publish_run(message)
 
     async def on_start(self, request, response):
+        end = time.monotonic() + INTRODUCTION
+        asked = Asked(self.parameters_of, self.tell_waiting)
         silent = await self.hear(request.after, INTRODUCTION)
+        in_force = await self.answers(asked, end)
         if silent:
             return answer(
                 response,
@@ -149,13 +167,15 @@ class RecorderNode(BenchNode):
             record = record.with_changes(started=record.started or utc_now())
             if request.name:
                 record = record.with_changes(name=request.name)
+            book = Book(Path(self.parameters.calibration))
+            record = complete(record, in_force, book, datetime.date.today())
             path = self.session.start(
                 record,
                 self.arrivals.bus_ns,
                 folder=request.folder or None,
                 at_once=request.at_once,
             )
-        except RecordingError as error:
+        except ValueError as error:
             return answer(response, False, str(error))
         self.say()
         return answer(response, True, "", path=str(path), uuid=record.uuid)

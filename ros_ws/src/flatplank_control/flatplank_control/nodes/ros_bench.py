@@ -17,7 +17,6 @@ from std_srvs.srv import SetBool, Trigger
 from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import Asking
 from flatplank_control.nodes.bench_samples import BenchSamples
-from flatplank_control.nodes.in_force import constants_of
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import TRIGGER_AT
@@ -26,7 +25,6 @@ from flatplank_control.runner.performing import CHUNK, Patience
 from flatplank_control.runner.plans import SPEED, let_go, safe_end
 from flatplank_control.runner.quantities import (
     QUANTITIES,
-    SET_UP,
     condition_of,
     prompt_of,
     prompt_of_plank,
@@ -321,14 +319,12 @@ class RosBench:
         await self.call(Trigger, "/measurement_hub/tare")
 
     async def _record(self, step: S.Record) -> None:
-        set_up = await constants_of(self, SET_UP)
-        record = {**step.record, **{k: v for own in set_up.values() for k, v in own.items()}}
         response = await self.call(
             StartRecording,
             "/recorder/start",
             name=str(step.record.get("name", "")),
             folder=self.folder,
-            record=yaml.safe_dump(record),
+            record=yaml.safe_dump(dict(step.record)),
             after=self._now(),
             at_once=step.at_once,
         )

@@ -238,11 +238,9 @@ class Operator:
     ) -> str:
         """Arm the recorder; it writes from the motion trigger on, or at once."""
         self.charge.check(page)
-        record = {"tire": "X", "measurement": "manual"} | dict(facts) | await self.constants()
+        record = {"tire": "X", "measurement": "manual"} | dict(facts)
         record |= {"name": check.name(name), "notes": check.note(note)}
         record["operator"] = self.charge.name
-        if self.host.setup is not None:
-            record["plant"] = self.host.setup.plant_record()
         return await self._do(
             page,
             "record",

@@ -85,8 +85,6 @@ class Measurement:
     """[m]"""
     session: Mapping[str, Any] = field(default_factory=dict)
     """room temperature, paper batch and what else the plan says of the day"""
-    calibration: Mapping[str, Any] = field(default_factory=dict)
-    """what is known of the instruments, expired and absent ones too"""
 
     def __post_init__(self) -> None:
         found = self._refuse()

@@ -16,8 +16,11 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
-from flatplank_hw.params import nearest
+from flatplank_hw.params import Params, from_mapping, param
 
+FOLLOWS = 3e-4
+"""a wheel that follows the encoder keeps to its travel within this part; the mean error that a map
+is for is five times as large"""
 SETTLED = 0.6
 """of the road until the start is forgotten [m]"""
 
@@ -33,43 +36,51 @@ class Run(NamedTuple):
     """[N]"""
 
 
-@dataclass(frozen=True)
-class RoadMap:
-    """Travel of the road over what the encoder says."""
+_MESH = (-1e-3, 1e-3)
 
-    road_scale: float
-    """mean; the parameter of the slip sequencer"""
-    turn_cos: float
-    """once per turn of the pinion [m]"""
-    turn_sin: float
-    tooth_cos: float
-    """once per tooth [m]"""
-    tooth_sin: float
-    force_left: float
-    """rms of Fx that the map does not explain [N]"""
+
+@dataclass(frozen=True)
+class RoadMap(Params):
+    """Travel of the road over what the encoder says; its names are those of the slip sequencer."""
+
+    road_scale: float = param(1.0, "mean", bounds=(0.9, 1.1))
+    mesh_turn_cos: float = param(0.0, "once per turn of the pinion", unit="m", bounds=_MESH)
+    mesh_turn_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
+    mesh_tooth_cos: float = param(0.0, "once per tooth", unit="m", bounds=_MESH)
+    mesh_tooth_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
+    tooth_pitch: float = param(0.01571, "of the rack", unit="m", bounds=(0.001, 0.2))
+    force_left: float = param(
+        0.0, "rms of Fx that the map does not explain", unit="N", bounds=(0.0, 1e5)
+    )
 
     def parameters(self) -> dict[str, float]:
         """Of the slip sequencer: what follows the road's travel by this map."""
-        return {
-            "road_scale": self.road_scale,
-            "mesh_turn_cos": self.turn_cos,
-            "mesh_turn_sin": self.turn_sin,
-            "mesh_tooth_cos": self.tooth_cos,
-            "mesh_tooth_sin": self.tooth_sin,
-        }
+        values = asdict(self)
+        del values["force_left"]
+        return values
 
     def save(self, path: Path) -> None:
         path.write_text(yaml.safe_dump(asdict(self), sort_keys=False), encoding="utf-8")
 
     @staticmethod
     def load(path: Path) -> RoadMap:
-        """ValueError names an unknown key."""
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        known = RoadMap.__dataclass_fields__
-        for key in data:
-            if key not in known:
-                raise ValueError(f"{path}: unknown key '{key}'{nearest(key, known)}")
-        return RoadMap(**data)
+        """ValueError says what is wrong with the file."""
+        try:
+            data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ValueError(
+                f"{path}: cannot be read ({error.strerror}); flatplank road-map makes one"
+            ) from None
+        except (yaml.YAMLError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
+        found = data if isinstance(data, dict) else {}
+        missing = set(RoadMap.__dataclass_fields__).difference(found)
+        if missing:
+            raise ValueError(
+                f"{path}: no map of the road, it has no {sorted(missing)[0]}; "
+                "flatplank road-map makes one"
+            )
+        return from_mapping(RoadMap, found, str(path))
 
 
 def learn(
@@ -106,4 +117,23 @@ def learn(
     slip = float(p[0]) / (stiffness * relaxation)
     left = float(np.sqrt(np.mean((f - a @ p) ** 2)))
     turn_cos, turn_sin, tooth_cos, tooth_sin = (float(v) for v in p[1:5])
-    return RoadMap(float(scale / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, left)
+    return RoadMap(
+        float(scale / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, tooth, left
+    )
+
+
+def check_follows(run: Run, radius: float, where: str) -> None:
+    """ValueError when the wheel did not follow the encoder: its force then tells another error.
+
+    radius: effective rolling radius by which the wheel was turned [m].
+    """
+    keep = run.position > SETTLED
+    if np.count_nonzero(keep) < 2:
+        raise ValueError(f"{where}: ends at {run.position.max():.2f} m; 1 m is needed")
+    x, rolled = run.position[keep], radius * run.wheel_angle[keep]
+    part = float((rolled[-1] - rolled[0]) / (x[-1] - x[0]))
+    if not abs(part - 1.0) < FOLLOWS:
+        raise ValueError(
+            f"{where}: the wheel rolled {part:.4f} of the encoder's travel; "
+            "a map is learnt from runs that were made with --road follow"
+        )

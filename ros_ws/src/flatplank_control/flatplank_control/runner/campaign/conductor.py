@@ -49,11 +49,8 @@ class Conductor:
         self,
         plan: CampaignPlan,
         journal: Journal,
-        calibration: Mapping[str, Any] | None = None,
     ) -> None:
-        """`calibration`: said in every run record."""
         self.plan, self.journal = plan, journal
-        self.calibration = dict(calibration or {})
         self._waiting = [r for r in plan.runs if not journal.finished(r.key)]
         self._busy: set[str] = set()
         self._index = {r.key: k for k, r in enumerate(plan.runs)}
@@ -107,13 +104,6 @@ class Conductor:
         """The run was interrupted: it will be made again."""
         self._busy.discard(job.run.key)
 
-    def again(self, key: str) -> None:
-        """Make a finished run once more."""
-        run = self.plan.runs[self._index[key]]
-        if run not in self._waiting:
-            self.journal.done.pop(key, None)
-            self._waiting.insert(0, run)
-
     def skip(self, key: str, why: str) -> None:
         """Leave a run out, and what depends on it."""
         for run in list(self._waiting):
@@ -142,7 +132,6 @@ class Conductor:
             run.measurement,
             run_index=self._index[run.key],
             name=self._name(run, attempt),
-            calibration=self.calibration,
             session=self._session(run.measurement),
         )
         if not run.needs:

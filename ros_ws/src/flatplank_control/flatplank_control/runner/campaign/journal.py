@@ -67,6 +67,17 @@ class Journal:
     def skip(self, key: str, why: str) -> None:
         self._write({"event": "skip", "run": key, "why": why})
 
+    def again(self, key: str) -> None:
+        """The run is to be made once more; the files of its attempts stay."""
+        self._write({"event": "again", "run": key})
+
+    def doubtful(self, key: str) -> bool:
+        """The run was skipped, or all of its attempts were flagged."""
+        done = self.done.get(key)
+        if done is None:
+            return False
+        return done.skipped or (done.ok and not done.facts.get("good", True))
+
     def finished(self, key: str) -> bool:
         """The run needs no further attempt."""
         return key in self.done and (self.done[key].ok or self.done[key].skipped)
@@ -84,6 +95,9 @@ class Journal:
             self.interrupted = key
         elif line["event"] == "skip":
             self.done.setdefault(key, Done()).skipped = True
+        elif line["event"] == "again":
+            entry = self.done[key]
+            entry.ok = entry.skipped = False
         elif line["event"] == "end":
             entry = self.done.setdefault(key, Done())
             entry.files.append(line["file"])

@@ -50,7 +50,7 @@ SESSION: dict[str, tuple[float, float] | None] = {
 """fact of the session that a run record keeps beside its own fields -> its range; none: text"""
 NOT_OF_A_BLOCK = {
     **dict.fromkeys(("tire", "serial", "operator", "session"), "write it once, at the top"),
-    **dict.fromkeys(("name", "run_index", "calibration"), "leave it out: the run gets its own"),
+    **dict.fromkeys(("name", "run_index"), "leave it out: the run gets its own"),
     "repeat": "give repeats",
 }
 """field of a measurement that no block may have -> what to do"""

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the bench says of a run by itself: constants, calibrations, unusual parameters, machine and
+software."""
+
+from __future__ import annotations
+
+import datetime
+import subprocess
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from flatplank_control.calibration.book import CALIBRATED, Book
+from flatplank_control.free_rolling import FreeRollingParameters
+from flatplank_control.recording.run_record import RunRecord
+from flatplank_control.runner.quantities import SET_UP
+from flatplank_control.sequencer import SequencerParameters
+from flatplank_hw.drive import DriveParameters
+from flatplank_hw.encoders import EncoderParameters
+from flatplank_hw.hub import HubParameters
+from flatplank_hw.params import describe
+
+InForce = Mapping[str, Mapping[str, Any]]
+"""node -> parameter -> value that it has now; nodes that are there"""
+MEASURING: dict[str, type] = {
+    "measurement_hub": HubParameters,
+    "encoders": EncoderParameters,
+    "wheel_drive": DriveParameters,
+    "free_rolling_controller": FreeRollingParameters,
+    "slip_sequencer": SequencerParameters,
+}
+"""node -> parameters that make a difference to what is measured"""
+MACHINE = ("tire", "preset", "config", "seed")
+"""parameters of a node that simulates the machine"""
+SIMULATED = {"simulated_plant": MACHINE, "ethercat_bus": (*MACHINE, "emulated")}
+ASKED = {
+    node: tuple(p.name for p in describe(kind)) for node, kind in MEASURING.items()
+} | SIMULATED
+"""node -> parameters that a run record is made of"""
+PATIENCE = 5.0
+"""[s]"""
+
+
+def complete(record: RunRecord, in_force: InForce, book: Book, today: datetime.date) -> RunRecord:
+    """The record with what the nodes and the book of calibrations say.
+
+    ValueError when a file that the book names is gone.
+    """
+    of_the_set_up = {
+        key: in_force[node][key]
+        for node, keys in SET_UP.items()
+        if node in in_force
+        for key in keys
+    }
+    own = {node: unusual(node, in_force[node]) for node in MEASURING if node in in_force}
+    return record.with_changes(
+        **of_the_set_up,
+        calibration=book.record(today, in_force),
+        parameters={**record.parameters, **{node: found for node, found in own.items() if found}},
+        plant=simulated_by(in_force),
+        software_version=software_version(),
+    )
+
+
+def unusual(node: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters that are not the usual ones, without those that a record has elsewhere."""
+    elsewhere = {*SET_UP.get(node, ()), *CALIBRATED.get(node, ())}
+    found = {}
+    for p in describe(MEASURING[node]):
+        value = values[p.name]
+        same = (tuple(value) if isinstance(p.default, tuple) else value) == p.default
+        if not same and p.name not in elsewhere:
+            found[p.name] = value
+    return found
+
+
+def simulated_by(in_force: InForce) -> dict[str, Any] | None:
+    """The simulated machine; None for a real one."""
+    for node in SIMULATED:
+        values = in_force.get(node, {})
+        if values and values.get("emulated", True):
+            return {key: values[key] for key in MACHINE}
+    return None
+
+
+@lru_cache(maxsize=1)
+def software_version() -> str:
+    """Version of this package; where it runs from its repository, the commit, too."""
+    here = Path(__file__).resolve()
+    number = version("flatplank_control")
+    if _git(here, "ls-files", "--error-unmatch", here.name) is None:
+        return number  # installed: a repository around it is not ours
+    commit = _git(here, "describe", "--always", "--dirty=, changed", "--exclude=*")
+    return f"{number} ({commit})" if commit else number
+
+
+def _git(file: Path, *words: str) -> str | None:
+    """What git says beside a file; None when there is no git or no repository."""
+    try:
+        said = subprocess.run(
+            ["git", *words], cwd=file.parent, capture_output=True, text=True, timeout=PATIENCE
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return said.stdout.strip() if said.returncode == 0 else None
