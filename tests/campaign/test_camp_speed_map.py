@@ -138,6 +138,20 @@ def test_only_runs_whose_wheel_followed_the_encoder_are_taken(sequencer, rolled)
         check_follows(run, radius, "a.parquet")
 
 
+def test_the_end_of_a_run_tells_nothing(road):
+    """The plank stands and the wheel goes on for a moment."""
+    truth = truth_row(StartBench("toyo").config, FZ, PRESSURE)
+    run, _ = drive(0.0, 3.2, follow_until=100.0)
+    count = 25
+    ended = Run(
+        np.append(run.position, np.full(count, run.position[-1])),
+        np.append(run.wheel_angle, run.wheel_angle[-1] + 4e-4 * np.arange(count)),
+        np.append(run.fx, np.linspace(0.0, 600.0, count)),
+    )
+    check_follows(ended, truth.effective_rolling_radius, "a.parquet")
+    assert learn([ended], truth.standstill_stiffness_x, truth.relaxation_length_x) == road
+
+
 @pytest.mark.parametrize("text, said", [
     (None, "cannot be read"),
     ("road_scale: [", "not YAML"),

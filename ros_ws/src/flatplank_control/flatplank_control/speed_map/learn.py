@@ -23,6 +23,8 @@ FOLLOWS = 3e-4
 is for is five times as large"""
 SETTLED = 0.6
 """of the road until the start is forgotten [m]"""
+STOPPING = 0.02
+"""before the end of a run: the plank stops before the wheel does [m]"""
 
 
 class Run(NamedTuple):
@@ -98,10 +100,7 @@ def learn(
     waves = (1.0 / pitch_radius, 2.0 * math.pi / tooth)
     rows, forces = [], []
     for run in runs:
-        keep = run.position > SETTLED
-        x, angle = run.position[keep], run.wheel_angle[keep]
-        if x.size < 100:
-            raise ValueError(f"speed map: a run ends at {run.position.max():.2f} m; 1 m is needed")
+        x, angle, fx = _rolling(run, "speed map")
         # e cos(w x) gives a force through the first-order tire, in phase and out of phase
         columns = [np.ones_like(x)]
         for w in waves:
@@ -111,7 +110,7 @@ def learn(
         # what turns with the wheel is no error of the road
         columns += [np.cos(angle), np.sin(angle)]
         rows.append(np.column_stack(columns))
-        forces.append(run.fx[keep])
+        forces.append(fx)
     a, f = np.vstack(rows), np.concatenate(forces)
     p = np.linalg.lstsq(a, f, rcond=None)[0]
     slip = float(p[0]) / (stiffness * relaxation)
@@ -122,16 +121,22 @@ def learn(
     )
 
 
+def _rolling(run: Run, where: str) -> Run:
+    """What lies between start and stop; ValueError when that is too little."""
+    end = float(run.position.max())
+    if end < 1.0:
+        raise ValueError(f"{where}: a run ends at {end:.2f} m; 1 m is needed")
+    keep = (run.position > SETTLED) & (run.position < end - STOPPING)
+    return Run(*(column[keep] for column in run))
+
+
 def check_follows(run: Run, radius: float, where: str) -> None:
     """ValueError when the wheel did not follow the encoder: its force then tells another error.
 
     radius: effective rolling radius by which the wheel was turned [m].
     """
-    keep = run.position > SETTLED
-    if np.count_nonzero(keep) < 2:
-        raise ValueError(f"{where}: ends at {run.position.max():.2f} m; 1 m is needed")
-    x, rolled = run.position[keep], radius * run.wheel_angle[keep]
-    part = float((rolled[-1] - rolled[0]) / (x[-1] - x[0]))
+    x, angle, _ = _rolling(run, where)
+    part = float(radius * (angle[-1] - angle[0]) / (x[-1] - x[0]))
     if not abs(part - 1.0) < FOLLOWS:
         raise ValueError(
             f"{where}: the wheel rolled {part:.4f} of the encoder's travel; "
