@@ -138,11 +138,9 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
     """The `ros__parameters` of a file, those for every node (`/**`) first, then those of
     `node`."""
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8")) or {}
+        content = parsed(Path(path).read_bytes(), path) or {}
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read ({error.strerror})") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
     if not isinstance(content, dict):
         raise ParameterError(f"{path}: expected '/**:' with 'ros__parameters:' below it")
     merged: dict[str, Any] = {}
@@ -154,6 +152,14 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
             raise ParameterError(f"{path}: '{section}' has no 'ros__parameters:' below it")
         merged.update(block["ros__parameters"])
     return merged
+
+
+def parsed(text: str | bytes, where: str | Path) -> Any:
+    """What YAML says; one line when it is none."""
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ParameterError(f"{where}: not YAML ({' '.join(str(error).split())})") from None
 
 
 def nearest(key: str, known: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from flatplank_control.recording.metadata import replace_text
-from flatplank_hw.params import nearest
+from flatplank_hw.params import nearest, parsed
 
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"
@@ -180,10 +180,7 @@ class Book:
 
 
 def _read(path: Path) -> dict[str, Entry]:
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
+    data = parsed(path.read_bytes(), path)
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise ValueError(f"{path}: not a calibration file; expected 'format: {FORMAT}'")
     entries = data.get("entries")

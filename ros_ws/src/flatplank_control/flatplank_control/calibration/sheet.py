@@ -6,11 +6,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import yaml
-
-from flatplank_hw.params import nearest
+from flatplank_hw.params import nearest, parsed
 
 FORMAT = "flatplank-preflight/1"
 
@@ -51,10 +49,7 @@ def blank(date: str) -> str:
 
 def starting_values(text: str, where: str) -> dict[str, dict[str, float]]:
     """Effect -> parameter -> value [SI] of a filled sheet; blank lines are left out."""
-    try:
-        data: Any = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{where}: not YAML ({' '.join(str(error).split())})") from None
+    data = parsed(text, where)
     if not isinstance(data, Mapping) or data.get("format") != FORMAT:
         raise ValueError(f"{where}: not a pre-flight sheet; expected 'format: {FORMAT}'")
     found: dict[str, dict[str, float]] = {}

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import yaml
 
-from flatplank_hw.params import Params, from_mapping, param
+from flatplank_hw.params import Params, from_mapping, param, parsed
 
 FOLLOWS = 3e-4
 """a wheel that follows the encoder keeps to its travel within this part; the mean error that a map
@@ -68,13 +68,11 @@ class RoadMap(Params):
     def load(path: Path) -> RoadMap:
         """ValueError says what is wrong with the file."""
         try:
-            data = yaml.safe_load(path.read_text(encoding="utf-8"))
+            data = parsed(path.read_bytes(), path)
         except OSError as error:
             raise ValueError(
                 f"{path}: cannot be read ({error.strerror}); flatplank road-map makes one"
             ) from None
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
         found = data if isinstance(data, dict) else {}
         missing = set(RoadMap.__dataclass_fields__).difference(found)
         if missing:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from flatplank_hw.params import nearest
+from flatplank_hw.params import nearest, parsed
 
 FORMAT = "flatplank-parasitic-fit/1"
 CHANNELS = ("C1", "C2", "C3", "C5", "C6")
@@ -103,10 +103,7 @@ def to_text(fit: ParasiticFit) -> str:
 
 def from_text(text: str, where: str) -> ParasiticFit:
     """Read the YAML of one mounting; ValueError names the place and what is wrong."""
-    try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{where}: not YAML ({' '.join(str(error).split())})") from None
+    content = parsed(text, where)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ValueError(f"{where}: not a parasitic fit; expected 'format: {FORMAT}'")
     _keys(content, {"format", "mounting", "date", "channels"}, where)
