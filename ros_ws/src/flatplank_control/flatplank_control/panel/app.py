@@ -8,12 +8,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from nicegui import Client, app, background_tasks, ui
+from nicegui import Client, app, background_tasks, core, ui
 
 from flatplank_control.panel.access import Guard
 from flatplank_control.panel.charge import PATIENCE
 from flatplank_control.panel.desk import Desk
-from flatplank_control.panel.live import PUSH_HZ, Live
+from flatplank_control.panel.live import EVENT, PUSH_HZ, Live
 from flatplank_control.panel.operator import Operator
 from flatplank_control.panel.views import bench, discover, runs, shell
 from flatplank_control.panel.views.page import Page
@@ -49,7 +49,7 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
             message = live.tick()
             for client in list(Client.instances.values()):
                 if client.has_socket_connection:
-                    client.run_javascript(message)
+                    await core.sio.emit(EVENT, message, room=client.id)
 
     async def supervise() -> None:
         while True:

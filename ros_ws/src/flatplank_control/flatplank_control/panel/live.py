@@ -14,6 +14,8 @@ from flatplank_control.panel.bench_state import BenchState
 from flatplank_control.panel.signals import SIGNALS
 
 PUSH_HZ = 12
+EVENT = "live"
+"""of the page's socket; as JavaScript each message would be a program that the browser keeps"""
 HISTORY = 2400
 """rows that a new page gets"""
 DIGITS = 6
@@ -37,21 +39,20 @@ class Live:
         self._serial = state.ring.serial
         self.pushed = 0
 
-    def tick(self) -> str:
-        """JavaScript call with what is new since the last tick."""
+    def tick(self) -> dict[str, Any]:
+        """What is new since the last tick; strict JSON."""
         now = time.monotonic()
         begun = self.state.ring.begun  # before the rows: none of an older bus comes with it
         rows = rows_of(self.state.ring.since(self._serial))
         self._serial = self.state.ring.serial
         self.pushed += 1
-        message: dict[str, Any] = {
+        return {
             "serial": self._serial,
             "begun": begun,
             "rows": rows,
             "live": self.state.running(now),
             "words": self.state.words(now),
         }
-        return f"fp.tick({script(message)})"
 
     def start(self) -> str:
         """JavaScript call for a page that has just opened."""
@@ -59,7 +60,7 @@ class Live:
         ring = self.state.ring
         begun = ring.begun
         history = rows_of(ring.since(ring.serial - HISTORY))
-        return f"fp.start({script(signals)}, {script(history)}, {ring.serial}, {begun})"
+        return f"fp.start('{EVENT}', {script(signals)}, {script(history)}, {ring.serial}, {begun})"
 
 
 def script(value: Any) -> str:

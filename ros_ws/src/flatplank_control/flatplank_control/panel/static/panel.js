@@ -12,11 +12,13 @@
   };
   window.fp = fp;
 
-  fp.start = (signals, rows, serial, begun) => {
+  fp.start = (event, signals, rows, serial, begun) => {
     fp.signals = signals;
     fp.rows = rows;
     fp.serial = serial;
     fp.begun = begun;
+    window.socket.off(event);
+    window.socket.on(event, fp.tick);
   };
 
   // one message from the server: new rows, numbers of the ribbon, words of the chips
