@@ -16,8 +16,8 @@ from flatplank_control.blind.cases import full
 from flatplank_control.blind.detectable import cache
 from flatplank_control.blind.page import page, summary
 
-SEED = 2029
-"""of the table in the docs; its false alarms were seen before the last change of the search"""
+SEED = 2031
+"""of the table in the docs; nobody had looked at it while the search was worked on"""
 
 
 def parser() -> argparse.ArgumentParser:

@@ -93,8 +93,11 @@
       const series = [];
       for (const panel of chart.panels)
         for (const key of panel) series.push({ data: shown.map((r) => [r[xi], r[column[key]]]) });
+      // the ends of a window that moves are odd numbers, others at every drawing: only round ones are written
+      const ends = fp.axis !== "t" || last <= fp.seconds;
+      const axisLabel = { showMinLabel: ends, showMaxLabel: ends };
       const range = fp.axis === "t" ? { min: Math.max(0, last - fp.seconds), max: Math.max(last, fp.seconds) } : { min: null, max: null };
-      element.chart.setOption({ series, xAxis: chart.panels.map(() => range) }, { lazyUpdate: false });
+      element.chart.setOption({ series, xAxis: chart.panels.map(() => ({ ...range, axisLabel })) }, { lazyUpdate: false });
     }
     fp.drawn = performance.now();
     fp.pause = Math.max(DRAW_MS, SHARE * (fp.drawn - time));

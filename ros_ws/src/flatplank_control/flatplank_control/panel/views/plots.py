@@ -29,7 +29,8 @@ def grid_options(panels: Sequence[Sequence[str]], columns: int) -> dict[str, Any
         "yAxis": [],
         "series": [],
         "title": [],
-        "tooltip": {"trigger": "axis", "confine": True},
+        # as HTML it would touch the page with every drawing, and Tailwind look through all of it
+        "tooltip": {"trigger": "axis", "confine": True, "renderMode": "richText"},
     }
     for i, keys in enumerate(panels):
         left, top = (i % columns) * wide, (i // columns) * high
