@@ -13,8 +13,7 @@ WIDE = np.full(2, 10.0)
 
 
 def _bent(sharp: float, lower=-WIDE, upper=WIDE) -> tuple[Problem, list[int]]:
-    """Rosenbrock's valley as residuals, its bottom at (1, 1); and how many
-    Jacobians were made."""
+    """Rosenbrock's valley as residuals, its bottom at (1, 1); and how many Jacobians were made."""
     asked = [0]
 
     def of(z: np.ndarray) -> np.ndarray:

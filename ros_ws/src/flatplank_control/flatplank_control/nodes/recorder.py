@@ -20,7 +20,7 @@ from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.run_record import record_from_yaml
 from flatplank_control.recording.session import RecordingSession, State
-from flatplank_control.runner.provenance import InForce, complete
+from flatplank_control.runner.provenance import InForce, complete, software_version
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
@@ -71,6 +71,7 @@ class RecorderNode(BenchNode):
             self.get_logger().warning(str(mended))
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
+        software_version()  # git is asked here: samples must not wait for it when a bag is opened
 
     def connect(self) -> None:
         self.changed_something: Future | None = None

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
+from flatplank_control.sequencer import SequencerParameters
 from flatplank_hw.params import Params, from_mapping, param, parsed
 
 FOLLOWS = 3e-4
@@ -38,19 +39,24 @@ class Run(NamedTuple):
     """[N]"""
 
 
-_MESH = (-1e-3, 1e-3)
+_SEQUENCER = {f.name: f for f in fields(SequencerParameters)}
+
+
+def _of_the_sequencer(name: str) -> Any:
+    """A field like this parameter of the slip sequencer: default, unit and range."""
+    return param(_SEQUENCER[name].default, **_SEQUENCER[name].metadata)
 
 
 @dataclass(frozen=True)
 class RoadMap(Params):
-    """Travel of the road over what the encoder says; its names are those of the slip sequencer."""
+    """Travel of the road over what the encoder says."""
 
-    road_scale: float = param(1.0, "mean", bounds=(0.9, 1.1))
-    mesh_turn_cos: float = param(0.0, "once per turn of the pinion", unit="m", bounds=_MESH)
-    mesh_turn_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
-    mesh_tooth_cos: float = param(0.0, "once per tooth", unit="m", bounds=_MESH)
-    mesh_tooth_sin: float = param(0.0, "the same, sine", unit="m", bounds=_MESH)
-    tooth_pitch: float = param(0.01571, "of the rack", unit="m", bounds=(0.001, 0.2))
+    road_scale: float = _of_the_sequencer("road_scale")
+    mesh_turn_cos: float = _of_the_sequencer("mesh_turn_cos")
+    mesh_turn_sin: float = _of_the_sequencer("mesh_turn_sin")
+    mesh_tooth_cos: float = _of_the_sequencer("mesh_tooth_cos")
+    mesh_tooth_sin: float = _of_the_sequencer("mesh_tooth_sin")
+    tooth_pitch: float = _of_the_sequencer("tooth_pitch")
     force_left: float = param(
         0.0, "rms of Fx that the map does not explain", unit="N", bounds=(0.0, 1e5)
     )

@@ -45,11 +45,7 @@ class Outcome:
 class Conductor:
     """Hands out jobs and takes their outcomes; knows no bench and no clock."""
 
-    def __init__(
-        self,
-        plan: CampaignPlan,
-        journal: Journal,
-    ) -> None:
+    def __init__(self, plan: CampaignPlan, journal: Journal) -> None:
         self.plan, self.journal = plan, journal
         self._waiting = [r for r in plan.runs if not journal.finished(r.key)]
         self._busy: set[str] = set()
