@@ -69,7 +69,25 @@
     fp.draw(true);
   };
 
+  // Chromium keeps for ever every text that a canvas outside the page has measured, and labels of live plots are
+  // new texts all day: so characters are measured, once each
+  const widths = {};
+  const ruler = document.createElement("canvas").getContext("2d");
+  const measureText = (text, font) => {
+    const known = (widths[font] ??= {});
+    let width = 0;
+    for (const c of String(text ?? "")) {
+      if (!(c in known)) {
+        ruler.font = font || "12px sans-serif";
+        known[c] = ruler.measureText(c).width;
+      }
+      width += known[c];
+    }
+    return { width };
+  };
+
   fp.register = (id, panels) => {
+    import("nicegui-echart").then(({ echarts }) => echarts.setPlatformAPI({ measureText }));
     fp.charts = fp.charts.filter((c) => c.id !== id);
     fp.charts.push({ id, panels });
     setTimeout(() => fp.draw(true), 300);
