@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import pytest
+import yaml
 from camp_plans import small
 
+from flatplank_control.bench.listing import list_kept
 from flatplank_control.recording.run_record import load_record, record_from_dict
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.adopting import unwritten
@@ -31,7 +33,8 @@ def test_a_campaign_from_beginning_to_end(tmp_path):
     names = []
     while job := conductor.take():
         names.append(job.measurement.name)
-        assert conductor.finish(job, outcome(job))
+        conductor.finish(job, outcome(job))
+        assert conductor.done == len(names)
     assert conductor.over and len(set(names)) == len(plan.runs) == 5
     assert names[0].startswith("TOY_ERR_REL")
 
@@ -51,11 +54,13 @@ def test_a_bad_run_is_made_again_under_another_name_and_then_kept_flagged(tmp_pa
     plan = small("attempts: 2\n")
     conductor = Conductor(plan, journal(tmp_path, plan))
     first = conductor.take()
-    assert not conductor.finish(first, outcome(first, BAD))
+    conductor.finish(first, outcome(first, BAD))
+    assert conductor.done == 0
     second = conductor.take()
     assert second.run == first.run and second.attempt == 2
     assert second.measurement.name == first.measurement.name + "_r02"
-    assert conductor.finish(second, outcome(second, BAD))
+    conductor.finish(second, outcome(second, BAD))
+    assert conductor.done == 1
     assert not conductor.journal.done[first.run.key].facts["good"]
 
 
@@ -68,11 +73,59 @@ def test_kept_is_the_last_attempt_of_what_is_done(tmp_path):
     conductor.finish(left := conductor.take(), outcome(left, BAD))
     conductor.skip(left.run.key, "by the operator")
     again = Conductor(plan, journal(tmp_path, plan))
-    assert again.kept() == [
-        (radius.measurement, radius.measurement.name),
-        (job.measurement, job.measurement.name),
+    assert [(done.record, done.counts) for done in again.kept()] == [
+        (radius.measurement.record(), radius.measurement.name),
+        (job.measurement.record(), job.measurement.name),
     ]
     assert job.attempt == 2
+
+
+def campaign_file(folder) -> list[dict]:
+    return yaml.safe_load((folder / "campaign.yaml").read_text())["runs"]
+
+
+def test_the_list_of_the_campaign_says_what_each_run_was_made_with(tmp_path):
+    """Not what the latest one was: road that the paper had seen, r_e."""
+    plan = small("session: {sliding_distance: 12.5}\n")
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    while job := conductor.take():
+        made = Outcome(job.measurement.name, GOOD, {"radius": 0.31, "travel": 4.0})
+        conductor.finish(job, made)
+        list_kept(conductor, tmp_path)
+    listed = [run["parameters"]["session"]["sliding_distance"] for run in campaign_file(tmp_path)]
+    assert listed == [12.5, 16.5, 20.5, 24.5, 28.5]
+
+
+@pytest.mark.parametrize(("then", "more"), [(0.3101, 0), (0.3110, 4)])
+def test_slips_are_made_again_when_their_radius_is_another_by_more_than_slip_is_kept(
+    tmp_path, then, more
+):
+    plan = small("attempts: 1\n")
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    first = conductor.take()
+    conductor.finish(first, Outcome("r", BAD, {"radius": 0.31}))
+    while job := conductor.take():
+        conductor.finish(job, outcome(job))
+    list_kept(conductor, tmp_path)
+    slips = campaign_file(tmp_path)[1:]
+    conductor.journal.again(first.run.key)
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    list_kept(conductor, tmp_path)
+    assert campaign_file(tmp_path)[1:] == slips and conductor.done == 4
+    found = conductor.finish(conductor.take(), Outcome("r_r02", GOOD, {"radius": then}))
+    assert (f"{more} runs that rest on the old one are made again" in found.text()) == bool(more)
+    # after a crash as well
+    conductor = Conductor(plan, journal(tmp_path, plan))
+    assert conductor.done == 5 - more
+    while job := conductor.take():
+        assert job.measurement.effective_rolling_radius == then
+        assert job.measurement.name.endswith("_r02") and job.measurement.r_e_source == "r_r02"
+        conductor.finish(job, outcome(job))
+    list_kept(conductor, tmp_path)
+    listed = campaign_file(tmp_path)
+    assert listed[0]["file"] == "r_r02" and len(listed) == 5
+    assert {run["effective_rolling_radius"] for run in listed[1:]} == {then if more else 0.31}
+    assert sum(run["file"].endswith("_r02") for run in listed[1:]) == more
 
 
 @pytest.mark.parametrize("torn", [False, True])

@@ -68,7 +68,8 @@ def simulate_many(
         done[k] = path
         progress(len(done), len(measurements), path.name)
     paths = [done[k] for k in range(len(measurements))]
-    write_campaign(folder, list(zip(measurements, paths, strict=True)))
+    made = [(m.record(), path.name) for m, path in zip(measurements, paths, strict=True)]
+    write_campaign(folder, measurements[0].tire, made)
     return paths
 
 

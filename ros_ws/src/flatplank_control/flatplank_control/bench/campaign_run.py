@@ -67,7 +67,7 @@ def run_on_twin(
     arguments = (setup, folder, bags, conductor.plan.quality)
 
     def take_in(job: Job, outcome: Outcome) -> None:
-        conductor.finish(job, outcome)
+        outcome = conductor.finish(job, outcome)
         list_kept(conductor, folder)
         progress(conductor, job, outcome)
 

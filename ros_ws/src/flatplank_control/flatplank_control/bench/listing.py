@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from flatplank_analysis.data.campaign import CAMPAIGN_FILE, FORMAT
 from flatplank_control.recording.metadata import replace_text
 from flatplank_control.runner.campaign.conductor import Conductor
-from flatplank_control.runner.measurement import Measurement
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
@@ -19,21 +19,30 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 def list_kept(conductor: Conductor, folder: Path) -> None:
     """List what the journal kept; a crash between the two is made up at the next start."""
-    if kept := conductor.kept():
-        write_campaign(folder, [(m, folder / file) for m, file in kept])
+    kept = conductor.kept()
+    counting = {done.counts for done in kept}
+    others = {file for done in conductor.journal.done.values() for file in done.files} - counting
+    if kept or (folder / CAMPAIGN_FILE).exists():
+        runs = [(done.record, done.counts) for done in kept if done.record]
+        write_campaign(folder, conductor.plan.tire.name, runs, others)
 
 
-def write_campaign(folder: Path, runs: Sequence[tuple[Measurement, Path]]) -> None:
-    """Add runs to the folder's campaign.yaml."""
+def write_campaign(
+    folder: Path,
+    tire: str,
+    runs: Sequence[tuple[Mapping[str, Any], str]],
+    others: Collection[str] = (),
+) -> None:
+    """Put records and files of runs into the folder's campaign.yaml, and take `others` out."""
     path = folder / CAMPAIGN_FILE
     old = yaml.load(path.read_text(encoding="utf-8"), Loader=_LOADER) if path.exists() else {}
-    names = {p.name for _, p in runs}
+    names = {file for _, file in runs}.union(others)
     kept = [run for run in old.get("runs", []) if run["file"] not in names]
-    new = [_entry(m, p) for m, p in runs]
-    content = {"format": FORMAT, "tire": runs[0][0].tire, "runs": [*kept, *new]}
+    new = [_entry(record, file) for record, file in runs]
+    content = {"format": FORMAT, "tire": tire, "runs": [*kept, *new]}
     replace_text(path, yaml.dump(content, Dumper=_DUMPER, sort_keys=False))
 
 
-def _entry(m: Measurement, path: Path) -> dict:
-    record = {k: v for k, v in m.record().items() if v not in (None, "", {}) and k != "name"}
-    return {"file": path.name, **record}
+def _entry(record: Mapping[str, Any], file: str) -> dict:
+    said = {k: v for k, v in record.items() if v not in (None, "", {}) and k != "name"}
+    return {"file": file, **said}

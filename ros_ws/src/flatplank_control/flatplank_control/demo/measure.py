@@ -57,7 +57,7 @@ def _measure(client, m: Measurement, folder: Path, teller: Teller) -> Path:
     plan = {k: v for k, v in vars(m).items() if v not in ("", {})}
     bags = client.measure(plan, simulated=True, folder=str(folder), say=teller.now)
     path = Path(bags[-1])
-    write_campaign(folder, [(m, path)])
+    write_campaign(folder, m.tire, [(m.record(), path.name)])
     return path
 
 

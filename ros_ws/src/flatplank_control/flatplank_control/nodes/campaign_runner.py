@@ -62,7 +62,7 @@ class CampaignRunner:
             except Wished as wish:
                 await self._grant(str(wish), job, tell)
                 continue
-            self.conductor.finish(job, outcome)
+            outcome = self.conductor.finish(job, outcome)
             list_kept(self.conductor, self.folder)
             tell(f"{outcome.file}: {outcome.text()}")
 

@@ -9,11 +9,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from flatplank_control.recording.run_record import record_from_dict
-from flatplank_control.runner.campaign.journal import Journal
+from flatplank_control.runner.campaign.journal import Done, Journal
 from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Verdict
 from flatplank_control.runner.measurement import Measurement
+
+R_E_HOLDS = 5e-4
+"""so far r_e may change, relative, before the slips that rest on the old one are made again: so
+exactly is slip to be kept"""
 
 
 class Job(NamedTuple):
@@ -47,7 +51,6 @@ class Conductor:
 
     def __init__(self, plan: CampaignPlan, journal: Journal) -> None:
         self.plan, self.journal = plan, journal
-        self._waiting = [r for r in plan.runs if not journal.finished(r.key)]
         self._busy: set[str] = set()
         self._index = {r.key: k for k, r in enumerate(plan.runs)}
         self._names = {r.key: record_from_dict(r.measurement.record()).name for r in plan.runs}
@@ -55,6 +58,13 @@ class Conductor:
     @property
     def total(self) -> int:
         return len(self.plan.runs)
+
+    @property
+    def _waiting(self) -> list[PlannedRun]:
+        return [
+            run for run in self.plan.runs
+            if not self.journal.finished(run.key) or self._outdated(run)
+        ]  # fmt: skip
 
     @property
     def done(self) -> int:
@@ -77,24 +87,28 @@ class Conductor:
                 return Job(run, self._measurement(run, attempt), attempt, self._earlier(run))
         return None
 
-    def finish(self, job: Job, outcome: Outcome) -> bool:
-        """Write down what came of it; False: it is to be made again."""
+    def finish(self, job: Job, outcome: Outcome) -> Outcome:
+        """Write down what came of it, and give it back with what follows from it for others."""
         final = outcome.verdict.ok or job.attempt >= self.plan.attempts
         facts = {**outcome.verdict.plain(), "verdict": outcome.text(), **outcome.facts}
-        self.journal.end(job.run.key, outcome.file, outcome.verdict.ok, final, facts)
+        record = job.measurement.record()
+        self.journal.end(job.run.key, outcome.file, outcome.verdict.ok, final, facts, record)
         self._busy.discard(job.run.key)
-        if final:
-            self._waiting.remove(job.run)
-        return final
+        others = sum(run.needs == job.run.key for run in self.outdated())
+        if not others:
+            return outcome
+        text = f"r_e is another than before: {others} runs that rest on the old one are made again"
+        warnings = (*outcome.facts.get("warnings", ()), text)
+        return replace(outcome, facts={**outcome.facts, "warnings": warnings})
 
-    def kept(self) -> list[tuple[Measurement, str]]:
-        """The runs that are done and the file of the attempt that counts, as the plan has them."""
-        done = ((run, self.journal.done.get(run.key)) for run in self.plan.runs)
-        return [
-            (self._measurement(run, entry.attempts), entry.files[-1])
-            for run, entry in done
-            if entry and entry.ok and not entry.skipped
-        ]
+    def kept(self) -> list[Done]:
+        """What there is of the runs that were not left out, in the order of the plan."""
+        known = (self.journal.done.get(run.key) for run in self.plan.runs)
+        return [done for done in known if done and done.counts and not done.skipped]
+
+    def outdated(self) -> list[PlannedRun]:
+        """Runs that are there, and whose r_e has been measured again since and is another."""
+        return [run for run in self.plan.runs if self._outdated(run)]
 
     def give_back(self, job: Job) -> None:
         """The run was interrupted: it will be made again."""
@@ -102,11 +116,10 @@ class Conductor:
 
     def skip(self, key: str, why: str) -> None:
         """Leave a run out, and what depends on it."""
-        for run in list(self._waiting):
+        for run in self._waiting:
             if key in (run.key, run.needs):
                 self.journal.skip(run.key, why)
                 self._busy.discard(run.key)
-                self._waiting.remove(run)
 
     def time_left(self, durations: Mapping[str, float]) -> float:
         """Bench time of the rest [s], from that of each run by its key."""
@@ -118,6 +131,13 @@ class Conductor:
     def _radius(self, run: PlannedRun) -> float | None:
         done = self.journal.done.get(run.needs)
         return done.facts.get("radius") if done and done.ok else None
+
+    def _outdated(self, run: PlannedRun) -> bool:
+        done = self.journal.done.get(run.key)
+        if not run.needs or done is None or done.skipped:
+            return False
+        now, then = self._radius(run), done.record.get("effective_rolling_radius")
+        return bool(now and then) and abs(now / then - 1.0) > R_E_HOLDS
 
     def _attempts(self, run: PlannedRun) -> int:
         done = self.journal.done.get(run.key)

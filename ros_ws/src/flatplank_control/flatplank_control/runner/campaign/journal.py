@@ -23,9 +23,14 @@ class Done:
     """How a run of the plan ended."""
 
     files: list[str] = field(default_factory=list)
-    """of all attempts that were kept, the last one counts"""
+    """of all attempts"""
+    counts: str = ""
+    """the file that counts, of the last attempt; the old one until there is a new one"""
+    record: dict[str, Any] = field(default_factory=dict)
+    """what that file was made with"""
     attempts: int = 0
     ok: bool = False
+    """no further attempt is wanted"""
     skipped: bool = False
     facts: dict[str, Any] = field(default_factory=dict)
     """findings, radius, profile"""
@@ -59,16 +64,19 @@ class Journal:
         self._write({"event": "begin", "run": key, "attempt": attempt})
         self.interrupted = key
 
-    def end(self, key: str, file: str, ok: bool, final: bool, facts: Mapping[str, Any]) -> None:
-        """`final`: no further attempt follows."""
+    def end(
+        self, key: str, file: str, ok: bool, final: bool,
+        facts: Mapping[str, Any], record: Mapping[str, Any],
+    ) -> None:  # fmt: skip
+        """`final`: no further attempt follows; `record`: what the run was made with."""
         line = {"event": "end", "run": key, "file": file, "ok": ok, "final": final}
-        self._write({**line, "facts": dict(facts)})
+        self._write({**line, "facts": dict(facts), "record": dict(record)})
 
     def skip(self, key: str, why: str) -> None:
         self._write({"event": "skip", "run": key, "why": why})
 
     def again(self, key: str) -> None:
-        """The run is to be made once more; the files of its attempts stay."""
+        """The run is to be made once more; until then what there is counts."""
         self._write({"event": "again", "run": key})
 
     def doubtful(self, key: str) -> bool:
@@ -104,6 +112,8 @@ class Journal:
             entry.attempts += 1
             entry.ok = line["final"]
             entry.facts = dict(line["facts"]) | {"good": line["ok"]}
+            if entry.ok:
+                entry.counts, entry.record = line["file"], dict(line.get("record", {}))
             self.travel += entry.facts.get("travel", 0.0)
             self.interrupted = ""
 
