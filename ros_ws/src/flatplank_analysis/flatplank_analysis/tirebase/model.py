@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 
 import numpy as np
 
@@ -19,12 +18,10 @@ from flatplank_analysis.tirebase.data import TireRuns
 from flatplank_analysis.tirebase.grid import SPEED
 from flatplank_analysis.tirebase.parameters import base_parameters
 
+CHUNK = 48
+"""lanes computed at once"""
 THREADS = min(4, os.cpu_count() or 1)
-MOST, LEAST = 48 // THREADS, 4
-"""lanes that a thread computes at once: as many as memory is for, and as are worth a thread"""
-_GROUPS = ThreadPoolExecutor(THREADS, "groups")
-_SWEEPS = ThreadPoolExecutor(THREADS, "sweeps")
-"""a group waits for its sweeps: with one pool for both nobody would be left to make them"""
+_POOL = ThreadPoolExecutor(max_workers=THREADS)
 
 
 class TireModel:
@@ -55,24 +52,14 @@ class TireModel:
         kinds: dict[tuple, list[int]] = {}
         for i, lane in enumerate(lanes):
             kinds.setdefault(tuple(effect for effect, _ in lane.effects), []).append(i)
-        size = min(MOST, max(LEAST, -(-len(lanes) // THREADS)))
-        parts = [
-            (effects, rows[start : start + size])
-            for effects, rows in kinds.items()
-            for start in range(0, len(rows), size)
-        ]
-        cuts = 1 if len(parts) >= THREADS else 4 * THREADS
-
-        def fill(part: tuple[tuple, list[int]]) -> None:
-            effects, rows = part
-            for c, channel in enumerate(self._group(effects, [lanes[i] for i in rows], cuts)):
-                out[rows, c] = channel
-
-        for _ in _GROUPS.map(fill, parts) if len(parts) > 1 else map(fill, parts):
-            pass
+        for effects, rows in kinds.items():
+            for start in range(0, len(rows), CHUNK):
+                part = rows[start : start + CHUNK]
+                for c, channel in enumerate(self._group(effects, [lanes[i] for i in part])):
+                    out[part, c] = channel
         return out
 
-    def _group(self, effects: tuple, lanes: list[Lane], cuts: int) -> list[np.ndarray]:
+    def _group(self, effects: tuple, lanes: list[Lane]) -> list[np.ndarray]:
         values = np.stack([lane.base for lane in lanes])
         base = {name: values[:, i] for i, name in enumerate(self._names)}
         own = [
@@ -82,7 +69,7 @@ class TireModel:
         deep = [(e, e.with_values(v, 2)) for e, v in own]
         motion = self._motion(base, len(lanes), deep)
         tire, params = self._tire(base, len(lanes), own, deep)
-        force = self._force(own, motion, tire, params, cuts)
+        force = self._force(own, motion, tire, params)
         return self._signal(base, force, deep)
 
     def _motion(self, base: dict, lanes: int, deep: list) -> Motion:
@@ -143,9 +130,7 @@ class TireModel:
         params[0, ..., kernel.DENOM] = get("denom")
         params[1, ..., kernel.TURN] = get("turn_y") * get("denom")
 
-    def _force(
-        self, own: list, motion: Motion, tire: Tire, params: np.ndarray, cuts: int
-    ) -> np.ndarray:
+    def _force(self, own: list, motion: Motion, tire: Tire, params: np.ndarray) -> np.ndarray:
         d = self.data
         lanes, runs, samples = motion.travel.shape
         count = lanes * runs
@@ -162,21 +147,21 @@ class TireModel:
         if any(effect.overrides("node") for effect, _ in own):
             self._slow(own, (lanes, runs), ds, dw, dt, load, friction, block, nominal, force)
         else:
-            like = _alike(dw.reshape(2, lanes, -1), params, (ds, load, friction))
-            todo = like == np.arange(lanes)
+            todo = _todo(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
             order = np.repeat(todo, runs, axis=1)
-            ends = np.linspace(0, count, 1 + cuts).astype(int)
+            cuts = np.linspace(0, count, 1 + 4 * THREADS).astype(int)
 
             def part(first: int, last: int) -> None:
                 kernel.sweep(
                     ds, dw, dt, load, friction, block, nominal, SPEED, order, force, first, last
                 )
 
-            for _ in (_SWEEPS.map if cuts > 1 else map)(part, ends[:-1], ends[1:]):
-                pass
+            jobs = [_POOL.submit(part, a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+            for job in jobs:
+                job.result()
             shaped = force.reshape(2, lanes, runs, samples)
             for axis in range(2):
-                shaped[axis, ~todo[axis]] = shaped[axis, like[axis, ~todo[axis]]]
+                shaped[axis, ~todo[axis]] = shaped[axis, 0]
         return force.reshape(2, lanes, runs, samples)
 
     def _slow(self, own, shape, ds, dw, dt, load, friction, block, nominal, force) -> None:
@@ -223,41 +208,20 @@ def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -
             raise fault(effect, hook, f"'{name}' has shape {found}, not {shape}")
 
 
-def _alike(dw: np.ndarray, params: np.ndarray, common: Sequence[np.ndarray]) -> np.ndarray:
-    """(2, lanes): the first lane that has the same inputs in that direction, often itself.
-
-    A direction feels the other one where slips are combined, where the rubber of the side force
-    goes through the contact with the wheel, and where its slip depends on the force along.
-    """
-    lanes = dw.shape[1]
-    flat = [a.reshape(lanes, -1) for a in common]
-    sums = [a @ _weights(a.shape[1]) for a in flat]
-    ways = [dw[axis] @ _weights(dw.shape[2]) for axis in range(2)]
-    tires = [p @ _weights(p.shape[1]) for p in params.reshape(2, lanes, -1)]
-    combined = params[..., kernel.COMBINE].any(axis=(0, 2))
-    turned = params[1, ..., kernel.TURN].any(axis=1)
-    given = params[0, ..., kernel.GIVE].any(axis=1)
-    out = np.tile(np.arange(lanes), (2, 1))
-    for axis in range(2):
-        first: dict[tuple, int] = {}
-        for lane in range(lanes):
-            felt = combined[lane] or (axis == 1 and turned[lane] and given[lane])
-            way = felt or (axis == 1 and turned[lane])
-            other = 1 - axis
-            key = (
-                felt, way, *(s[lane] for s in sums), ways[axis][lane], tires[axis][lane],
-                way and ways[other][lane], felt and tires[other][lane],
-            )  # fmt: skip
-            like = first.setdefault(key, lane)
-            pairs = [(a[lane], a[like]) for a in (*flat, dw[axis], params[axis])]
-            pairs += [(dw[other, lane], dw[other, like])] if way else []
-            pairs += [(params[other, lane], params[other, like])] if felt else []
-            if like != lane and all(np.array_equal(a, b) for a, b in pairs):
-                out[axis, lane] = like
+def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
+    """(2, lanes): False where a lane has the same inputs as the first one in that direction."""
+    out = np.ones((2, lanes), dtype=bool)
+    common = [a.reshape(lanes, -1) for a in (ds, load, friction)]
+    for lane in range(1, lanes):
+        if params[:, lane, :, kernel.COMBINE].any() or params[:, 0, :, kernel.COMBINE].any():
+            continue
+        if not all(np.array_equal(a[lane], a[0]) for a in common):
+            continue
+        moved = [not np.array_equal(dw[axis, lane], dw[axis, 0]) for axis in range(2)]
+        give = params[0, :, :, kernel.GIVE]
+        own = moved[0] or not np.array_equal(give[lane], give[0])
+        moved[1] |= own and bool(params[1, lane, :, kernel.TURN].any())
+        for axis in range(2):
+            same = np.array_equal(params[axis, lane], params[axis, 0])
+            out[axis, lane] = moved[axis] or not same
     return out
-
-
-@lru_cache
-def _weights(count: int) -> np.ndarray:
-    """Any numbers that tell arrays apart by their sums."""
-    return np.random.default_rng(0).standard_normal(count)
