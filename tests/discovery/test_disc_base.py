@@ -107,6 +107,21 @@ def test_filter_keeps_ramps():
     np.testing.assert_allclose(grid.gaussian(ramp, 1.5), ramp, atol=1e-12)
 
 
+def test_a_recording_that_begins_with_the_motion_gets_a_standstill():
+    truth = Truth(seed=3, slips=(-0.05, 0.05), repeats=1, noise=0.0, lag=0.06)
+    whole = campaign(truth)
+    tables = []
+    for table in whole:
+        first = int(np.argmax(table["plank_position"] > 0.0)) - 1
+        columns = {name: table[name][first:] for name in table.columns}
+        tables.append(type(table)(columns, table.info))
+    assert (whole[0]["time"][0], tables[0]["time"][0]) == (0.0, pytest.approx(0.5, abs=0.1))
+    expected, found = tiredata.from_tables(whole), tiredata.from_tables(tables)
+    np.testing.assert_allclose(found.travel, expected.travel, atol=1e-6)
+    np.testing.assert_allclose(found.step_time, expected.step_time, atol=1e-4)
+    np.testing.assert_allclose(found.runs.measured, expected.runs.measured, atol=0.5)
+
+
 def test_base_fits_bristles_to_half_the_floor():
     from flatplank_analysis.discovery.fit import Fitter
     from flatplank_analysis.discovery.state import channel_weights, start_base

@@ -59,6 +59,21 @@ def test_half_the_step_hardly_changes_a_run_of_the_campaign_path() -> None:
     assert np.abs(fx[0] - fx[1]).max() < 3.0
 
 
+def test_a_lag_of_the_forces_is_the_same_at_any_rate() -> None:
+    defects = QUIET["defects"] | {"force_lag": {"time": 0.06}}
+    config = PlantConfig.load(overrides={"defects": defects})
+    run = CampaignRun(kappa=0.05, length=1.2, step_position=0.8)
+    # behind the step itself, which 20 samples per second do not resolve
+    at = np.linspace(0.84, 1.15, 200)
+    fx = []
+    for rate in (20.0, 250.0):
+        (table,) = Campaign(config, rate_hz=rate).simulate([run])
+        late = table["fx"] - table["fx_true"]
+        fx.append(np.interp(at, table["road_position"], late))
+    assert np.abs(fx[1]).max() > 15.0
+    assert np.abs(fx[0] - fx[1]).max() < 0.05 * np.abs(fx[1]).max()
+
+
 def test_a_free_wheel_of_the_campaign_path_has_the_true_radius() -> None:
     campaign = Campaign(PlantConfig.load(overrides=QUIET))
     (table,) = campaign.simulate([CampaignRun(free=True, length=2.0)])

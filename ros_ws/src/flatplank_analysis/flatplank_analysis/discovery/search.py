@@ -32,6 +32,8 @@ from flatplank_analysis.errors import FlatplankError
 NEARLY_ALIKE = 0.8
 ALIKE = 0.03
 """share of a drop that is no evidence between two effects: the law of the model is no better"""
+COLD = 2
+"""refits, those with the largest drops, that may be repeated from the start values of the base"""
 Progress = Callable[[str, float], None]
 
 
@@ -200,6 +202,7 @@ class _Searcher:
             found = self.refit(state, item)
             index = len(found.fit.terms) - 1
             tried.append((judge.decide(found, index, self.looked_at[item.identifier]), found))
+        tried = self.from_cold(judge, tried)
         tried.sort(key=lambda pair: -pair[0].drop)
         step.refits = [d for d, _ in tried]
         for rough, near in self.preferred(tried):
@@ -229,6 +232,29 @@ class _Searcher:
         if measured:
             start = measured_term(start, measured)
         return state.settle(self.fitter.grown(state.whitened.fit, start), most=2)
+
+    def from_cold(
+        self, judge: Judge, tried: list[tuple[Decision, Whitened]]
+    ) -> list[tuple[Decision, Whitened]]:
+        """The same, with those that are beyond the scatter and refused for another reason, and
+        bring more than any that is not refused, refitted with the base from its start values.
+
+        Without the effect the base may have ended in a corner that imitates it; from there no
+        refit gets out.
+        """
+        accepted = max((d.drop for d, _ in tried if d.accepted), default=0.0)
+        out = sorted(tried, key=lambda pair: -pair[0].drop)
+        cold = start_base(self.model, self.options.start)
+        for i, (d, warm) in enumerate(out[:COLD]):
+            named = not d.term.effect.generic
+            if d.accepted or d.drop < accepted or d.p_repeats > d.level or not named:
+                continue
+            found = judge.state.settle(self.fitter.fit(cold, warm.fit.terms))
+            if found.chi2 < warm.chi2 - EVIDENCE:
+                index = len(found.fit.terms) - 1
+                looked = self.looked_at[d.term.effect.identifier]
+                out[i] = (judge.decide(found, index, looked), found)
+        return out
 
     def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
         """Acceptable refits by gain; a free law only when no named effect is acceptable.

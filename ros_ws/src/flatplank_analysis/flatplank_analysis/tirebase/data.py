@@ -14,7 +14,9 @@ from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.tirebase.calm import Common, as_input, as_load
 from flatplank_analysis.tirebase.grid import (
+    BEFORE,
     SPEED,
+    START,
     node_positions,
     smooth_columns,
     uniform_positions,
@@ -24,8 +26,6 @@ COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz"
 NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
 """channels that may speak over into Fx"""
-START = 0.0005
-"""[m] plank travel that counts as started"""
 STIFFNESS = 1.9e5
 """[N/m] of a car tire in x for short waves: what a step of an encoder is worth"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5
@@ -193,7 +193,7 @@ def _nodes(smooth: dict, table: MeasurementTable, end: float) -> np.ndarray:
     position, time = smooth["plank_position"], smooth["time"]
     began = int(np.argmax(position > START))
     stretch = SPEED / max(float(smooth["speed"]), 1e-4)
-    before = time[began] + stretch * np.array([-0.4, -0.3, -0.2, -0.15, -0.1, -0.05, 0.0])
+    before = time[began] + stretch * np.array([-BEFORE, -0.3, -0.2, -0.15, -0.1, -0.05, 0.0])
     step = table.info.step_position
     waveform = table.info.waveform
     shape = str((waveform or {}).get("kind", (waveform or {}).get("shape", "step")))

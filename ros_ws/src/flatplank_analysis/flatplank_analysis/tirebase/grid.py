@@ -20,6 +20,12 @@ SAMPLE = 0.05
 """[s] block length at SPEED; faster recordings are averaged in blocks first"""
 
 
+START = 0.0005
+"""[m] plank travel that counts as started"""
+BEFORE = 0.4
+"""[s] before the start at SPEED, for which there are nodes"""
+
+
 def blocks(values: np.ndarray, count: int) -> np.ndarray:
     """Means of `count` samples, shape (samples // count, ...)."""
     rows = len(values) // count
@@ -97,7 +103,9 @@ def smooth_columns(
     """Filter and thin out one run: (time, columns, noise), columns of shape (samples, channels).
 
     counted: columns that come from counting encoders; noise is what their steps leave of error
-    after the filter, by column.
+    after the filter, by column. Column 0 is the plank position from 0. A recording that begins
+    with the motion gets a standstill before it, as there was one: continued backwards as a ramp,
+    the motion would start sharply and the force not.
     """
     dt = float(np.median(np.diff(time)))
     steps = {c: quantum(columns[:, c]) for c in counted}
@@ -106,11 +114,26 @@ def smooth_columns(
     time, columns = blocks(time, count), blocks(columns, count)
     for c, step in steps.items():
         columns[:, c] = unquantise(columns[:, c], step, stretch / (dt * count))
+    time, columns = _standing(time, columns, stretch)
     width = FILTER * stretch / (dt * count)
     # white error of step / sqrt(12) through block mean and Gaussian
     share = np.sqrt(1.0 / (12.0 * count * max(2.0 * np.sqrt(np.pi) * width, 1.0)))
     noise = {c: float(share * step) for c, step in steps.items()}
     return time, gaussian(columns, width), noise
+
+
+def _standing(
+    time: np.ndarray, columns: np.ndarray, stretch: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The recording with first values held before it, where it begins less than the nodes before
+    the start."""
+    dt = float(np.median(np.diff(time)))
+    began = int(np.argmax(columns[:, 0] > START))
+    if began * dt >= BEFORE * stretch:
+        return time, columns
+    more = int(np.ceil((BEFORE + 4.0 * FILTER) * stretch / dt)) - began
+    early = time[0] - dt * np.arange(more, 0, -1)
+    return np.concatenate([early, time]), np.concatenate([columns[[0] * more], columns])
 
 
 def node_positions(step: float, end: float) -> np.ndarray:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from numpy import log1p
 from numpy.random import Generator as Random
 
 Plant = Callable[[float, Random], Mapping[str, Mapping[str, Any]]]
@@ -108,10 +107,8 @@ MENU: dict[str, Item] = {
         _defect("time_skew", "delay"), lambda s, r: {"skew": s},
     ),
     "force_lag": Item(
-        # the plant's low-pass works sample by sample of 0.05 s: this one is late by the size
         LATE, "s", 0.1, 0.02, 1.5,
-        lambda s, r: {"force_lag": {"time": 0.05 / float(log1p(0.05 / s))}},
-        lambda s, r: {"lag": s},
+        _defect("force_lag", "time"), lambda s, r: {"lag": s},
     ),
     "measured_load": Item(
         ("measured_load",), "1", 0.5, 0.3, 1.0, None,

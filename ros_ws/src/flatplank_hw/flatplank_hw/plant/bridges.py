@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from flatplank_hw.plant.compiling import inner
 
 TURN = 2.0 * math.pi
@@ -56,6 +58,12 @@ def quantise(x, step, most):
     return math.floor(x / step + 0.5) * step if step > 0.0 else x
 
 
+def past_of_bridges(skew: float, dt: float) -> np.ndarray:
+    """Room for what delay and lag remember: a ring of lagged values, and in the last row the last
+    value as it was."""
+    return np.zeros((max(int(skew / dt) + 4, 4) + 1, 6))
+
+
 @inner
 def sense(m, s, fx, fy, fz, mx, my, mz, mix, drift, work, history, noise, out):
     """One sample of the six bridges and the LVDT into `out` [V]."""
@@ -84,12 +92,18 @@ def sense(m, s, fx, fy, fz, mx, my, mz, mix, drift, work, history, noise, out):
 @inner
 def lagged(m, s, history, out):
     """First-order lag and pure delay of the force channels against everything else."""
-    n = history.shape[0]
+    n = history.shape[0] - 1
     now = s.cycle % n
     before = (s.cycle - 1) % n
-    keep = math.exp(-m.dt / m.lag) if m.lag > 0.0 and s.cycle > 0 else 0.0
     for c in range(6):
-        history[now, c] = keep * history[before, c] + (1.0 - keep) * out[c]
+        if s.cycle == 0 or m.lag <= 0.0:
+            history[now, c] = out[c]
+        else:
+            # trapezoidal: late by the lag at any rate, not by half a sample less
+            mean = 0.5 * (history[n, c] + out[c])
+            part = m.dt / (m.lag + 0.5 * m.dt)
+            history[now, c] = history[before, c] + part * (mean - history[before, c])
+        history[n, c] = out[c]
     delay = min(m.skew / m.dt, float(min(s.cycle, n - 2)))
     k = int(math.floor(delay))
     w = delay - k

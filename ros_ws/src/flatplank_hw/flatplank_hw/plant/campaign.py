@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flatplank_hw.plant.bridges import past_of_bridges
 from flatplank_hw.plant.config import PlantConfig
 from flatplank_hw.plant.records import build_records, initial_state
 from flatplank_hw.plant.rolling import roll
@@ -110,7 +111,7 @@ class Campaign:
         rows = int((run.length + 0.1) / c.plank.fast_speed / self.dt)
         out = np.empty((rows, len(COLUMNS) + len(TRUTHS)))
         noise = random.standard_normal((rows, 8))
-        history = np.zeros((max(int(m["skew"][0] / self.dt) + 4, 4), 6))
+        history = past_of_bridges(float(m["skew"][0]), self.dt)
         delay = run.start_delay + float(r.drives["start_delay"][0])
         n = roll(
             m, s, r.tire, state["tire_state"], state["bristles"], op, r.curve, r.road_map, r.mix,

@@ -11,6 +11,7 @@ import numpy as np
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Health
 from flatplank_hw.plant import layout
+from flatplank_hw.plant.bridges import past_of_bridges
 from flatplank_hw.plant.config import PlantConfig
 from flatplank_hw.plant.cycle import cycle as run_cycle
 from flatplank_hw.plant.operator import Operator
@@ -60,8 +61,7 @@ class Plant:
         self._arguments = (
             r.machine, self._state, r.tire, self._tire_state, self._bristles, state["operator"],
             r.drives, self._drive_state, self._commands, r.curve, r.road_map, r.mix, r.drift,
-            np.zeros((max(int(float(r.machine["skew"][0]) * rate_hz) + 4, 4), 6)), np.zeros(10),
-            self._noise,
+            past_of_bridges(float(r.machine["skew"][0]), 1.0 / rate_hz), np.zeros(10), self._noise,
         )  # fmt: skip
 
     def step(self, commands: Sequence[AxisCommand] = ()) -> BusInputs:

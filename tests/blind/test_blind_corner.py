@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Without the effect the fit of the tire may end in a corner that hides it: the way out."""
+
+from __future__ import annotations
+
+from flatplank_control.blind import cases
+from flatplank_control.blind.journal import diagnose
+from flatplank_control.blind.menu import GAPS
+
+
+def test_a_gap_that_a_strange_tire_imitates_is_found(monkeypatch):
+    # a contact length at the end of its range takes most of what the gap does in this campaign,
+    # and where it stands there the gap of the drive brings nothing
+    monkeypatch.setattr(cases, "sizes_of", lambda _case: {"rack_backlash": 3e-4})
+    case = cases.Case("single", "plant", ("rack_backlash",), 2.0, number=1)
+    tables, _ = cases.make(case, 4001)
+    found = diagnose(tables)
+    first, *others = found["effects"]
+    assert first["name"] in GAPS and not others
+    assert 2.4e-4 < first["size"] < 3.6e-4
