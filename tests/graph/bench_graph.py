@@ -30,6 +30,9 @@ FIRST_DOMAIN = 20
 DOMAINS = 80
 """Domains up to 101 do not meet the ports of ordinary programs on Linux."""
 
+KEPT = 20000
+"""cycles of which the counts are kept"""
+
 STANDING_COUNTS = 2
 """a wheel that stands rocks within its encoder's last steps; a turning one makes 60 in 50 cycles
 """
@@ -108,6 +111,8 @@ class Graph:
     def _on_inputs(self, msg: BusInputs) -> None:
         first = msg.cycle - msg.count + 1
         self._counts.update(enumerate(msg.wheel_counts, first))
+        while next(iter(self._counts)) < first - KEPT:
+            del self._counts[next(iter(self._counts))]
 
     def shaft(self, cycles: int) -> list[int]:
         """Wheel encoder counts of the next bus cycles, read from the raw image."""

@@ -4,12 +4,14 @@ could make them for 30 to 45 minutes before it had to be started anew."""
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import pytest
 from bench_graph import Graph, graph
+from rclpy.task import Task
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.recording.run_record import load_record
@@ -104,6 +106,8 @@ def soak(bench: Graph, seconds: float, capsys) -> list[Look]:
         minutes, memory = looks[-1].cycle / RATE / 60, sum(looks[-1].memory.values())
         with capsys.disabled():
             print(f"{minutes:6.1f} of {seconds / 60:.0f} min, {memory:.1f} MB", flush=True)
+    # nor does who asks the bench get slower: no message leaves a task behind
+    assert sum(isinstance(o, Task) for o in gc.get_objects()) < 10
     for k in range(1, number + 1):
         assert load_record(bench.data / f"soak_{k}").cycles_lost == 0
     return looks

@@ -11,6 +11,7 @@ from typing import Any
 import rclpy
 import yaml
 from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
@@ -34,6 +35,8 @@ class BenchClient:
         # with handlers of its own rclpy would be gone before a Ctrl-C cancels anything
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(name)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
 
     def __enter__(self) -> BenchClient:
@@ -42,6 +45,7 @@ class BenchClient:
     def __exit__(
         self, kind: type | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown()
 
@@ -53,7 +57,7 @@ class BenchClient:
         if not client.wait_for_service(timeout_sec=timeout):
             raise BenchError(f"{name}: not there after {timeout:g} s; is the bench running?")
         future = client.call_async(kind.Request(**fields))
-        rclpy.spin_until_future_complete(self.node, future, timeout_sec=timeout)
+        self._until(future, timeout)
         if not future.done():
             raise BenchError(f"{name}: no answer within {timeout:g} s")
         return future.result()
@@ -83,7 +87,17 @@ class BenchClient:
 
     def spin(self, seconds: float) -> None:
         """Let messages come for a while [s of wall clock]."""
-        rclpy.spin_once(self.node, timeout_sec=seconds)
+        self._executor.spin_once(timeout_sec=seconds)
+
+    def _until(self, future: Any, seconds: float) -> None:
+        """Let messages come until a future is done, or for so long [s of wall clock].
+
+        The executor's own way leaves a callback in the future with every message, and as many
+        tasks that the next wait must do first, with a callback each: it gets slower for ever.
+        """
+        end = time.monotonic() + seconds
+        while not future.done() and (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
 
     def measure(
         self,
@@ -126,8 +140,8 @@ class BenchClient:
             except KeyboardInterrupt:
                 # the runner ends safely first, and says what is left to do by hand
                 cancelled = handle.cancel_goal_async()
-                rclpy.spin_until_future_complete(self.node, cancelled, timeout_sec=5.0)
-                rclpy.spin_until_future_complete(self.node, result, timeout_sec=20.0)
+                self._until(cancelled, 5.0)
+                self._until(result, 20.0)
                 message = result.result().result.message if result.done() else "no answer"
                 raise KeyboardInterrupt(message) from None
             answer = result.result().result
@@ -141,7 +155,7 @@ class BenchClient:
         """Until the future is done; BenchError when the server has been gone for a while."""
         seen = time.monotonic()
         while not future.done():
-            rclpy.spin_until_future_complete(self.node, future, timeout_sec=0.1)
+            self._until(future, 0.1)
             idle()
             if client.server_is_ready():
                 seen = time.monotonic()
