@@ -5,13 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from flatplank_control.bench.judging import outcome_of
 from flatplank_control.bench.listing import list_kept
 from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.nodes.ros_bench import RosBench
-from flatplank_control.runner.campaign import SUFFIX, Conductor, Job, Journal, plan_from_text
+from flatplank_control.runner.campaign import (
+    SUFFIX,
+    Conductor,
+    Job,
+    Journal,
+    Outcome,
+    plan_from_text,
+)
 from flatplank_control.runner.campaign.adopting import unwritten
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.supervised import supervised
@@ -76,8 +82,10 @@ class CampaignRunner:
             return
         tell("an earlier campaign was interrupted: stop the wheel, close its bag")
         await self._end("interrupted", "the runner ended", tell)
-        if self._adopt():
+        adopted = self._adopt()
+        if adopted is not None:
             tell(f"{self.journal.path.name}: the run that was not written down is there")
+            tell(f"{adopted.file}: {adopted.text()}")
             if self.conductor.over:  # no further run begins by unloading
                 await self.bench.do(Manual("unload", 0.0))
 
@@ -85,19 +93,18 @@ class CampaignRunner:
         for refusal in await self.bench.end(status, why):
             tell(refusal)
 
-    def _adopt(self) -> bool:
+    def _adopt(self) -> Outcome | None:
         """The runner may have died between the end of a bag and its line in the journal."""
         job = self.conductor.take(self.journal.interrupted)
         if job is None:
-            return False
+            return None
         path = unwritten(self.folder, job, self.journal)
         if path is not None:
             nothing = Standstill("before the run"), Standstill("after the run")
             limits = self.conductor.plan.quality
-            self.conductor.finish(job, outcome_of(path, job, limits, *nothing))
-            return True
+            return self.conductor.finish(job, outcome_of(path, job, limits, *nothing))
         self.conductor.give_back(job)
-        return False
+        return None
 
     def _stop(self, cancelled: Callable[[], bool]) -> None:
         if cancelled():
@@ -109,7 +116,7 @@ class CampaignRunner:
             wish, self.wish = self.wish, ""
             raise Wished(wish)
 
-    async def _make(self, job: Job) -> Any:
+    async def _make(self, job: Job) -> Outcome:
         before, after = Standstill("before the run"), Standstill("after the run")
         turn = TurnWatch()
         for step in supervised(job.measurement, before, after, turn):
