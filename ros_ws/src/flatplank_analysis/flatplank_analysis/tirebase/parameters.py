@@ -43,9 +43,7 @@ def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
         Parameter("shape", "1", 3.0, 1.3, 12.0, 0.5, prior=2.0),
         Parameter("fall", "1", 0.0, -0.4, 0.6, 0.05, prior=0.2),
         Parameter("round", "1", 0.5, -0.3, 1.6, 0.3, prior=0.6),
-        # slip over the travel of the road (0), over the rolled distance (1), or between: further
-        # out it would imitate a tire that grips less in one direction
-        Parameter("denom", "1", 0.5, 0.0, 1.0, 0.3),
+        Parameter("denom", "1", 0.5, -0.3, 1.6, 0.3),
         Parameter("carcass", "N/m", 2.5e5, 4e4, 3e6, 3e4),
         Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01, prior=0.2 * half),
         Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),
