@@ -47,23 +47,6 @@ def test_settles_where_the_weighted_sum_is_smallest():
     assert abs(k - fit.terms[0].values[0]) > 1e-5
 
 
-def test_a_number_that_is_pressed_against_its_range_imitates_nothing():
-    ball = throw(7, 0.02)
-    late = replace(ball.parameters[1], upper=-0.02)
-    ball.parameters = (ball.parameters[0], late)
-    fitter, fit = _plain(ball, (Term(Drag, np.array([0.005])),))
-    at = {name: row for row, (_, name) in enumerate(fit.free)}
-    assert fit.at_bound == ("late",)
-    assert fit.imitating() == [at["g"], at["k"]]
-    # it is not held: where it is let go, it moves
-    assert fit.loose() == [at["g"], at["late"], at["k"]]
-    found = settle(_metric(np.ones(ball.runs.runs)), fitter, fit).fit
-    assert found.at_bound == fitter.grown(found, Term(Wind, np.array([0.1]))).at_bound == ("late",)
-    # an effect at the end of its range is no part of the base
-    none = fitter.fit(fit.base, (Term(Drag, np.array([0.0])),), iterations=0)
-    assert "k" in none.at_bound and at["k"] in none.imitating()
-
-
 def test_growing_and_shrinking_a_fit_keeps_its_rows():
     ball = throw(8, 0.02)
     fitter, fit = _plain(ball)

@@ -108,7 +108,7 @@ class Judge:
         term, groups = fit.terms[index], state.runs.groups
         drop = self.without - found.chi2
         direction = amplitude(fit, index)
-        own = [i for i in fit.imitating() if not _linear(fit, index, *fit.free[i])]
+        own = [i for i in fit.loose() if not _linear(fit, index, *fit.free[i])]
         pieces = _stretches(state, direction)
         columns = np.concatenate([fit.jacobian[own], direction[None], pieces, fit.predicted[None]])
         gram = state.gram(fit.residual(state.runs.measured), columns)

@@ -48,26 +48,14 @@ class Fit:
     """(free parameters, channels, runs, samples), in the scale of the parameters"""
     free: tuple[tuple[int, str], ...] = ()
     """what the rows of the Jacobian are: (-1, base parameter) or (term, parameter)"""
-    stopped: tuple[int, ...] = ()
-    """rows of the Jacobian of numbers that stand at an end of their range"""
+    at_bound: tuple[str, ...] = ()
     iterations: int = 0
     known: tuple[int, ...] = ()
     """rows of the Jacobian of parameters that are known beforehand"""
 
-    @property
-    def at_bound(self) -> tuple[str, ...]:
-        """Names of the numbers that stand at an end of their range."""
-        return tuple(self.free[i][1] for i in self.stopped)
-
     def loose(self) -> list[int]:
-        """Rows of the Jacobian that are not known beforehand."""
+        """Rows of the Jacobian that may imitate an effect."""
         return [i for i in range(len(self.free)) if i not in self.known]
-
-    def imitating(self) -> list[int]:
-        """Rows of the Jacobian that may imitate an effect: a number of the base that is pressed
-        against the end of its range cannot go on."""
-        held = {i for i in self.stopped if self.free[i][0] < 0}
-        return [i for i in self.loose() if i not in held]
 
     def residual(self, measured: np.ndarray) -> np.ndarray:
         """Measured minus predicted."""
@@ -175,27 +163,30 @@ class Fitter:
         new = list(range(len(fit.free), len(z)))
         rows = self.columns(z, predicted, task, new)
         columns = np.concatenate([fit.jacobian, rows])
-        return replace(
-            fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free,
-            stopped=task.stopped(z),
-        )  # fmt: skip
+        return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
     def shrunk(self, fit: Fit, index: int) -> Fit:
         """A fit without one of its terms, the rest as it is."""
         keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]
         terms = tuple(t for i, t in enumerate(fit.terms) if i != index)
         task = Task(self, fit.base, terms)
-        z = task.pack(fit.base, terms)
-        predicted = self.model.predict([task.lane(z)])[0]
+        predicted = self.model.predict([task.lane(task.pack(fit.base, terms))])[0]
         return replace(
             fit, terms=terms, predicted=predicted, jacobian=fit.jacobian[keep], free=task.free,
-            stopped=task.stopped(z), known=task.known,
+            known=task.known,
         )  # fmt: skip
 
     def _result(self, z, task, predicted, chi2, columns, count) -> Fit:
         base, terms = task.unpack(z)
+        stopped = [
+            i
+            for i, (e, v) in enumerate(zip(task.entries, z, strict=True))
+            if min(v * e.scale - e.parameter.lower, e.parameter.upper - v * e.scale)
+            < 1e-6 * e.scale
+        ]
+        bound = tuple(task.entries[i].parameter.name for i in stopped)
         return Fit(
-            base, terms, predicted, chi2, columns, task.free, task.stopped(z), count, task.known
+            base, terms, predicted, chi2, columns, task.free, bound, count, task.known
         )  # fmt: skip
 
     def known_before(self, entries) -> tuple[np.ndarray, np.ndarray]:
@@ -266,11 +257,6 @@ class Task:
         return lane.base, tuple(
             replace(t, values=v) for t, v in zip(self.terms, values, strict=True)
         )
-
-    def stopped(self, z: np.ndarray) -> tuple[int, ...]:
-        """Which of the scaled numbers stand at an end of their range."""
-        near = np.minimum(z - self.lower, self.upper - z) < 1e-6
-        return tuple(int(i) for i in np.flatnonzero(near))
 
     def lane(self, z: np.ndarray) -> Lane:
         """The lane of scaled numbers."""

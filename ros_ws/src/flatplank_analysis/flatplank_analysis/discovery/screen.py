@@ -56,7 +56,7 @@ def screen(state: State) -> Screen:
     """Rank all candidates of a state."""
     blocks = [c.columns for c in state.candidates]
     fit = state.whitened.fit
-    columns = fit.jacobian[fit.imitating()]
+    columns = fit.jacobian[fit.loose()]
     own = len(columns)
     columns = np.concatenate([columns, *blocks])
     gram = state.gram(fit.residual(state.runs.measured), columns)

@@ -88,7 +88,7 @@ def line_search(model: Model, state: State, item: Screened) -> Term:
     own = fit.lane()
     lanes = [Lane(own.base, (*own.effects, (effect, t.values))) for t in terms]
     change = model.predict(lanes) - fit.predicted
-    base = fit.jacobian[fit.imitating()]
+    base = fit.jacobian[fit.loose()]
     gram = state.gram(fit.residual(state.runs.measured), np.concatenate([base, change]))
     products, scores, _ = gram.total()
     n = len(base)

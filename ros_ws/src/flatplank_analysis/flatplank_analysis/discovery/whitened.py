@@ -59,8 +59,5 @@ def settle(
     base, terms = task.unpack(whole(end.point.z))
     columns = fit.jacobian.copy()
     columns[loose] = end.columns
-    found = replace(
-        fit, base=base, terms=terms, predicted=end.point.predicted, jacobian=columns,
-        stopped=task.stopped(whole(end.point.z)),
-    )  # fmt: skip
+    found = replace(fit, base=base, terms=terms, predicted=end.point.predicted, jacobian=columns)
     return Whitened(found, end.point.energy)
