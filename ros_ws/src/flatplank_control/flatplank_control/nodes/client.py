@@ -22,6 +22,8 @@ Say = Callable[[str], None]
 Hear = Callable[[RunMeasurement.Feedback], None]
 SERVER_GONE = 10.0
 """[s of wall clock]"""
+LISTEN = 0.05
+"""Longest wait for one message while something is awaited [s of wall clock]."""
 
 
 class BenchError(Exception):
@@ -94,10 +96,12 @@ class BenchClient:
 
         The executor's own way leaves a callback in the future with every message, and as many
         tasks that the next wait must do first, with a callback each: it gets slower for ever.
+        Every wait is as long as the one before: with another length the executor begins its
+        round again, and a topic that always has something to say keeps it from the answer.
         """
         end = time.monotonic() + seconds
-        while not future.done() and (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+        while not future.done() and time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=LISTEN)
 
     def measure(
         self,
