@@ -197,22 +197,17 @@ class _Searcher:
         state = step.state
         before = sum(f.decision.drop for f in step.found)
         judge = Judge(state, state.whitened.chi2, step.screen.usual, before)
-        tried: list[tuple[Decision, Whitened]] = []
-        for item in shortlist(step.screen, self.looked_at, self.options.refits):
-            found = self.refit(state, item)
-            index = len(found.fit.terms) - 1
-            tried.append((judge.decide(found, index, self.looked_at[item.identifier]), found))
-        tried = self.from_cold(judge, tried)
-        tried.sort(key=lambda pair: -pair[0].drop)
+        items = shortlist(step.screen, self.looked_at, self.options.refits)
+        warm = [self.refit(state, item) for item in items]
+        tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
         step.refits = [d for d, _ in tried]
-        for rough, near in self.preferred(tried):
+        for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
-            looked = self.looked_at[rough.term.effect.identifier]
             best = state.settle(near.fit)
             # the place found with the effect may be a better one without it, too
             less = state.settle(self.fitter.shrunk(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
-            decision = fair.decide(best, index, looked)
+            decision = self.newest(fair, best)
             if not decision.accepted:
                 continue
             # from both places: the one may end in a corner of the law
@@ -222,6 +217,11 @@ class _Searcher:
             taken = Found(decision, *self.alike(step, decision))
             return self.step_of(fit, [*step.found, taken], near=best.fit)
         return None
+
+    def newest(self, judge: Judge, found: Whitened) -> Decision:
+        """The tests of the last effect of a fit."""
+        terms = found.fit.terms
+        return judge.decide(found, len(terms) - 1, self.looked_at[terms[-1].effect.identifier])
 
     def refit(self, state: State, item: Screened) -> Whitened:
         """Whitened refit from the best of several sizes, the base as it is."""
@@ -236,14 +236,15 @@ class _Searcher:
     def from_cold(
         self, judge: Judge, tried: list[tuple[Decision, Whitened]]
     ) -> list[tuple[Decision, Whitened]]:
-        """The same, with those that are beyond the scatter and refused for another reason, and
-        bring more than any that is not refused, refitted with the base from its start values.
+        """Refits by gain; of the two first, those that are beyond the scatter, refused for
+        another reason, and bring more than any that is accepted, with the base refitted from its
+        start values.
 
         Without the effect the base may have ended in a corner that imitates it; from there no
         refit gets out.
         """
         accepted = max((d.drop for d, _ in tried if d.accepted), default=0.0)
-        out = sorted(tried, key=lambda pair: -pair[0].drop)
+        out = _by_drop(tried)
         cold = start_base(self.model, self.options.start)
         for i, (d, warm) in enumerate(out[:COLD]):
             named = not d.term.effect.generic
@@ -251,10 +252,8 @@ class _Searcher:
                 continue
             found = judge.state.settle(self.fitter.fit(cold, warm.fit.terms))
             if found.chi2 < warm.chi2 - EVIDENCE:
-                index = len(found.fit.terms) - 1
-                looked = self.looked_at[d.term.effect.identifier]
-                out[i] = (judge.decide(found, index, looked), found)
-        return out
+                out[i] = (self.newest(judge, found), found)
+        return _by_drop(out)
 
     def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
         """Acceptable refits by gain; a free law only when no named effect is acceptable.
@@ -329,6 +328,11 @@ class _Searcher:
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
             out.append(Found(decision, found.alike, found.weakly))
         return out
+
+
+def _by_drop(tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
+    """Refits, the largest gain first."""
+    return sorted(tried, key=lambda pair: -pair[0].drop)
 
 
 def _needed(decision: Decision, explained: float) -> bool:

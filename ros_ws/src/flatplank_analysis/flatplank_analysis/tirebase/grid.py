@@ -18,8 +18,6 @@ FILTER = 0.075
 """[s] standard deviation of the Gaussian filter at SPEED"""
 SAMPLE = 0.05
 """[s] block length at SPEED; faster recordings are averaged in blocks first"""
-
-
 START = 0.0005
 """[m] plank travel that counts as started"""
 BEFORE = 0.4

@@ -95,13 +95,14 @@ def lagged(m, s, history, out):
     n = history.shape[0] - 1
     now = s.cycle % n
     before = (s.cycle - 1) % n
+    lags = m.lag > 0.0 and s.cycle > 0
+    part = m.dt / (m.lag + 0.5 * m.dt)
     for c in range(6):
-        if s.cycle == 0 or m.lag <= 0.0:
+        if not lags:
             history[now, c] = out[c]
         else:
             # trapezoidal: late by the lag at any rate, not by half a sample less
             mean = 0.5 * (history[n, c] + out[c])
-            part = m.dt / (m.lag + 0.5 * m.dt)
             history[now, c] = history[before, c] + part * (mean - history[before, c])
         history[n, c] = out[c]
     delay = min(m.skew / m.dt, float(min(s.cycle, n - 2)))
