@@ -17,7 +17,7 @@ from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects import registry
 from flatplank_analysis.effects.checks import check_effect, probe_model
-from flatplank_analysis.effects.registry import GROUP, find, library, load_file
+from flatplank_analysis.effects.registry import GROUP, find, library, load_file, source_file
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
@@ -153,6 +153,18 @@ def test_broken_file_and_empty_file(tmp_path):
         load_file(_own(tmp_path, "x = 1", "empty.py"))
     with pytest.raises(FlatplankError, match="no such file"):
         load_file(tmp_path / "nowhere.py")
+
+
+def test_files_of_one_name_are_told_apart(tmp_path):
+    files = {}
+    for identifier in ("rail_friction", "seal_friction"):
+        folder = tmp_path / identifier
+        folder.mkdir()
+        text = OWN.replace("rail_friction", identifier)
+        files[identifier] = _own(folder, text, "mine.py")
+    known = library(files.values())
+    found = {name: source_file(known[name]) for name in files}
+    assert found == {name: str(file) for name, file in files.items()}
 
 
 def test_node_hook_gives_the_same_as_the_compiled_loop(tmp_path):

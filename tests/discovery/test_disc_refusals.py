@@ -16,7 +16,7 @@ from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.effects.checks import probe_model
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.data import load_runs
+from flatplank_analysis.tirebase.data import from_tables, load_runs
 from flatplank_analysis.tirebase.parameters import NAMES
 from flatplank_analysis.tirebase.session import Session
 
@@ -135,6 +135,18 @@ def test_a_run_that_cannot_be_used_is_skipped_and_told(tables, tmp_path, capsys)
     assert f"{tables[2].info.file}: no 'wheel_angle': not used" in seen.err
     assert add.main(["hub_gain", str(folder), "--model", str(model)]) == 0
     assert "no 'wheel_angle': not used" in capsys.readouterr().err
+
+
+def test_a_run_that_ended_early_does_not_shorten_the_others(tables, tmp_path):
+    whole = from_tables(tables)
+    early = tables[3]
+    stop = len(early) // 2
+    cut = MeasurementTable({n: c[:stop] for n, c in early.columns.items()}, early.info)
+    campaign_ = Campaign.load(save([*tables[:3], cut, *tables[4:]], tmp_path))
+    data = load_runs(campaign_)
+    assert data.position.shape == (len(tables) - 1, whole.position.shape[1])
+    (told,) = [str(p) for p in campaign_.problems]
+    assert early.info.file in told and "m is usual for its step: not used" in told
 
 
 def test_without_a_usable_run_the_first_reason_is_told(tables, tmp_path, capsys):

@@ -31,6 +31,15 @@ def test_bench_by_keyboard(visitor):
     looked_after(who)
 
 
+@pytest.mark.parametrize("width", [390, 900, 1280, 1440])
+def test_stop_is_in_view_on_every_screen(visitor, width):
+    who = visitor()
+    who.page.set_viewport_size({"width": width, "height": 800})
+    box = who.button("STOP").bounding_box()
+    assert box["x"] >= 0 and box["x"] + box["width"] <= width and box["y"] + box["height"] < 140
+    assert who.page.evaluate("document.documentElement.scrollWidth") == width
+
+
 def test_pictures_of_bench_and_runs(operator, observer, pictures):
     operator.fill("Load [N]", 3700)
     operator.click("Set Load")

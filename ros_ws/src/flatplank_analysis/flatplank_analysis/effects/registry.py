@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
+from zlib import crc32
 
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.base import TireEffect
@@ -64,7 +65,8 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     path = Path(path)
     if not path.is_file():
         raise FlatplankError("no such file", str(path), "give the path of a Python file")
-    name = f"{_USER}{path.stem}"
+    # files of one name in two folders are two modules
+    name = f"{_USER}{path.stem}_{crc32(bytes(path.resolve())):08x}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise FlatplankError("is not a Python file", str(path), "give a file that ends in .py")

@@ -13,6 +13,7 @@ from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.tirebase.calm import Common, as_input, as_load
+from flatplank_analysis.tirebase.early import ended_early
 from flatplank_analysis.tirebase.grid import (
     BEFORE,
     SPEED,
@@ -103,9 +104,19 @@ def load_runs(campaign: Campaign) -> TireRuns:
         raise NothingUsableError(
             f"no usable slip run{first}", campaign.path, "measure runs with a slip step"
         )
-    for problem in _dropped(tables):
+    short = {i: _short(tables[i], *travels) for i, *travels in ended_early(tables)}
+    tables = [t for i, t in enumerate(tables) if i not in short]
+    for problem in (*short.values(), *_dropped(tables)):
         campaign.note(problem)
     return from_tables(tables)
+
+
+def _short(table: MeasurementTable, travel: float, usual: float) -> Problem:
+    return Problem(
+        table.info.file,
+        f"{travel:.2f} m of road, {usual:.2f} m is usual for its step: not used",
+        remedy="measure it again, or delete it",
+    )
 
 
 def _require(table: MeasurementTable) -> None:
