@@ -21,6 +21,7 @@ from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report import figures
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.wording import quantity
 
 
 class _Book:
@@ -93,7 +94,7 @@ def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
         effects=[_effect(result, book, i) for i in range(len(result.found))],
         refused=_refused(result),
         events=result.events[:8],
-        detectable=sorted(result.detectable.items()),
+        detectable=[(k, quantity(*v, 2)) for k, v in sorted(result.detectable.items())],
     )
 
 
@@ -103,7 +104,7 @@ def _effect(result: Diagnosis, book: _Book, number: int) -> dict[str, Any]:
     effect = found.decision.term.effect
     low, high = data["interval"]
     return data | {
-        "text": f"{data['size']:.3g} {data['unit']} (90 %: {low:.3g} to {high:.3g})",
+        "text": f"{quantity(data['size'], data['unit'])} (90 %: {low:.3g} to {high:.3g})",
         "svg": book.add(f"collapse{number}", figures.collapse(result.search, number)),
         "alike": found.alike,
         "what": effect.what,
@@ -120,7 +121,7 @@ def _refused(result: Diagnosis) -> list[dict[str, str]]:
             name = d.term.effect.identifier
             if d.reasons and name not in taken:
                 unit = d.term.effect.main_parameter().unit
-                size = f"{d.term.size:.3g} {unit}"
+                size = quantity(d.term.size, unit)
                 out[name] = {"name": name, "size": size, "why": "; ".join(d.reasons)}
     return list(out.values())
 
