@@ -204,6 +204,8 @@ class _Searcher:
         for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
             best = state.settle(near.fit)
+            if not step.found:  # what comes later goes on from there
+                best = self.restarted(state, best)
             # the place found with the effect may be a better one without it, too
             less = state.settle(self.fitter.shrunk(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
@@ -237,23 +239,29 @@ class _Searcher:
         self, judge: Judge, tried: list[tuple[Decision, Whitened]]
     ) -> list[tuple[Decision, Whitened]]:
         """Refits by gain; of the two first, those that are beyond the scatter, refused for
-        another reason, and bring more than any that is accepted, with the base refitted from its
-        start values.
-
-        Without the effect the base may have ended in a corner that imitates it; from there no
-        refit gets out.
+        another reason, and bring more than any that is accepted, with the base from its start.
         """
         accepted = max((d.drop for d, _ in tried if d.accepted), default=0.0)
         out = _by_drop(tried)
-        cold = start_base(self.model, self.options.start)
         for i, (d, warm) in enumerate(out[:COLD]):
-            named = not d.term.effect.generic
-            if d.accepted or d.drop < accepted or d.p_repeats > d.level or not named:
+            if d.accepted or d.drop < accepted or d.p_repeats > d.level:
                 continue
-            found = judge.state.settle(self.fitter.fit(cold, warm.fit.terms))
-            if found.chi2 < warm.chi2 - EVIDENCE:
+            found = self.restarted(judge.state, warm)
+            if found is not warm:
                 out[i] = (self.newest(judge, found), found)
         return _by_drop(out)
+
+    def restarted(self, state: State, found: Whitened) -> Whitened:
+        """The same effects with the base from its start values, when that is better.
+
+        Without the effect the base may have ended in a corner that imitates it, with a number at
+        an end of its range; from there no refit gets out.
+        """
+        if not found.fit.at_bound or found.fit.terms[-1].effect.generic:
+            return found
+        cold = start_base(self.model, self.options.start)
+        other = state.settle(self.fitter.fit(cold, found.fit.terms))
+        return other if other.chi2 < found.chi2 - EVIDENCE else found
 
     def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
         """Acceptable refits by gain; a free law only when no named effect is acceptable.
