@@ -204,7 +204,7 @@ class _Searcher:
         for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
             best = state.settle(near.fit)
-            if not step.found:  # what comes later goes on from there
+            if best.fit.at_bound and not step.found:  # what comes later goes on from there
                 best = self.restarted(state, best)
             # the place found with the effect may be a better one without it, too
             less = state.settle(self.fitter.shrunk(best.fit, index))
@@ -254,10 +254,10 @@ class _Searcher:
     def restarted(self, state: State, found: Whitened) -> Whitened:
         """The same effects with the base from its start values, when that is better.
 
-        Without the effect the base may have ended in a corner that imitates it, with a number at
-        an end of its range; from there no refit gets out.
+        Without the effect the base may have ended in a corner that imitates it; from there no
+        refit gets out. A free law is left as it is: it is no reason for a corner.
         """
-        if not found.fit.at_bound or found.fit.terms[-1].effect.generic:
+        if found.fit.terms[-1].effect.generic:
             return found
         cold = start_base(self.model, self.options.start)
         other = state.settle(self.fitter.fit(cold, found.fit.terms))
