@@ -3,6 +3,11 @@
 
 from __future__ import annotations
 
+from flatplank_analysis.discovery.search import run_search
+from flatplank_analysis.discovery.state import start_base
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
 from flatplank_control.blind import cases
 from flatplank_control.blind.journal import diagnose
 from flatplank_control.blind.menu import GAPS
@@ -18,3 +23,14 @@ def test_a_gap_that_a_strange_tire_imitates_is_found(monkeypatch):
     first, *others = found["effects"]
     assert first["name"] in GAPS and not others
     assert 2.4e-4 < first["size"] < 3.6e-4
+
+
+def test_a_search_does_not_end_in_the_corner_that_its_first_effect_left_behind():
+    # a steering angle that is off drives the tire to strange numbers, which stayed beside it
+    case = cases.Case("single", "second", ("steering_zero",), 2.0, design="angles", number=1)
+    tables, _ = cases.make(case, 4001)
+    model = TireModel(from_tables(tables))
+    end = run_search(model, list(library().values())).last.state
+    assert [t.effect.identifier for t in end.fit.terms] == ["steering_zero"]
+    anew = end.settle(end.fitter.fit(start_base(model, {}), end.fit.terms))
+    assert end.whitened.chi2 < 1.01 * anew.chi2

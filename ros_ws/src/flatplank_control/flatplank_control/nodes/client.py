@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from flatplank_control.nodes.interrupt import Interrupt
 from flatplank_msgs.action import RunMeasurement
 
 Say = Callable[[str], None]
@@ -40,8 +41,10 @@ class BenchClient:
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
+        self._interrupt = Interrupt()
 
     def __enter__(self) -> BenchClient:
+        self._interrupt.__enter__()
         return self
 
     def __exit__(
@@ -50,6 +53,7 @@ class BenchClient:
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown()
+        self._interrupt.__exit__(kind, value, trace)
 
     def call(self, kind: type, name: str, /, timeout: float = 10.0, **fields: Any) -> Any:
         """Call a service; BenchError when it does not answer in time [s of wall clock]."""
@@ -89,7 +93,8 @@ class BenchClient:
 
     def spin(self, seconds: float) -> None:
         """Let messages come for a while [s of wall clock]."""
-        self._executor.spin_once(timeout_sec=seconds)
+        with self._interrupt.held():
+            self._executor.spin_once(timeout_sec=seconds)
 
     def _until(self, future: Any, seconds: float) -> None:
         """Let messages come until a future is done, or for so long [s of wall clock].
@@ -101,7 +106,7 @@ class BenchClient:
         """
         end = time.monotonic() + seconds
         while not future.done() and time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=LISTEN)
+            self.spin(LISTEN)
 
     def measure(
         self,
@@ -125,42 +130,55 @@ class BenchClient:
             say(message.feedback.prompt or message.feedback.step)
             hear(message.feedback)
 
+        text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
+        goal = RunMeasurement.Goal(plan=text, folder=folder, simulated=simulated, resume=resume)
         client = ActionClient(self.node, RunMeasurement, "/run_measurement")
         try:
             if not client.wait_for_server(timeout_sec=10.0):
                 raise BenchError("/run_measurement: not there; is the bench running?")
-            text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
-            goal = RunMeasurement.Goal(
-                plan=text, folder=folder, simulated=simulated, resume=resume
-            )
-            sent = client.send_goal_async(goal, on_feedback)
-            self._await(sent, client, idle)
-            handle = sent.result()
-            if not handle.accepted:
-                raise BenchError("the runner is busy with another measurement")
-            result = handle.get_result_async()
-            try:
-                self._await(result, client, idle)
-            except KeyboardInterrupt:
-                # the runner ends safely first, and says what is left to do by hand
-                cancelled = handle.cancel_goal_async()
-                self._until(cancelled, 5.0)
-                self._until(result, 20.0)
-                message = result.result().result.message if result.done() else "no answer"
-                raise KeyboardInterrupt(message) from None
-            answer = result.result().result
+            with self._interrupt.held():
+                answer = self._goal(client, goal, on_feedback, idle)
         finally:
             client.destroy()
         if not answer.success:
             raise BenchError(answer.message)
         return list(answer.bags)
 
-    def _await(self, future: Any, client: ActionClient, idle: Callable[[], None]) -> None:
-        """Until the future is done; BenchError when the server has been gone for a while."""
+    def _goal(
+        self, client: ActionClient, goal: Any, on_feedback: Hear, idle: Callable[[], None]
+    ) -> Any:
+        """The runner's result. What was sent is cancelled at Ctrl-C: until it is accepted there
+        is nothing to cancel, and Ctrl-C waits.
+        """
+        sent = client.send_goal_async(goal, on_feedback)
+        self._await(sent, client)
+        handle = sent.result()
+        if not handle.accepted:
+            raise BenchError("the runner is busy with another measurement")
+        result = handle.get_result_async()
+        try:
+            self._await(result, client, idle)
+        except KeyboardInterrupt:
+            # the runner ends safely first, and says what is left to do by hand
+            cancelled = handle.cancel_goal_async()
+            self._until(cancelled, 5.0)
+            self._until(result, 20.0)
+            message = result.result().result.message if result.done() else "no answer"
+            raise KeyboardInterrupt(message) from None
+        return result.result().result
+
+    def _await(
+        self, future: Any, client: ActionClient, idle: Callable[[], None] | None = None
+    ) -> None:
+        """Until the future is done; BenchError when the server has been gone for a while.
+        Ctrl-C comes through where something is to be done meanwhile.
+        """
         seen = time.monotonic()
         while not future.done():
             self._until(future, 0.1)
-            idle()
+            if idle is not None:
+                with self._interrupt.let():
+                    idle()
             if client.server_is_ready():
                 seen = time.monotonic()
             elif time.monotonic() - seen > SERVER_GONE:
