@@ -7,6 +7,8 @@ By its name it comes before the browser tests, whose observer keeps rclpy until 
 from __future__ import annotations
 
 import asyncio
+import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from types import SimpleNamespace
@@ -55,6 +57,32 @@ def bench(domain, monkeypatch):
         server.destroy()
         node.destroy_node()
     loop.close()  # what answers late does so to an open one
+
+
+def test_an_answer_that_comes_before_its_question_is_noted(bench, monkeypatch):
+    """The thread that asks may stall between the two."""
+    over = threading.Event()
+
+    def stalls(*args, **kwargs):
+        time.sleep(0.3)
+        return Future(*args, **kwargs)
+
+    def answer():
+        while not over.wait(0.01):
+            bench.spin()
+
+    monkeypatch.setattr("rclpy.action.client.Future", stalls)
+    monkeypatch.setattr(panel, "PATIENCE", 5.0)
+    runner = threading.Thread(target=answer)
+    runner.start()
+    try:
+        began = bench.run(bench.link.measure("", "", True))
+        stopped = bench.run(bench.link.cancel())
+    finally:
+        over.set()
+        runner.join()
+    assert began.accepted, began.reason
+    assert stopped.accepted, stopped.reason
 
 
 def test_a_silent_runner_is_named(bench):

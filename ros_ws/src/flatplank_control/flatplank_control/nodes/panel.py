@@ -232,10 +232,14 @@ class PanelNode:
         if not await self._wait(self._runner.server_is_ready):
             return Reply(False, "the measurement runner is not there: is the bench running?")
         goal = RunMeasurement.Goal(plan=plan, folder=folder, simulated=simulated, resume=True)
-        sent = self._runner.send_goal_async(goal, self._on_feedback)
-        sent.add_done_callback(self._on_goal)  # also when it is late: it can be stopped then
+
+        def send() -> Any:
+            sent = self._runner.send_goal_async(goal, self._on_feedback)
+            sent.add_done_callback(self._on_goal)  # also when it is late: it can be stopped then
+            return sent
+
         try:
-            handle = await self._result(sent)
+            handle = await self._answer(send)
         except asyncio.TimeoutError:
             return Reply(False, f"the measurement runner: {LATE}")
         busy = "the runner is busy with another measurement"
@@ -245,7 +249,7 @@ class PanelNode:
         if self._goal is None or not self.state.progress.active:
             return Reply(False, "no measurement is being made")
         try:
-            await self._result(self._goal.cancel_goal_async())
+            await self._answer(self._goal.cancel_goal_async)
         except asyncio.TimeoutError:
             return Reply(False, f"the measurement runner: {LATE}; STOP stops the wheel")
         return Reply(True)
@@ -275,6 +279,12 @@ class PanelNode:
                 return False
             await asyncio.sleep(0.02)
         return True
+
+    async def _answer(self, send: Callable[[], Any]) -> Any:
+        """Answer to what is sent to the runner, by the thread that hears: an action client has no
+        lock, and an answer that comes before its question is noted is lost.
+        """
+        return await self._result(await self._result(self._executor.create_task(send)))
 
     async def _result(self, future: Any) -> Any:
         """Result of a future of rclpy in the event loop of the page."""
