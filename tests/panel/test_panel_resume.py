@@ -8,38 +8,23 @@ import yaml
 from panel_rig import wait_for
 from short_plan import short_plan
 
-from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import BenchSetup
-
-pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(240)]
-
-
-@pytest.fixture
-def quick_bench(visitor, observer, tmp_path):
-    """Somebody in charge of a bench that makes its cycles as fast as they are asked for."""
-    who = visitor()
-    wait_for(lambda: "nobody" in who.page.locator("header").text_content(), 20.0, "charge is free")
-    who.take()
-    if observer.running:
-        who.click("Stop bench")
-        wait_for(lambda: not observer.running, 60.0, "the bench has stopped")
-    setup = BenchSetup(data=str(tmp_path), pace="hold")
-    with BenchProcesses(setup, log=tmp_path / "nodes.log") as nodes:
-        observer.client.wait_connected(nodes.running, 90.0)
-        yield who
-        who.click("Hand back")
-        who.button("Take charge").wait_for()
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.graph,
+    pytest.mark.long,
+    pytest.mark.timeout(400),
+]
 
 
-def test_the_page_goes_on_with_a_stopped_campaign(quick_bench, data):
-    who = quick_bench
+def test_the_page_goes_on_with_a_stopped_campaign(operator, data):
+    who = operator
     plan = data / "plans" / "one_run.yaml"
     plan.parent.mkdir(exist_ok=True)
     plan.write_text(short_plan("one_run"))
     folder = data / "two_days"
 
     def says(text: str) -> None:
-        who.page.get_by_text(text, exact=True).wait_for(timeout=90_000)
+        who.page.get_by_text(text, exact=True).wait_for(timeout=150_000)
 
     who.tab("Measure")
     who.fill("Folder below the data folder", folder.name)
