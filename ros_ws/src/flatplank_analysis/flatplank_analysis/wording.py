@@ -3,7 +3,18 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+
+def plain(value: float, digits: int = 3) -> str:
+    """Significant digits; powers of ten only where a plain number would be hard to read."""
+    if not 1e-4 <= abs(value) < 1e6:
+        return f"{value:.{digits}g}"
+    return np.format_float_positional(
+        value, precision=digits, unique=False, fractional=False, trim="-"
+    )
+
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
     """A number with its unit; what has none (unit "1") stands alone."""
-    return f"{value:.{digits}g}" + ("" if unit == "1" else f" {unit}")
+    return plain(value, digits) + ("" if unit == "1" else f" {unit}")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.discovery import where
-from flatplank_analysis.wording import quantity
+from flatplank_analysis.wording import plain, quantity
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -82,7 +82,7 @@ def _text(data: dict) -> str:
     for m in data["where"][:4] if data["unexplained"] > 0.0 else ():
         low, high = m["range"]
         lines.append(
-            f"over {m['coordinate']}: {m['share']:.0%} within {low:.3g} .. "
+            f"over {m['coordinate']}: {m['share']:.0%} within {plain(low)} .. "
             + quantity(high, m["unit"])
         )
     return "\n".join(lines)

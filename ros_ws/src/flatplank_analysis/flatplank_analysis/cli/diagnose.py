@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.modelfile import ModelFile, write_atomic
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.session import Session
-from flatplank_analysis.wording import quantity
+from flatplank_analysis.wording import plain, quantity
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -93,7 +93,7 @@ def text_of(result: Diagnosis) -> str:
         low, high = d.interval
         lines += [
             f"{effect.identifier}: {quantity(d.term.size, unit, 4)} "
-            f"(90 %: {low:.4g} .. {high:.4g}), {effect.kind}, p = {d.p_value:.2g}",
+            f"(90 %: {plain(low, 4)} .. {plain(high, 4)}), {effect.kind}, p = {d.p_value:.2g}",
             f"  {effect.what}",
             f"  check: {effect.check}",
             f"  removed by: {effect.removes}",

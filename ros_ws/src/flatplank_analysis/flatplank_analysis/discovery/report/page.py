@@ -21,7 +21,7 @@ from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report import figures
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.wording import quantity
+from flatplank_analysis.wording import plain, quantity
 
 
 class _Book:
@@ -104,7 +104,7 @@ def _effect(result: Diagnosis, book: _Book, number: int) -> dict[str, Any]:
     effect = found.decision.term.effect
     low, high = data["interval"]
     return data | {
-        "text": f"{quantity(data['size'], data['unit'])} (90 %: {low:.3g} to {high:.3g})",
+        "text": f"{quantity(data['size'], data['unit'])} (90 %: {plain(low)} to {plain(high)})",
         "svg": book.add(f"collapse{number}", figures.collapse(result.search, number)),
         "alike": found.alike,
         "what": effect.what,

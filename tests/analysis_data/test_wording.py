@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from flatplank_analysis.wording import plain, quantity
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (99.6, 2, "100"),
+        (0.0009123, 3, "0.000912"),
+        (-83_012.0, 3, "-83000"),
+        (0.05, 3, "0.05"),
+        (2.5e-6, 3, "2.5e-06"),
+        (3.2e7, 2, "3.2e+07"),
+        (0.0, 3, "0"),
+        (math.nan, 3, "nan"),
+        (math.inf, 3, "inf"),
+    ],
+)
+def test_no_power_of_ten_where_a_plain_number_does(value, digits, text):
+    assert plain(value, digits) == text
+
+
+def test_the_unit_stands_behind_and_no_unit_is_not_said():
+    assert (quantity(79.96, "N"), quantity(0.1, "1")) == ("80 N", "0.1")
