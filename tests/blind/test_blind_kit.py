@@ -132,6 +132,14 @@ def test_points():
     assert not points_of(entry("outside", ["bump"], [], "partly", place, [elsewhere]))["right"]
 
 
+def test_sizes_of_unlike_units_are_not_compared():
+    one = entry("single", ["wear"], [("wear", 1.05)])
+    one["diagnosis"]["effects"][0]["unit"] = "m"
+    for unit, covered in (("m", [True]), ("1", [])):
+        one["answer"]["effects"][0]["unit"] = unit
+        assert points_of(one)["covered"] == covered and points_of(one)["right"]
+
+
 def test_the_page_says_what_the_journal_says():
     entries = [
         entry("single", ["wear"], [("wear", 1.05)]),

@@ -42,6 +42,20 @@ def test_the_form_of_the_force_law_is_no_false_name(tmp_path, capsys):
     assert "hidden: nothing" in capsys.readouterr().out
 
 
+def test_the_size_of_another_quantity_is_not_judged(tmp_path, capsys):
+    hidden = {"name": "crosstalk_fz", "size": 0.015, "unit": "1", "class": ["runout_2"]}
+    seal({"seed": 1, "effects": [hidden], "outside": None}, tmp_path)
+    named = {"name": "runout_2", "size": 3e-4, "unit": "m", "interval": [2e-4, 4e-4], "class": []}
+    _write(tmp_path, verdict="found", effects=[named])
+    assert reveal.main([str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "hidden: crosstalk_fz, 0.015\n" in out
+    assert "found as runout_2, whose size is another quantity" in out and "%" not in out
+    _write(tmp_path, verdict="found", effects=[named | {"unit": "1"}])
+    assert reveal.main([str(tmp_path)]) == 0
+    assert "(-98 %), its interval misses the truth" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("text", ["[]", "{}", "{", '{"verdict": "found", "effects": [1]}'])
 def test_what_is_no_diagnosis_gets_one_line(tmp_path, text):
     seal({"seed": 1, "effects": [], "outside": None}, tmp_path)

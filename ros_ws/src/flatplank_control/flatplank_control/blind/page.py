@@ -89,7 +89,8 @@ size that is of no consequence.
 The two of a pair have three times their detectable size each.
 Nulls have no scatter or 3 % scatter of the tire from run to run, and four colours of noise.
 Intervals in brackets are Wilson's, 95 %. An extra `tire_law` is not counted as a false effect: it
-says that the force law is of another form, not that the machine has a fault."""
+says that the force law is of another form, not that the machine has a fault. Where an effect of
+the same class is named in another unit than what was hidden, its size is not judged."""
 
 
 def _scores(scored: Sequence[tuple[str, str, Mapping[str, Any]]]) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from flatplank_analysis.discovery.score import score
+from flatplank_control.sealed.sizes import comparable
 
 
 def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -17,7 +18,9 @@ def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
     found = score(diagnosis, answer)
     hidden = answer["effects"]
     matched = [
-        m for m, h in zip(found["effects"], hidden, strict=True) if m["named"] and h["sized"]
+        m
+        for m, h in zip(found["effects"], hidden, strict=True)
+        if m["named"] and h["sized"] and comparable(m, h, diagnosis)
     ]
     out = {
         "group": entry["case"]["group"],

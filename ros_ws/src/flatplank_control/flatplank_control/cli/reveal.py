@@ -10,20 +10,24 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.discovery.score import score, unseal
+from flatplank_analysis.wording import plain, quantity
+from flatplank_control.sealed.sizes import comparable
 
 DIAGNOSIS = "diagnosis.json"
 
 
-def text_of(answer: dict, points: dict) -> list[str]:
+def text_of(answer: dict, points: dict, diagnosis: Mapping[str, Any]) -> list[str]:
     """The answer and the score in words."""
-    hidden = [f"{e['name']}, {e['size']:.4g} {e['unit']}" for e in answer["effects"]]
+    hidden = [f"{e['name']}, {quantity(e['size'], e['unit'], 4)}" for e in answer["effects"]]
     hidden += [_outside(answer["outside"])] if answer.get("outside") else []
     lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
-    for e in points["effects"]:
-        if e["named"]:
+    for e, truth in zip(points["effects"], answer["effects"], strict=True):
+        if e["named"] and not comparable(e, truth, diagnosis):
+            lines.append(f"found as {e['as']}, whose size is another quantity")
+        elif e["named"]:
             inside = "covers" if e["covered"] else "misses"
             lines.append(
-                f"found as {e['as']}: {e['size']:.4g} ({100 * e['error']:+.0f} %), "
+                f"found as {e['as']}: {plain(e['size'], 4)} ({100 * e['error']:+.0f} %), "
                 f"its interval {inside} the truth"
             )
         else:
@@ -71,5 +75,5 @@ def main(argv: list[str]) -> int:
     if o.json:
         print(json.dumps({"answer": answer, "score": points}, indent=1))
     else:
-        print("\n".join(text_of(answer, points)))
+        print("\n".join(text_of(answer, points, diagnosis)))
     return 0 if points["right"] else 1

@@ -40,5 +40,5 @@ def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
         teller.now(lines[-1].strip())
     page = write_report(result, folder / "report", session.campaign.path, model.history)
     answer = unseal(folder)
-    lines += [f"  {line}" for line in text_of(answer, score(data, answer))]
+    lines += [f"  {line}" for line in text_of(answer, score(data, answer), data)]
     return [*lines, f"diagnosis: {page}"]
