@@ -57,8 +57,8 @@ def test_a_measurement_is_cancelled(client, runner, where):
         client.measure({}, simulated=True, **{where: ctrl_c})
 
 
-def test_who_is_impatient_ends_at_once(client):
-    with pytest.raises(KeyboardInterrupt), client._interrupt.held():
+def test_who_is_impatient_ends_at_once():
+    with pytest.raises(KeyboardInterrupt), Interrupt() as interrupt, interrupt.held():
         ctrl_c()
         ctrl_c()
         pytest.fail("the second one was kept")

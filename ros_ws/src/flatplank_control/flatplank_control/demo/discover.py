@@ -10,6 +10,7 @@ from flatplank_analysis.discovery.modelfile import ModelFile, save_model, write_
 from flatplank_analysis.discovery.report.page import write_report
 from flatplank_analysis.discovery.score import score, unseal
 from flatplank_analysis.tirebase.session import Session
+from flatplank_analysis.wording import quantity
 from flatplank_control.cli.reveal import DIAGNOSIS, text_of
 from flatplank_control.demo.steps import Teller
 from flatplank_control.sealed.generate import make_challenge
@@ -34,7 +35,7 @@ def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
         model, _, n = session.add(model, effect["name"])
         save_model(model, folder / "model.yaml")
         lines.append(
-            f"  + {effect['name']} {n['size']:.3g} {n['unit']}: error "
+            f"  + {effect['name']} {quantity(n['size'], n['unit'])}: error "
             f"{n['rmse_before']:.1f} -> {n['rmse']:.1f} N (held out {n['held_out']:.1f} N)"
         )
         teller.now(lines[-1].strip())
