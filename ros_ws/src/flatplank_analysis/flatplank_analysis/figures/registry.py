@@ -29,6 +29,7 @@ def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
         beside,
         chapter6,
         chapter7,
+        kinds,
         machine,
         waveforms,
     )
@@ -38,6 +39,7 @@ def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
         "repeatability",
         "models",
         "waveforms",
+        "special",
         "parameters",
         "radius",
         "machine",

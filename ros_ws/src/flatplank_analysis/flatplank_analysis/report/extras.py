@@ -13,6 +13,10 @@ from flatplank_analysis.data.info import RunInfo
 from flatplank_analysis.data.problem import problem_of
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.kinds.camber_sweep import camber_sweep
+from flatplank_analysis.kinds.cleat import cleat
+from flatplank_analysis.kinds.parking import parking
+from flatplank_analysis.kinds.turning import turning
 from flatplank_analysis.post.gridding import SPACING, on_grid
 from flatplank_analysis.post.settling import fit_exponential
 from flatplank_analysis.report.waveforms import waveform_run
@@ -40,6 +44,13 @@ STANDING: dict[str, tuple[str, Callable[[MeasurementTable], float]]] = {
 """kind of measurement -> what a standing tire tells, and how"""
 KINDS = {"stiffness_vertical": "stiffness"} | dict.fromkeys(STANDING, "standing")
 """kinds of measurement that are evaluated under another key of `EXTRAS`"""
+RUN_BY_RUN: dict[str, Callable[[MeasurementTable], Any]] = {
+    "cleat": cleat,
+    "parking": parking,
+    "turning": turning,
+    "camber_sweep": camber_sweep,
+}
+"""kind of measurement -> what a run of it tells by itself"""
 
 
 def extra(measurement: str) -> Callable[[Extra], Extra]:
@@ -195,3 +206,19 @@ def _settling(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) ->
 @extra("waveform")
 def _waveforms(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
     return {"waveforms": [value for _, value in _each(campaign, tables, waveform_run)]}
+
+
+def _run_by_run(kind: str, tell: Callable[[MeasurementTable], Any]) -> Extra:
+    """One row per run: its name, its condition, and what was found."""
+
+    def evaluate(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+        rows = [
+            {"run": table.info.name, "condition": table.info.condition, "found": found}
+            for table, found in _each(campaign, tables, tell)
+        ]
+        return {kind: rows} if rows else {}
+
+    return evaluate
+
+
+EXTRAS |= {kind: _run_by_run(kind, tell) for kind, tell in RUN_BY_RUN.items()}

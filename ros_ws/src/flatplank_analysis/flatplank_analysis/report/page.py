@@ -36,6 +36,10 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
         "Other waveforms",
         "Runs whose slip is no step, with the linear model driven by the measured slip.",
     ),
+    "special": (
+        "Cleat, parking, turning, camber",
+        "Measurements of one kind each, every run by itself beside its model.",
+    ),
     "parameters": ("Parameters", ""),
     "radius": ("Effective rolling radius", ""),
     "machine": ("Tire at rest and machine", ""),
@@ -51,6 +55,7 @@ TABLES_OF = {
         "magic_formula",
         "relative_error",
     ),
+    "special": ("cleat", "parking", "turning", "camber_sweep"),
     "radius": ("rolling_radius", "radius_sources", "settling"),
     "machine": ("longitudinal_stiffness", "standing", "transmission", "friction_torque"),
 }
@@ -141,9 +146,10 @@ def number(value: float, digits: int = 4) -> str:
 
 def _cards(result: CampaignResult) -> list[dict[str, str]]:
     runs = sum(len(c.names) for c in result.conditions)
-    cards = [
-        {"value": str(runs), "label": f"slip runs in {len(result.conditions)} conditions"},
-    ]
+    cards = []
+    if runs:
+        label = f"slip runs in {len(result.conditions)} conditions"
+        cards.append({"value": str(runs), "label": label})
     nominal = result.nominal()
     radii = [v for v in radius_values(result) if nominal and v.point == nominal.point]
     if radii:

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rolling over a cleat at a fixed axle height: enveloping, effective height and slope of the road.
+
+What the tire sees of a short obstacle is an effective road: a height w and a slope, told by the
+forces at a fixed axle, Fz = Fz_0 + C_z w and Fx = Fx_0 - Fz dw/dx. Model beside it: two cams, one
+behind the other, follow the true profile (A. J. C. Schmeitz, A Semi-Empirical Three-Dimensional
+Model of the Pneumatic Tyre Rolling over Arbitrarily Uneven Road Surfaces, TU Delft 2004); w is the
+mean of their heights, the slope their difference over their distance.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.identify.grid import bin_means
+from flatplank_analysis.identify.results import Estimate
+from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+
+SPACING = 0.002
+"""of the grid over travel [m]"""
+AROUND = 0.3
+"""road on both sides of the cleat that is fitted [m]"""
+LEAST_RISE = 5.0
+"""of Fz over its scatter before the cleat [-]"""
+LENGTH = 0.01
+"""of a cleat whose record does not say it [m]"""
+
+
+@dataclass(frozen=True)
+class Cleat:
+    """What one pass tells; arrays of shape (n,) over travel since the cleat's middle."""
+
+    height: float
+    """of the cleat [m]"""
+    stiffness: Estimate
+    """C_z of the model: load per effective height [N/m]"""
+    cam_radius: Estimate
+    """[m]"""
+    cam_distance: Estimate
+    """[m]"""
+    middle: Estimate
+    """plank position of the cleat's middle [m]"""
+    rise: float
+    """largest change of Fz [N]"""
+    stiffness_over_cleat: float
+    """rise over cleat height [N/m]"""
+    longitudinal_stiffness: float
+    """slope of Fx over travel at the middle of the cleat [N/m]"""
+    fx_range: tuple[float, float]
+    """smallest and largest change of Fx [N]"""
+    distance: np.ndarray
+    """[m]"""
+    effective_height: np.ndarray
+    """w by Fz and C_z [m]"""
+    effective_slope: np.ndarray
+    """by Fx over Fz [-]"""
+    fx: np.ndarray
+    fz: np.ndarray
+    fx_modelled: np.ndarray
+    fz_modelled: np.ndarray
+    rmse_fx: float
+    rmse_fz: float
+
+
+def cleat(table: MeasurementTable) -> Cleat:
+    """Fit one pass. Raises where the load shows no cleat or the record no height."""
+    given = dict(table.info.extra.get("parameters", {}).get("measurement", {}))
+    height, length = 1e-3 * float(given.get("cleat_mm", math.nan)), LENGTH
+    if not height > 0.0:
+        raise FlatplankError(
+            "the record has no height of the cleat",
+            table.info.file,
+            "write parameters: {measurement: {cleat_mm: ...}}",
+        )
+    x, fx, fz = _around(table)
+    unknowns = (
+        Unknown("C_z", "N/m", float(np.ptp(fz)) / height, 1e4, 2e6),
+        Unknown("R_cam", "m", 0.3, 0.02, 3.0),
+        Unknown("l_s", "m", 0.05, 0.002, 0.3),
+        Unknown("x_0", "m", 0.0, -0.05, 0.05),
+        Unknown("F_x0", "N", float(np.median(fx)), -2e3, 2e3),
+        Unknown("F_z0", "N", float(np.median(fz)), 0.0, 2e4),
+    )
+
+    def model(lanes: np.ndarray) -> dict[str, np.ndarray]:
+        c_z, radius, apart, middle, f_x0, f_z0 = lanes.T[:, :, None]
+        w, slope = envelope(x - middle, height, length, radius, apart)
+        load = f_z0 + c_z * w
+        return {"fz": load, "fx": f_x0 - load * slope}
+
+    fit = fit_record(model, {"fz": fz, "fx": fx}, unknowns)
+    found = fit.estimates
+    level, drag = found["F_z0"].value, found["F_x0"].value
+    at = x - found["x_0"].value
+    near = np.abs(at) < 0.015
+    middle = found["x_0"]
+    place = Estimate(
+        "x_0", middle.value + _peak(table), "m", middle.std_error, middle.dof, middle.at_bound,
+        middle.determined, note=middle.note,
+    )  # fmt: skip
+    return Cleat(
+        height, found["C_z"], found["R_cam"], found["l_s"], place,
+        float(np.max(fz) - level), float(np.max(fz) - level) / height,
+        float(np.polyfit(at[near], fx[near], 1)[0]),
+        (float(np.min(fx) - drag), float(np.max(fx) - drag)),
+        at, (fz - level) / found["C_z"].value, -(fx - drag) / fz,
+        fx, fz, fit.modelled["fx"], fit.modelled["fz"], fit.rmse["fx"], fit.rmse["fz"],
+    )  # fmt: skip
+
+
+def envelope(
+    x: np.ndarray, height: float, length: float, radius: np.ndarray, apart: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Effective height [m] and slope [-] of two cams with their middle at x from the cleat's.
+
+    x (lanes, n) [m]; radius and distance of the cams (lanes, 1) [m]; a cleat with upright sides.
+    """
+    front, rear = (_cam(x + s * 0.5 * apart, height, length, radius) for s in (1.0, -1.0))
+    return 0.5 * (front + rear), (front - rear) / apart
+
+
+def _cam(x: np.ndarray, height: float, length: float, radius: np.ndarray) -> np.ndarray:
+    """Height of a round cam's lowest point above the road when its middle is at x [m]."""
+    beside = np.minimum(np.maximum(np.abs(x) - 0.5 * length, 0.0), radius)
+    return np.maximum(height - radius + np.sqrt(radius**2 - beside**2), 0.0)
+
+
+def _peak(table: MeasurementTable) -> float:
+    """Plank position of the largest load [m]."""
+    x, fz = bin_means(table["plank_position"], table["fz"], 0.005)
+    return float(x[int(np.argmax(fz))])
+
+
+def _around(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Travel since the largest load [m], Fx and Fz [N] around the cleat."""
+    rows = np.vstack([table["fx"], table["fz"]])
+    distance, (fx, fz) = bin_means(table["plank_position"] - _peak(table), rows, SPACING)
+    near = np.abs(distance) <= AROUND
+    before = fz[near & (distance < -0.5 * AROUND)]
+    rise = float(np.max(fz)) - float(np.median(fz))
+    if before.size < 8 or rise < LEAST_RISE * max(float(np.std(before)), 1.0):
+        raise FlatplankError(
+            "the load shows no cleat",
+            table.info.file,
+            "was it fastened, and is its road recorded?",
+        )
+    return distance[near], fx[near], fz[near]

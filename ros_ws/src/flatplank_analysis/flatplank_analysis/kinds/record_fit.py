@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Least squares of one record: several channels, coloured noise, an interval for every number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.identify.least_squares import Solution, solve
+from flatplank_analysis.identify.noise import fit_noise
+from flatplank_analysis.identify.quality import rmse
+from flatplank_analysis.identify.results import Estimate
+
+Model = Callable[[np.ndarray], Mapping[str, np.ndarray]]
+"""parameters (lanes, p) -> channel -> output (lanes, n)"""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A parameter of a fit: start, bounds, and unit of the value."""
+
+    name: str
+    unit: str
+    start: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class RecordFit:
+    """Estimates by name, and per channel the modelled values (n,) and the root mean square error."""
+
+    estimates: Mapping[str, Estimate]
+    modelled: Mapping[str, np.ndarray]
+    rmse: Mapping[str, float]
+
+
+def fit_record(
+    model: Model, measured: Mapping[str, np.ndarray], unknowns: Sequence[Unknown]
+) -> RecordFit:
+    """Fit `unknowns` to channels of shape (n,); every channel weighs by its own spread.
+
+    The noise of a channel is autoregressive and told from the residual. What the model leaves
+    counts as noise, so the interval of a model that does not fit is wide, not narrow.
+    """
+    size = {name: max(float(np.std(y)), 1e-9) for name, y in measured.items()}
+
+    def residuals(lanes: np.ndarray) -> np.ndarray:
+        out = model(lanes)
+        return np.hstack([(out[name] - y) / size[name] for name, y in measured.items()])
+
+    start, lower, upper = np.array([(u.start, u.lower, u.upper) for u in unknowns]).T
+    solution = solve(residuals, start, lower, upper, np.maximum(np.abs(start), 1e-6))
+    count = len(next(iter(measured.values())))
+    parts = {n: slice(i * count, (i + 1) * count) for i, n in enumerate(measured)}
+    errors, dof = _errors(solution, parts)
+    found = {n: measured[n] + size[n] * solution.residual[part] for n, part in parts.items()}
+    return RecordFit(
+        {u.name: _estimate(u, solution, k, errors[k], dof) for k, u in enumerate(unknowns)},
+        found,
+        {n: rmse(measured[n], found[n]) for n in measured},
+    )
+
+
+def _errors(solution: Solution, parts: Mapping[str, slice]) -> tuple[np.ndarray, float]:
+    """Standard errors (p,) and degrees of freedom in coloured noise."""
+    # columns of length one: the parameters have units from 1e-4 rad to 1e5 N/m
+    length = np.linalg.norm(solution.jacobian, axis=0)
+    length = np.where(length > 0.0, length, 1.0)
+    jac = solution.jacobian / length
+    meat = np.zeros((jac.shape[1],) * 2)
+    samples = 0.0
+    for part in parts.values():
+        noise = fit_noise([solution.residual[part]])
+        meat += noise.score_covariance(jac[part])
+        samples += noise.effective_samples
+    inverse = np.linalg.pinv(jac.T @ jac)
+    covariance = inverse @ meat @ inverse
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0)) / length
+    return size, max(samples - jac.shape[1], 2.0)
+
+
+def _estimate(u: Unknown, solution: Solution, k: int, error: float, dof: float) -> Estimate:
+    """A number that rests on its bound, or that no column tells, is not determined."""
+    edge = "lower" if solution.at_lower[k] else "upper" if solution.at_upper[k] else ""
+    seen = bool(np.any(solution.jacobian[:, k])) and not edge
+    note = f"rests on its {edge} bound" if edge else "" if seen else "not determined"
+    return Estimate(u.name, float(solution.x[k]), u.unit, float(error), dof, edge, seen, note=note)
