@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parking: aligning moment of a standing tire over the angle that it is steered.
 
-The contact patch twists with the wheel until it slides (P. van der Jagt, The Road to Virtual Vehicle
-Prototyping, TU Eindhoven 2000):
+The contact patch twists with the wheel until it slides (P. van der Jagt, The Road to Virtual
+Vehicle Prototyping, TU Eindhoven 2000):
 
     first turn:        M = f(psi),   df/dpsi = C (1 - (f / M_max)^c)
     after a reversal:  M = M_r +- 2 f(|psi - psi_r| / 2)
 
-The second line is Masing's rule (G. Masing, 1926): what slides and what sticks changes sign part by
-part, so the returning branch is the first one, doubled.
+The second line is Masing's rule (G. Masing, 1926): what slides and what sticks changes sign part
+by part, so the returning branch is the first one, doubled.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def _branches(angle: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _over_turned_angle(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray]:
-    """Angle [rad] and moment [N m] on an even grid of turned angle; noise averaged in each cell."""
+    """Angle [rad] and moment [N m], averaged in even cells of turned angle."""
     angle, moment = table["steer_angle"], table["mz"]
     good = np.isfinite(angle) & np.isfinite(moment)
     angle, moment = angle[good], moment[good]

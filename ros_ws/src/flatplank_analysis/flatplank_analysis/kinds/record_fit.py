@@ -30,7 +30,7 @@ class Unknown:
 
 @dataclass(frozen=True)
 class RecordFit:
-    """Estimates by name, and per channel the modelled values (n,) and the root mean square error."""
+    """Estimates by name; modelled values (n,) and root mean square error by channel."""
 
     estimates: Mapping[str, Estimate]
     modelled: Mapping[str, np.ndarray]
