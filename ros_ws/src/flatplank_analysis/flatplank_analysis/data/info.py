@@ -16,6 +16,10 @@ STEPS = ("step", "constant")
 """waveforms that hold one slip to the end of the run"""
 
 
+SLOW_BELOW = 0.01
+"""a run at a plank speed below this one is no repeat of one at the usual speed [m/s]"""
+
+
 class Condition(NamedTuple):
     """What a tire test holds constant; runs with the same condition are repeats."""
 
@@ -78,6 +82,8 @@ class RunInfo:
     gamma_deg: float = 0.0
     start: int = 1
     """1, 2, 3 = wheel started at 0, 120, 240 deg"""
+    start_angle_deg: float = math.nan
+    """wheel angle in place of that of `start`"""
     run_index: int = 0
     """order in which the runs were made"""
     effective_rolling_radius: float = math.nan
@@ -108,14 +114,22 @@ class RunInfo:
 
     @property
     def kind(self) -> str:
-        """The measurement, with the waveform when that is no step, and the direction."""
+        """The measurement, with the waveform when that is no step, direction and slow speed."""
         name = str((self.waveform or {}).get("name", "step"))
         words = [self.measurement]
         if self.measurement == "slip" and name not in STEPS:
             words.append(name)
         if self.direction < 0.0:
             words.append("reversed")
+        if self.speed < SLOW_BELOW:
+            words.append("slow")
         return " ".join(words)
+
+    @property
+    def start_angle(self) -> float:
+        """Wheel angle at the start [rad]."""
+        given = self.start_angle_deg
+        return math.radians(120.0 * (self.start - 1) if math.isnan(given) else given)
 
     @property
     def is_step(self) -> bool:

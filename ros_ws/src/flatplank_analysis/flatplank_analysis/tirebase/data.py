@@ -235,7 +235,7 @@ def _facts(tables: list[MeasurementTable]) -> dict[str, np.ndarray]:
         "kappa": each(lambda i: i.kappa),
         "pressure": each(lambda i: i.pressure if i.pressure == i.pressure else 2.5),
         "step": each(lambda i: i.step_position),
-        "start": np.radians(each(lambda i: 120.0 * (i.start - 1))),
+        "start": each(lambda i: i.start_angle),
         "order": each(lambda i: i.run_index),
         "speed": each(lambda i: i.speed if i.speed == i.speed else SPEED),
     }

@@ -43,6 +43,7 @@ class TwinBench:
             "steer_deg": lambda deg: operator.steer(math.radians(deg)),
             "road_camber_deg": lambda deg: operator.road_camber(math.radians(deg)),
             "cleat_mm": lambda mm: operator.cleat(1e-3 * mm),
+            "flexplates": lambda on: operator.flexplates(bool(on)),
             "wheel_camber_deg": lambda deg: operator.wheel_camber(math.radians(deg)),
         }
         self._do: dict[type, Callable[[Any], None]] = {
@@ -139,8 +140,8 @@ class TwinBench:
         self.kept.append(self._log.stop(step.status, step.notes))
 
     def _constants(self, step: S.Constants) -> None:
-        hub = self.twin.hub
-        hub.set_constants(replace(hub.parameters, **step.values))
+        core = {"measurement_hub": self.twin.hub, "slip_sequencer": self.twin.sequencer}[step.node]
+        core.set_constants(replace(core.parameters, **step.values))
 
     def _hold_load(self, step: S.HoldLoad) -> None:
         axis = self._axis("vertical")

@@ -213,6 +213,8 @@ class RosBench:
             await self.prompt(text, never)
         elif step.quantity == "unload":
             await self.call(Trigger, f"{PLANT}/unload")
+        elif step.quantity == "flexplates":
+            await self.call(SetBool, f"{PLANT}/connect_flexplates", data=bool(step.value))
         else:
             await self.call(SetValue, f"{PLANT}/{BY_HAND[step.quantity]}", value=step.value)
         timeout = QUANTITIES[step.quantity].timeout
@@ -306,7 +308,7 @@ class RosBench:
         await self._wait(S.Wait(f"the {axis} drive has answered", lambda _s: True, 2.0, 0.5))
 
     async def _constants(self, step: S.Constants) -> None:
-        name = "/measurement_hub/set_parameters_atomically"
+        name = f"/{step.node}/set_parameters_atomically"
         wanted = [Parameter(k, value=v).to_parameter_msg() for k, v in step.values.items()]
         answer = await self.call(SetParametersAtomically, name, parameters=wanted)
         if not answer.result.successful:

@@ -21,6 +21,11 @@ class SlipSequencerNode(SourceNode):
     def configure(self, parameters: SequencerParameters) -> None:
         self.core = SlipSequencer(parameters)
 
+    def changed(self, parameters: SequencerParameters) -> None:
+        if hasattr(self, "core"):
+            self.core.set_constants(parameters)
+            self.parameters = parameters
+
     def connect(self) -> None:
         super().connect()
         self.state = SequencerState()

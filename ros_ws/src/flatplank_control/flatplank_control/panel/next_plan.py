@@ -21,20 +21,10 @@ FOLDER = "plans"
 
 
 def _start(s: Settings) -> dict[str, Any]:
-    if s["start"] not in START_ANGLES:
-        angle = 120.0 * (float(s["start"]) - 1.0)
-        raise ValueError(
-            f"start of {angle:g} deg: a plan begins at 0, 120 or 240 deg (start 1, 2 or 3); "
-            "turn the wheel there and measure by hand"
-        )
-    return {"start": int(s["start"])}
-
-
-def _speed(s: Settings) -> dict[str, Any]:
-    raise ValueError(
-        f"speed of {s['speed']:g} m/s: a plan has no say in the plank's speed; "
-        "set its switch and measure by hand"
-    )
+    """The number of a start, or the angle between two."""
+    if s["start"] in START_ANGLES:
+        return {"start": int(s["start"])}
+    return {"start_angle_deg": 120.0 * (float(s["start"]) - 1.0)}
 
 
 def _preload(s: Settings) -> dict[str, Any]:
@@ -51,7 +41,7 @@ SAID: dict[str, Callable[[Settings], dict[str, Any]]] = {
     **{k: _as_it_is(k) for k in ("kappa", "fz", "pressure", "alpha_deg", "gamma_deg")},
     "step_position": _as_it_is("step_position"),
     "start": _start,
-    "speed": _speed,
+    "speed": _as_it_is("speed"),
     # last: it moves the step
     "preload": _preload,
 }

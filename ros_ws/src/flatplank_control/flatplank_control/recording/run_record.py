@@ -56,6 +56,8 @@ class RunRecord:
     gamma_deg: float = 0.0
     start: int = 1
     """1, 2, 3: wheel at 0, 120, 240 deg"""
+    start_angle_deg: float | None = None
+    """wheel angle in place of that of `start`"""
     run_index: int = 0
     """order in which the runs of a campaign were made"""
     repeat: int = 0
@@ -215,6 +217,7 @@ _LIMITS = {
     "road_camber_offset_deg": (-90.0, 90.0, "deg"),
     "slip_angle_offset_deg": (-90.0, 90.0, "deg"),
     "start": (1, 3, "-"),
+    "start_angle_deg": (-360.0, 360.0, "deg"),
     "cycles_received": (0, 2**63, "-"),
     "cycles_lost": (0, 2**63, "-"),
 }

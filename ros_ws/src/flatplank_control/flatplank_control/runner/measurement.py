@@ -17,6 +17,11 @@ from flatplank_hw.params import from_mapping as from_params
 
 ROAD_LENGTH = 4.22
 """[m], section 3.1"""
+SPEED = 0.03092
+"""fast speed of the plank [m/s], thesis 4.3"""
+SLOW = 0.0015
+"""the other one [m/s]"""
+DIRECTIONS = {"forward": 1, "reverse": -1}
 TRIGGER_AT = 0.02
 """position of the machine at which the motion trigger is, and that of the encoder 0 [m]"""
 MAX_FZ = 8000.0
@@ -24,9 +29,12 @@ MAX_FZ = 8000.0
 MAX_SLIP = 0.5
 ON_THE_ROAD = ("slip", "cleat", "turning", "camber_sweep")
 """kinds that roll by the wheel's speed and need an effective rolling radius"""
+DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
+"""kinds with a held wheel: the road may move to either side"""
 PROFILED = ("parking", "turning", "camber_sweep")
 OF_THE_PLAN = (
     "end_position", "distance", "cleat_mm", "profile_time", "hold_load", "optical_trigger",
+    "flexplates",
 )  # fmt: skip
 """fields that say how it is made and are no field of the run record"""
 START_ANGLES = {1: 0.0, 2: 120.0, 3: 240.0}
@@ -62,6 +70,16 @@ class Measurement:
     end_position: float = 4.1
     waveform: str = "step"
     waveform_parameters: Mapping[str, float] = field(default_factory=dict)
+    speed: float = SPEED
+    """of the plank: one of the two of its switch [m/s]"""
+    direction: str = "forward"
+    """of the road: forward or reverse"""
+    start_angle_deg: float | None = None
+    """wheel angle in place of that of `start`"""
+    wheel_camber_deg: float | None = None
+    """part of gamma_deg that the hub takes; the road takes the rest"""
+    flexplates: bool = True
+    """False: the wheel rolls freely, disconnected from its drive"""
     distance: float = 0.0
     """road of a stiffness or locked-wheel measurement [m]; 0: what is usual for it"""
     cleat_mm: float = 10.0
@@ -105,6 +123,8 @@ class Measurement:
             "pressure": (0.5, 5.0),
             "alpha_deg": (-48.0, 48.0),
             "gamma_deg": (-30.0, 30.0),
+            "start_angle_deg": (-360.0, 360.0),
+            "wheel_camber_deg": (-20.0, 20.0),
             "effective_rolling_radius": (0.15, 0.5),
             "step_position": (0.0, ROAD_LENGTH),
             "end_position": (0.0, ROAD_LENGTH - 0.02),
@@ -117,6 +137,9 @@ class Measurement:
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 return name, f"{name} is {value:g}, must be within {low:g} .. {high:g}"
+        found = self._refuse_motion()
+        if found:
+            return found
         if self.start not in START_ANGLES:
             return "start", f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
         if self.waveform not in WAVEFORMS:
@@ -137,6 +160,26 @@ class Measurement:
             )
         return None
 
+    def _refuse_motion(self) -> tuple[str, str] | None:
+        """Of the plank and of the coupling to the wheel's drive."""
+        if min(abs(self.speed - v) for v in (SPEED, SLOW)) > 1e-6:
+            known = f"{SPEED:g} and {SLOW:g}"
+            return "speed", f"speed is {self.speed:g} m/s; the plank has {known} m/s"
+        if self.direction not in DIRECTIONS:
+            return "direction", f"direction is '{self.direction}', must be forward or reverse"
+        if self.direction == "reverse" and self.measurement not in DRAGGED:
+            held = ", ".join(DRAGGED)
+            return "direction", (
+                "direction is reverse: a rolling run begins at the motion trigger, at the front "
+                f"end of the road; only a held wheel goes back ({held})"
+            )
+        if not self.flexplates and self.measurement != "free_rolling":
+            return "flexplates", (
+                f"flexplates is false: a wheel without its drive can only roll freely, not "
+                f"{self.measurement}"
+            )
+        return None
+
     def _refuse_profile(self) -> tuple[str, str] | None:
         kind = PROFILES.get(self.profile)
         if kind is None:
@@ -152,9 +195,21 @@ class Measurement:
         own = {"kappa": self.kappa} if self.waveform == "step" else {}
         return {**own, **self.waveform_parameters}
 
+    @property
+    def start_angle(self) -> float:
+        """Of the wheel [deg]."""
+        given = self.start_angle_deg
+        return START_ANGLES[self.start] if given is None else given
+
+    @property
+    def fast(self) -> bool:
+        """Whether the plank's switch stands at fast."""
+        return self.speed > 2.0 * SLOW
+
     def rim(self) -> dict[str, float]:
-        """Constants of the hub that the plan names [m]."""
-        given = {"et_value": self.et_value, "adapter_thickness": self.adapter_thickness}
+        """Constants of the hub that the plan names [m, deg]."""
+        names = ("et_value", "adapter_thickness", "wheel_camber_deg")
+        given = {name: getattr(self, name) for name in names}
         return {name: value for name, value in given.items() if value is not None}
 
     def record(self) -> dict[str, Any]:
@@ -167,6 +222,10 @@ class Measurement:
         session = values.pop("session")
         if session:
             values["parameters"] = {"session": dict(session)}
+        if self.fast:
+            values["speed"] = None
+        if not self.flexplates:
+            values["r_e_source"] = "flexplates_off"
         if self.measurement == "unloaded_turn":
             values["fz"] = 0.0
         if self.measurement not in ON_THE_ROAD:

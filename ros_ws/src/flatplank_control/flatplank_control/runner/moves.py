@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from flatplank_control.runner import conditions as when
-from flatplank_control.runner.measurement import START_ANGLES, Measurement
+from flatplank_control.runner.measurement import SLOW, SPEED, Measurement
 from flatplank_control.runner.steps import (
     Arm,
     Constants,
@@ -28,10 +28,6 @@ from flatplank_control.runner.steps import (
 )
 
 Plan = Iterator[Step]
-SPEED = 0.03092
-"""fast speed of the plank [m/s], thesis 4.3"""
-SLOW = 0.0015
-"""the other one [m/s]"""
 QUICK = 10
 """cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
 ENOUGH = "enough: ended here by the operator"
@@ -42,6 +38,11 @@ def mounted(m: Measurement) -> Plan:
     """The hub reckons with the rim of the plan; one that the plan does not name stays."""
     if rim := m.rim():
         yield Constants(rim)
+
+
+def at_speed(m: Measurement) -> Plan:
+    """The slip sequencer reckons with the plank speed of the plan."""
+    yield Constants({"commanded_speed": m.speed}, "slip_sequencer")
 
 
 def by_drive(step: Plank) -> Plan:
@@ -74,8 +75,10 @@ def back_unloaded(m: Measurement) -> Plan:
     yield Plank(0)
     yield Manual("pressure_bar", m.pressure)
     yield Manual("steer_deg", m.alpha_deg)
-    yield Manual("road_camber_deg", m.gamma_deg)
-    yield from turn(START_ANGLES[m.start])
+    if m.wheel_camber_deg is not None:
+        yield Manual("wheel_camber_deg", m.wheel_camber_deg)
+    yield Manual("road_camber_deg", m.gamma_deg - (m.wheel_camber_deg or 0.0))
+    yield from turn(m.start_angle)
 
 
 def go_back(m: Measurement) -> Plan:
@@ -111,17 +114,17 @@ def over_the_road(
         yield Trigger(m.optical_trigger)
     yield Arm()
     yield Record(record)
-    yield Plank(1)
+    yield Plank(1, fast=m.fast)
     yield Wait("the plank moves", when.plank_moves(), 5.0)
     if then:
-        patience = 1.5 * at / SPEED + 20.0
+        patience = 1.5 * at / m.speed + 20.0
         yield Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience)
         yield from then
     at_the_end = when.Remembered(when.plank_beyond(m.end_position))
     yield Wait(
         f"the plank is at {m.end_position:g} m",
         at_the_end,
-        1.5 * m.end_position / SPEED + 20.0,
+        1.5 * m.end_position / m.speed + 20.0,
         may_end_early=True,
     )
     yield from to_rest()
@@ -135,6 +138,7 @@ def over_the_road(
 def rolling_freely(m: Measurement) -> Plan:
     """The wheel turns with the road at no slip."""
     at = m.step_position
+    yield from at_speed(m)
     yield SlipWaveform("constant", {"kappa": 0.0}, at, m.effective_rolling_radius)
     yield Mode("slip")
     yield Say(f"{m.measurement}: rolling without slip")

@@ -10,11 +10,13 @@ from collections.abc import Callable, Iterable
 
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import standing
-from flatplank_control.runner.measurement import START_ANGLES, Measurement
+from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import (
     QUICK,
     SPEED,
     Plan,
+    at_speed,
+    back_unloaded,
     go_back,
     mounted,
     over_the_road,
@@ -43,6 +45,7 @@ THREE_TURNS = 1080.0
 def slip(m: Measurement) -> Plan:
     """A slip waveform over a rolling tire (section 6.2)."""
     yield from go_back(m)
+    yield from at_speed(m)
     yield SlipWaveform(
         m.waveform, m.slip_parameters(), m.step_position, m.effective_rolling_radius
     )
@@ -52,11 +55,28 @@ def slip(m: Measurement) -> Plan:
 
 
 def free_rolling(m: Measurement) -> Plan:
-    """The controller keeps the longitudinal force; gives r_e by (5.22)."""
+    """The controller keeps the longitudinal force, or the wheel is off its drive; gives r_e
+    by (5.22).
+    """
+    if not m.flexplates:
+        yield from _off_its_drive(m)
+        return
     yield from go_back(m)
     yield Mode("free_rolling")
     yield Say("free rolling")
     yield from over_the_road(m, m.record())
+
+
+def _off_its_drive(m: Measurement) -> Plan:
+    """Rolls against its own resistance only; the drive is connected again at the end."""
+    yield from back_unloaded(m)
+    yield Enable(False)
+    yield Manual("flexplates", 0.0)
+    yield Manual("load", m.fz)
+    yield Say("free rolling, flexplates off")
+    yield from over_the_road(m, m.record())
+    yield Manual("unload", 0.0)
+    yield Manual("flexplates", 1.0)
 
 
 def unloaded_turn(m: Measurement) -> Plan:
@@ -65,7 +85,7 @@ def unloaded_turn(m: Measurement) -> Plan:
     yield Plank(0)
     yield Wait("the plank rests", when.plank_rests(), 10.0)
     yield Manual("unload", 0.0)
-    start = START_ANGLES[m.start]
+    start = m.start_angle
     yield from turn(start)
     yield Record(m.record(), at_once=True)
     yield Say("three turns of the unloaded wheel")

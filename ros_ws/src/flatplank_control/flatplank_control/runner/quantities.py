@@ -73,6 +73,9 @@ QUANTITIES: dict[str, Quantity] = {
         _near(lambda s: math.degrees(s.encoders.road_camber), 0.5),
     ),
     "cleat_mm": Quantity("fasten a cleat of {value:g} mm on the road; 0: none", _not_measured),
+    "flexplates": Quantity(
+        "flexplates: {value:g} (1: connect wheel and drive, 0: take them off)", _not_measured
+    ),
     "pressure_bar": Quantity("set the inflation pressure to {value:g} bar", _not_measured),
     "wheel_camber_deg": Quantity("set the camber of the hub to {value:g} deg", _not_measured),
 }

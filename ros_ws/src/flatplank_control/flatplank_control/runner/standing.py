@@ -6,9 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from flatplank_control.runner import conditions as when
-from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.measurement import DIRECTIONS, SLOW, SPEED, Measurement
 from flatplank_control.runner.moves import (
-    SLOW,
     back_unloaded,
     go_back,
     over_the_road,
@@ -38,11 +37,14 @@ PAUSE = 0.5
 """of rest before a standing tire is loaded sideways [s]"""
 
 
-def onto_the_road(m: Measurement) -> Plan:
-    """The plank stands behind the trigger, so that all of the record is after it."""
+def onto_the_road(m: Measurement, room: float = 0.0) -> Plan:
+    """The plank stands behind the trigger, so that all of the record is after it.
+
+    `room`: so much farther, for a road that goes back [m].
+    """
     yield from back_unloaded(m)
     yield Arm()
-    yield Plank(1, stop_at=STANDS_AT)
+    yield Plank(1, stop_at=STANDS_AT + room)
     yield Wait("the plank rests on the road", when.plank_rests(), 30.0, at_least=1.0)
     yield Plank(0)
 
@@ -66,15 +68,16 @@ def vertical(m: Measurement) -> Plan:
 
 def _dragged(m: Measurement, distance: float, fast: bool) -> Plan:
     """The road moves under the wheel that its drive holds."""
-    yield from onto_the_road(m)
+    way = DIRECTIONS[m.direction]
+    yield from onto_the_road(m, distance if way < 0 else 0.0)
     yield Manual("load", m.fz)
     yield Quick(1)
     yield Record(m.record(), at_once=True)
     yield Say(f"{m.measurement}: the locked wheel over {1e3 * distance:g} mm")
     yield from _pause()
-    yield Plank(1, fast=fast)
+    yield Plank(way, fast=fast)
     yield Wait("the plank moves", when.plank_moves(), 5.0)
-    speed = 0.03 if fast else SLOW
+    speed = SPEED if fast else SLOW
     patience = 2.0 * distance / speed + 10.0
     yield Wait("the road was dragged", when.travelled(distance), patience, may_end_early=True)
     yield from to_rest()

@@ -91,9 +91,10 @@ class Tare:
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of the set-up at the hub: parameter -> value."""
+    """Constants of the set-up at a node: parameter -> value."""
 
     values: Mapping[str, float]
+    node: str = "measurement_hub"
 
 
 @dataclass(frozen=True)

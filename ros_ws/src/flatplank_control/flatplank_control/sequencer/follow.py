@@ -20,10 +20,19 @@ from flatplank_hw.samples import EncoderSample
 class Follower:
     """One run; `correction` [rad/s] is added to the speed of the sequencer."""
 
-    __slots__ = ("_angle", "_error", "_meshed", "_p", "_position", "_wanted", "lost", "travel")
+    __slots__ = (
+        "_angle",
+        "_error",
+        "_meshed",
+        "_position",
+        "_wanted",
+        "lost",
+        "parameters",
+        "travel",
+    )
 
     def __init__(self, p: SequencerParameters) -> None:
-        self._p = p
+        self.parameters = p
         parts = (p.mesh_turn_cos, p.mesh_turn_sin, p.mesh_tooth_cos, p.mesh_tooth_sin)
         self._meshed = any(parts)
         self.reset()
@@ -40,7 +49,7 @@ class Follower:
 
     def step(self, encoders: EncoderSample, per_metre: float) -> float:
         """Correction of this cycle for a wheel that should turn `per_metre` [rad/m]."""
-        p = self._p
+        p = self.parameters
         on_road = p.use_road_encoder and encoders.road_position == encoders.road_position
         position = encoders.road_position if on_road else encoders.plank_position
         rests = self._position is None or not encoders.plank_moving
@@ -75,7 +84,7 @@ class Follower:
         """Error of rack and pinion at a plank position [m]."""
         if not self._meshed:
             return 0.0
-        p = self._p
+        p = self.parameters
         turn, tooth = position / p.pinion_pitch_radius, math.tau * position / p.tooth_pitch
         return (
             p.mesh_turn_cos * math.cos(turn) + p.mesh_turn_sin * math.sin(turn)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from flatplank_hw.params import Params, param
 
+SETUP_CONSTANTS = ("commanded_speed",)
+"""parameters that a plan may change while the node runs"""
 _MESH = (-1e-3, 1e-3)
 
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from flatplank_control.sequencer.follow import Follower
-from flatplank_control.sequencer.params import SequencerParameters
+from flatplank_control.sequencer.params import SETUP_CONSTANTS, SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
 from flatplank_hw.answers import Agenda, Answer, refused
-from flatplank_hw.params import ParameterError, from_mapping, nearest
+from flatplank_hw.params import ParameterError, from_mapping, nearest, only_these
 from flatplank_hw.samples import EncoderSample, Reference
 
 SOURCE = "slip"
@@ -65,6 +65,13 @@ class SlipSequencer:
         )  # fmt: skip
 
     # requests
+    def set_constants(self, p: SequencerParameters) -> None:
+        """Another plank speed, from the next cycle on; ValueError for any other change."""
+        only_these(self.parameters, p, SETUP_CONSTANTS, "slip sequencer")
+        self.parameters = p
+        if self._follower is not None:
+            self._follower.parameters = p
+
     def set_slip_step(
         self,
         kappa: float,

@@ -10,12 +10,11 @@ from typing import Any
 
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.measurement import (
+    DRAGGED,
     PROFILED,
     ROAD_LENGTH,
-    START_ANGLES,
     Measurement,
 )
-from flatplank_control.runner.moves import SPEED
 from flatplank_control.runner.plans import PLANS
 from flatplank_control.runner.standing import CLEAT_AT, STANDS_AT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
@@ -39,7 +38,6 @@ class SetUp:
 
 Check = Callable[[Measurement, TireEntry, SetUp], tuple[str, str] | None]
 """(measurement, tire, set_up) -> key at fault and reason, or None"""
-DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
 LEAST_ANGLE = 5.0
 """[deg]"""
 CAMBER_LIMIT = 15.0
@@ -103,11 +101,13 @@ def cleat(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | N
 
 def collision(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     """Wheel angles at which something of the set-up stands in the way (valve, balance weight)."""
-    angle = START_ANGLES[m.start]
+    angle = m.start_angle
+    given = m.start_angle_deg is None
+    key, name = ("start", f"start {m.start}") if given else ("start_angle_deg", "start_angle_deg")
     for low, high in set_up.blocked:
         if high - low >= 360.0 or (angle - low) % 360.0 <= (high - low) % 360.0:
-            return "start", (
-                f"start {m.start} ({angle:g} deg) collides: {low:g} .. {high:g} deg of the wheel "
+            return key, (
+                f"{name} ({angle:g} deg) collides: {low:g} .. {high:g} deg of the wheel "
                 "are blocked in set_up; take another start"
             )
     return None
@@ -146,12 +146,23 @@ def angles(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | 
     return "profile_parameters", f"the {m.profile} reaches {most:.3g} deg, the axis {limit:g} deg"
 
 
+def cambers(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
+    """The road takes what the hub does not."""
+    road_deg = m.gamma_deg - (m.wheel_camber_deg or 0.0)
+    if abs(road_deg) <= CAMBER_LIMIT:
+        return None
+    return "gamma_deg", (
+        f"gamma of {m.gamma_deg:g} deg: the road would tilt by {road_deg:g} deg, it can "
+        f"{CAMBER_LIMIT:g} deg; give the rest to the hub (wheel_camber_deg)"
+    )
+
+
 def in_time(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
     """A profile must have shown itself before the run is over."""
     if m.measurement not in PROFILED:
         return None
     standing = m.measurement == "parking"
-    there = m.profile_time if standing else (m.end_position - m.step_position) / SPEED
+    there = m.profile_time if standing else (m.end_position - m.step_position) / m.speed
     needed = _profile(m).shown_after()
     if needed <= there + 1e-9:
         return None
@@ -161,7 +172,7 @@ def in_time(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] |
 
 
 CHECKS: tuple[Check, ...] = (
-    kind, load, pressure, road, cleat, collision, steering, oblique, angles, in_time,
+    kind, load, pressure, road, cleat, collision, steering, oblique, angles, cambers, in_time,
 )  # fmt: skip
 
 

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field, replace
 
 from flatplank_control.runner.measurement import ON_THE_ROAD, Measurement
 
-_OF_THE_CONDITION = ("tire", "fz", "pressure", "alpha_deg", "gamma_deg")
+_OF_THE_CONDITION = (
+    "tire", "fz", "pressure", "alpha_deg", "gamma_deg", "wheel_camber_deg",
+)  # fmt: skip
 RADIUS = "r_e."
 """how the keys of further runs begin that give an effective rolling radius"""
 _OF_THE_DAY = (
@@ -58,8 +60,10 @@ def with_radius(runs: Iterable[PlannedRun]) -> Iterator[PlannedRun]:
     runs = list(runs)
     makers: dict[tuple, PlannedRun] = {}
     for run in runs:
-        if run.measurement.measurement == "free_rolling" and run.role == "run":
-            makers.setdefault(condition(run.measurement), run)
+        m = run.measurement
+        # r_e of the slip control is that of a driven wheel
+        if m.measurement == "free_rolling" and m.flexplates and run.role == "run":
+            makers.setdefault(condition(m), run)
     made: set[str] = set()
     for run in runs:
         if run.key in made:
