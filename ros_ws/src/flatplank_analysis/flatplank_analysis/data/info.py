@@ -131,11 +131,7 @@ class RunInfo:
     @property
     def name(self) -> str:
         """File name without folder and suffix."""
-        stem = self.file.rstrip("/").rsplit("/", 1)[-1]
-        for suffix in KNOWN_SUFFIXES:
-            if stem.lower().endswith(suffix):
-                return stem[: -len(suffix)]
-        return stem
+        return stem_of(self.file)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that differ from the defaults, for YAML."""
@@ -149,7 +145,16 @@ class RunInfo:
         return out | dict(self.extra)
 
 
-KNOWN_SUFFIXES = (".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap")
+def stem_of(file: str) -> str:
+    """A file or bag without folder and suffix."""
+    stem = file.rstrip("/").rsplit("/", 1)[-1]
+    for suffix in KNOWN_SUFFIXES:
+        if stem.lower().endswith(suffix):
+            stem = stem[: -len(suffix)]
+    return stem
+
+
+KNOWN_SUFFIXES = (".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap", ".db3")
 _ALWAYS = {"file", "tire", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start"}
 _RECORD_ONLY = {
     "format",
