@@ -103,6 +103,9 @@ class RunInfo:
     software_version: str = ""
     status: str = ""
     notes: str = ""
+    cycles_received: int = 0
+    cycles_lost: int = 0
+    """as the recorder counted them, over the whole recording"""
     extra: Mapping[str, Any] = field(default_factory=dict, compare=False)
     """keys that this version does not know"""
 
@@ -170,8 +173,6 @@ _RECORD_ONLY = {
     "slip_angle_offset_deg",
     "cycle_first",
     "cycle_last",
-    "cycles_received",
-    "cycles_lost",
 }
 """keys of the bench's run record that the analysis only keeps"""
 _DIRECTIONS = {"forward": 1.0, "reverse": -1.0, "reversed": -1.0, "backward": -1.0}

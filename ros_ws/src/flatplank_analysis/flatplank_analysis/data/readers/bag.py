@@ -24,6 +24,10 @@ from flatplank_analysis.errors import FlatplankError
 
 RECORD_FILE = "run.yaml"
 METADATA_FILE = "metadata.yaml"
+SAME_RATE = 0.1
+"""periods that differ by less are one rate [-]"""
+SAME_CLOCK = 0.05
+"""stamps of another clock agree more rarely, by accident [-]"""
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _PLAIN = {".mcap": McapFile, ".db3": SqliteFile}
@@ -154,11 +158,14 @@ def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np
         )
     base, _ = _sorted(series[topics.base], [])
     columns = {"time": (base - base[0]) * 1e-9}
+    whole = np.ones(base.size, dtype=bool)
     for topic, parts in series.items():
         if not parts:
             continue
         sources = topics.sources[topic]
         stamp, values = _sorted(parts, [s.path for s in sources])
+        if any(source.column in STANDARD_COLUMNS for source in sources):
+            whole &= _heard(base, stamp)
         for source in sources:
             column = values[source.path]
             if np.isnan(column).all():
@@ -166,6 +173,7 @@ def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np
             if source.factor != 1.0 or source.offset != 0.0:
                 column = column * source.factor + source.offset
             columns[source.column] = _on_base(base, stamp, column)
+    columns = {name: values[whole] for name, values in columns.items()}
     return _since_trigger(columns, path.name)
 
 
@@ -180,6 +188,22 @@ def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.nda
         column = np.concatenate([np.asarray(v[path], dtype=np.float64) for _, v in parts])
         values[path] = column if order is None else column[order]
     return stamp, values
+
+
+def _heard(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
+    """Cycles of the base that a topic has, too, or that lie outside of it; all of them when it
+    follows another clock or another rate: then it is interpolated.
+
+    A cycle of which one topic was lost is lost, and not made up from its neighbours.
+    """
+    everything = np.ones(base.size, dtype=bool)
+    if base.size < 3 or stamp.size < 3 or np.array_equal(base, stamp):
+        return everything
+    ours, theirs = (float(np.percentile(np.diff(s), 5)) for s in (base, stamp))
+    present = np.isin(base, stamp, assume_unique=True)
+    if abs(theirs / ours - 1.0) > SAME_RATE or present.mean() < SAME_CLOCK:
+        return everything
+    return present | (base < stamp[0]) | (base > stamp[-1])
 
 
 def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndarray:
