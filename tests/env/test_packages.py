@@ -19,10 +19,11 @@ SOURCES = ROOT / "ros_ws" / "src"
 INSTALL = ROOT / "ros_ws" / "install"
 PACKAGES = sorted(path.parent.name for path in SOURCES.glob("*/package.xml"))
 PYTHON_PACKAGES = [name for name in PACKAGES if (SOURCES / name / "setup.py").exists()]
-OURS_AS_ROS_KEYS = {"yaml": "python3-yaml", "jinja2": "python3-jinja2"} | {
-    name: f"python3-{name}" for name in ("numpy", "scipy", "matplotlib")
+KEYS = {"yaml": "python3-yaml", "control": "python-control-pip"} | {
+    name: f"python3-{name}" for name in ("jinja2", "matplotlib", "numba", "numpy", "scipy")
 }
-"""Imports that come from Ubuntu's packages in a full Jazzy; the other ones come by pip."""
+"""Keys of imports that are not called `python3-NAME-pip`. What ends in `-pip` comes from PyPI, and
+the README's command leaves it out."""
 
 DISTRIBUTIONS = {"yaml": "pyyaml"}
 """Where the name of the distribution is not that of the module."""
@@ -106,8 +107,11 @@ def test_setup_agrees_with_the_manifest(package: str) -> None:
 def test_every_import_is_declared(package: str) -> None:
     declared, imported = dependencies(package), imported_modules(package)
     ros = {name for name in imported if (INSTALL / name).exists() or name in _ros_modules()}
-    wanted = {OURS_AS_ROS_KEYS[name] for name in imported & OURS_AS_ROS_KEYS.keys()}
+    optional = {n for names in setup_values(package)["extras_require"].values() for n in names}
+    own = imported - ros - {package} - set(sys.stdlib_module_names) - (optional - {"pysoem"})
+    wanted = {KEYS.get(name, f"python3-{name}-pip") for name in own}
     assert wanted | (ros - {package}) <= declared
+    assert {key for key in declared if key.startswith("python")} <= wanted
 
 
 @pytest.mark.parametrize("package", PYTHON_PACKAGES)

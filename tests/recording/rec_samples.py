@@ -11,13 +11,17 @@ from rosbags.highlevel import AnyReader
 
 from flatplank_control.recording import CdrLayout, RunRecord, TopicSpec
 from flatplank_control.recording.cdr_layout import set_stamps, to_bytes
+from flatplank_control.recording.qos import LATCHED
+from flatplank_control.recording.typestore import typestore
 
 PERIOD_NS = 4_000_000
 BUS = "/bus/inputs"
 WRENCH = "/measurement_hub/wrench_contact"
+MODE = "/wheel_drive/mode"
 TOPICS = [
     TopicSpec(BUS, "flatplank_msgs/msg/BusInputs"),
     TopicSpec(WRENCH, "geometry_msgs/msg/WrenchStamped"),
+    TopicSpec(MODE, "std_msgs/msg/String", LATCHED),
 ]
 
 
@@ -37,11 +41,14 @@ def wrench_layout() -> CdrLayout:
     return CdrLayout("geometry_msgs/msg/WrenchStamped", {"header.frame_id": "contact"})
 
 
-def bus_messages(cycles, trigger_from: int | None = None, batch: int = 1) -> np.ndarray:
-    """One message per entry of `cycles`, the last cycle of each batch."""
+def bus_messages(
+    cycles, trigger_from: int | None = None, batch: int = 1, since_ns: int = 0
+) -> np.ndarray:
+    """One message per entry of `cycles`, the last cycle of each batch; cycle 0 at `since_ns`."""
     cycles = np.asarray(cycles, np.int64)
     messages = bus_layout(batch).new(len(cycles))
-    set_stamps(messages, cycles * PERIOD_NS)
+    set_stamps(messages, since_ns + cycles * PERIOD_NS)
+    messages["period_ns"] = PERIOD_NS
     messages["cycle"] = cycles
     messages["count"] = batch
     if trigger_from is not None:
@@ -49,14 +56,20 @@ def bus_messages(cycles, trigger_from: int | None = None, batch: int = 1) -> np.
     return messages
 
 
-def bus_bytes(cycle: int, trigger: bool = False, batch: int = 1) -> bytes:
-    return to_bytes(bus_messages([cycle], cycle if trigger else None, batch))[0]
+def bus_bytes(cycle: int, trigger: bool = False, batch: int = 1, since_ns: int = 0) -> bytes:
+    return to_bytes(bus_messages([cycle], cycle if trigger else None, batch, since_ns))[0]
 
 
 def wrench_bytes(fx: float) -> bytes:
     message = wrench_layout().new(1)
     message["wrench.force.x"] = fx
     return to_bytes(message)[0]
+
+
+def mode_bytes(mode: str) -> bytes:
+    store = typestore()
+    message = store.types["std_msgs/msg/String"](data=mode)
+    return bytes(store.serialize_cdr(message, "std_msgs/msg/String"))
 
 
 def toyo(**changes) -> RunRecord:

@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import rec_samples as samples
 import yaml
 
 from flatplank_control.recording import BagWriter, RecordingError, RecordingSession
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
+from flatplank_control.recording.cdr_layout import to_bytes
 from flatplank_control.recording.run_message import TOPIC
 from flatplank_control.recording.run_record import load_record, record_from_yaml
 from flatplank_control.recording.session import State
@@ -93,7 +95,8 @@ def test_batches_of_cycles(batch):
     count = CycleCount()
     for last in (batch - 1, 2 * batch - 1, 4 * batch - 1):
         image = read_bus_image(samples.bus_bytes(last, batch=batch))
-        assert image == BusImage(last - batch + 1, last, False)
+        stamp_ns = last * samples.PERIOD_NS
+        assert image == BusImage(last - batch + 1, last, False, stamp_ns, samples.PERIOD_NS)
         assert read_bus_image(samples.bus_bytes(last, True, batch)).trigger
         count.add(image)
     assert (count.first, count.received, count.lost) == (0, 3 * batch, batch)
@@ -105,6 +108,40 @@ def test_a_bus_that_restarts_is_noted(session):
     record = session.stop("complete")
     assert (record.cycles_received, record.cycles_lost) == (5, 0)
     assert record.notes == "new tire; the bus restarted 1 times"
+
+
+@pytest.mark.parametrize("batch", [1, 4])
+def test_a_pause_of_the_bus_is_counted_by_the_stamps(batch):
+    """A bus that was started anew numbers its cycles from 0, and its clock has gone on."""
+    pause = 20 * batch * samples.PERIOD_NS
+    cycles = batch * np.arange(1, 6) - 1
+    messages = [samples.bus_messages(cycles, batch=batch, since_ns=t) for t in (0, pause)]
+    one, many = CycleCount(), CycleCount()
+    for message in (m for part in messages for m in to_bytes(part)):
+        one.add(read_bus_image(message))
+    whole = np.concatenate(messages)
+    last = whole["cycle"].astype(np.int64)
+    stamps = np.concatenate([t + cycles * samples.PERIOD_NS for t in (0, pause)])
+    many.add_many(last - batch + 1, last, stamps, samples.PERIOD_NS)
+    assert one == many
+    assert (one.received, one.lost, one.restarts) == (10 * batch, 15 * batch, 1)
+
+
+def test_a_bag_begins_with_what_is_latched(tmp_path):
+    """Said before the start, or while the recorder waits for the trigger."""
+    topics = samples.TOPICS
+    with RecordingSession(tmp_path, topics, pre_trigger=0.1) as session:
+        session.write(samples.MODE, samples.mode_bytes("position"), 0)
+        first = session.start(samples.toyo(), 0, at_once=True)
+        session.stop("complete")
+        second = session.start(samples.toyo(), 0)
+        session.write(samples.MODE, samples.mode_bytes("slip"), 0)
+        feed(session, range(500), trigger_from=400)
+        session.stop("complete")
+    for path, mode in ((first, "position"), (second, "slip")):
+        assert [d for t, _, d in samples.read(path) if t == samples.MODE] == [
+            samples.mode_bytes(mode)
+        ]
 
 
 def test_what_is_not_a_bus_image_is_refused():
@@ -225,3 +262,15 @@ def test_before_the_trigger_only_what_is_needed_is_kept(session):
     assert len(session._ring) == 2 * 26
     feed(session, range(10))
     assert len(session._ring) == 2 * 10
+
+
+def test_the_bag_is_named_by_its_whole_path(tmp_path, monkeypatch):
+    """Whoever is told of it works in another folder than the recorder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").mkdir()
+    (tmp_path / "other").mkdir()
+    with RecordingSession("data", samples.TOPICS) as session:
+        path = session.start(samples.toyo(), 0, at_once=True)
+        session.stop("complete")
+        assert path == session.path == tmp_path / "data" / "TOY_REL_LNG_5perc_T_p25_Fz5550_2"
+        assert session.start(samples.toyo(), 0, folder="other").parent == tmp_path / "other"

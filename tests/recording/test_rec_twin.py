@@ -18,13 +18,14 @@ from flatplank_control.recording import (
     TwinWriter,
 )
 
+FIXED = {"count": 1, "period_ns": samples.PERIOD_NS}
 LAYOUTS = {samples.BUS: samples.bus_layout(), samples.WRENCH: samples.wrench_layout()}
 
 
 def add_cycles(writer: TwinWriter, cycles: np.ndarray, trigger_from: int = 0) -> None:
     stamps = cycles * samples.PERIOD_NS
     digital = np.uint8(1) * (cycles[:, None] >= trigger_from)
-    writer.add(samples.BUS, stamps, {"cycle": cycles, "count": 1, "digital": digital})
+    writer.add(samples.BUS, stamps, {**FIXED, "cycle": cycles, "digital": digital})
     writer.add(samples.WRENCH, stamps[::2], {"wrench.force.x": cycles[::2] * 1.0})
 
 
@@ -76,7 +77,12 @@ def test_session_counts_and_waits_for_the_trigger(tmp_path, batch):
         writer = TwinWriter(session, {samples.BUS: samples.bus_layout(batch)})
         for part in np.array_split(last, 7):
             digital = np.uint8(1) * (part[:, None] >= 1000) * np.ones((1, batch), np.uint8)
-            columns = {"cycle": part, "count": batch, "digital": digital}
+            columns = {
+                "cycle": part,
+                "count": batch,
+                "period_ns": samples.PERIOD_NS,
+                "digital": digital,
+            }
             writer.add(samples.BUS, part * samples.PERIOD_NS, columns)
             writer.flush()
         record = session.stop("complete")

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from flatplank_control.recording import TopicSpec
-from flatplank_control.recording.qos import LATCHED, STREAM
+from flatplank_control.recording.qos import HEALTH, LATCHED, REFERENCE, STREAM
 
 
 class BenchTopic(NamedTuple):
@@ -42,13 +42,14 @@ TABLE = (
          "wheel by the motor encoder [rad, rad/s, N m at the motor]"),
     _row("/wheel_drive/reference", "flatplank_msgs/msg/Reference",
          "cycle, in slip and free rolling",
-         "set-point of the active source [rad/s] or [N m]; deadline 100 ms"),
+         "set-point of the active source [rad/s] or [N m]; deadline 100 ms", REFERENCE),
     _row("/slip_sequencer/state", "flatplank_msgs/msg/SequencerState", "cycle, in slip",
          "reference and actual slip [-]"),
     _row("/free_rolling_controller/state", "flatplank_msgs/msg/ControllerState",
          "cycle, in free rolling", "error [N], p, i, lead, output [N m], settled"),
     _row("/wheel_drive/mode", "std_msgs/msg/String", "when it changes", "operation mode", LATCHED),
-    _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz", "health of the nodes"),
+    _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
+         "health of the nodes", HEALTH),
 )  # fmt: skip
 """Beside these the recorder itself says `/run` (flatplank_msgs/Run), latched: the run record."""
 

@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.data.exporters import EXPORTERS, export_campaign
 from flatplank_analysis.data.info import RunInfo
+from flatplank_analysis.data.lost import lost_samples
 from flatplank_analysis.data.needs import what_is_missing
-from flatplank_analysis.errors import NothingUsableError
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.results import to_plain
 
 
@@ -27,12 +28,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments) -> int:
     campaign = common.load_campaign(arguments)
     infos, samples = _usable(campaign)
+    lost = _lost(campaign, {info.file for info in infos})
     common.tell(campaign.problems)
     if not infos:
         raise NothingUsableError("no run could be used", campaign.path, "see the problems above")
     if arguments.export:
         export_campaign(campaign.tables(), arguments.export, arguments.suffix)
-    found = summary(campaign, infos, samples)
+    found = summary(campaign, infos, samples, lost)
     if arguments.json:
         common.print_json(found)
     else:
@@ -49,8 +51,29 @@ def _usable(campaign: Campaign) -> tuple[list[RunInfo], int]:
     return infos, samples
 
 
-def summary(campaign: Campaign, infos: Sequence[RunInfo], samples: int) -> dict[str, Any]:
+def _lost(campaign: Campaign, used: set[str]) -> list[dict[str, Any]]:
+    """Runs that lack samples, also those that are not used because of it."""
+    found = []
+    for run in campaign.runs:
+        try:
+            lost = lost_samples(run.table(("time", "plank_position"), check=False))
+        except FlatplankError:
+            continue  # among the problems
+        if lost.lost:
+            numbers = {"lost": lost.lost, "of": lost.of, "longest": lost.longest}
+            named = {"file": run.info.file, "used": run.info.file in used}
+            found.append(named | numbers | {"road": lost.road})
+    return found
+
+
+def summary(
+    campaign: Campaign,
+    infos: Sequence[RunInfo],
+    samples: int,
+    lost: Sequence[Mapping[str, Any]] = (),
+) -> dict[str, Any]:
     """The content of the folder as plain values."""
+    conditions_of = {run.info.file: run.info.condition for run in campaign.runs}
     groups: dict[Any, list[RunInfo]] = {}
     for info in infos:
         groups.setdefault(info.condition, []).append(info)
@@ -60,6 +83,7 @@ def summary(campaign: Campaign, infos: Sequence[RunInfo], samples: int) -> dict[
             "runs": len(members),
             "starts": sorted({m.start for m in members}),
             "files": [m.file for m in members],
+            "cycles_lost": sum(e["lost"] for e in lost if conditions_of[e["file"]] == condition),
         }
         for condition, members in sorted(groups.items(), key=lambda item: item[0].sort_key)
     ]
@@ -71,13 +95,15 @@ def summary(campaign: Campaign, infos: Sequence[RunInfo], samples: int) -> dict[
         "samples": samples,
         "conditions": conditions,
         "parameters": what_is_missing(infos),
+        "lost": list(lost),
         "problems": [str(p) for p in campaign.problems],
     }
 
 
 def _print(found: dict[str, Any]) -> None:
     print(f"{found['campaign']}: {found['runs']} runs, tire {found['tire'] or 'not named'}\n")
-    header = ("measurement", "Fz [N]", "p [bar]", "alpha", "gamma", "kappa [%]", "runs", "starts")
+    header = ("measurement", "Fz [N]", "p [bar]", "alpha", "gamma", "kappa [%]", "runs", "starts",
+              "lost")  # fmt: skip
     rows = [
         (
             c["measurement"],
@@ -88,10 +114,15 @@ def _print(found: dict[str, Any]) -> None:
             _text(None if c["kappa"] is None else 100.0 * c["kappa"]),
             str(c["runs"]),
             " ".join(str(s) for s in c["starts"]),
+            str(c["cycles_lost"]),
         )
         for c in found["conditions"]
     ]
     common.print_rows(header, rows)
+    if found["lost"]:
+        print("\nlost: cycles without a sample")
+        header = ("run", "lost", "of", "longest [s]", "road [mm]", "used")
+        common.print_rows(header, [_lost_row(entry) for entry in found["lost"]])
     print("\nparameters that these runs can tell:")
     for item in found["parameters"]:
         if not item["missing"]:
@@ -100,6 +131,11 @@ def _print(found: dict[str, Any]) -> None:
     for item in found["parameters"]:
         if item["missing"]:
             print(f"  {item['parameters']} ({item['meaning']}): {item['missing']}")
+
+
+def _lost_row(entry: Mapping[str, Any]) -> tuple[str, ...]:
+    numbers = (str(entry["lost"]), str(entry["of"]), _text(entry["longest"]))
+    return (entry["file"], *numbers, _text(1e3 * entry["road"]), "yes" if entry["used"] else "no")
 
 
 def _text(value: float | None) -> str:

@@ -16,7 +16,7 @@ from flatplank_analysis.data.readers.base import Loaded, Request
 from flatplank_analysis.data.store import LocalStore
 
 FOLDER = ".flatplank-cache"
-_VERSION = 1
+_VERSION = 2
 _FACTS, _REMARKS = b"flatplank.facts", b"flatplank.remarks"
 
 

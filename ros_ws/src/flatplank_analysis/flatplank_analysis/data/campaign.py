@@ -12,11 +12,11 @@ from typing import Any
 import yaml
 
 from flatplank_analysis.data import checks
-from flatplank_analysis.data.info import Condition, RunInfo, info_from_dict
+from flatplank_analysis.data.info import Condition, RunInfo, info_from_dict, stem_of
 from flatplank_analysis.data.names import parse_name
 from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.data.readers import Request, describe, reader_for, suffixes
-from flatplank_analysis.data.readers.bag import RECORD_FILE
+from flatplank_analysis.data.readers.bag import METADATA_FILE, RECORD_FILE
 from flatplank_analysis.data.store import Store, open_store
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
@@ -258,8 +258,8 @@ def _found(store: Store) -> list[dict[str, Any]]:
     for name in store.names():
         known = name.lower().endswith(tuple(suffixes()))
         if known or _is_bag(store, name):
-            stem = name.rsplit(".", 1)[0] if known else name
-            out.append({"file": name, "run_index": len(out)} | parse_name(stem) | {"_own": True})
+            facts = parse_name(stem_of(name))
+            out.append({"file": name, "run_index": len(out)} | facts | {"_own": True})
     return out
 
 
@@ -285,9 +285,8 @@ def _left_out(file: str, facts: Mapping[str, Any]) -> Problem:
 
 def _is_bag(store: Store, name: str) -> bool:
     """A folder with metadata.yaml, or with the file that a killed recorder left."""
-    return store.is_dir(name) and (
-        store.exists(f"{name}/metadata.yaml") or store.exists(f"{name}/{name}_0.mcap")
-    )
+    files = (METADATA_FILE, f"{name}_0.mcap", f"{name}_0.db3")
+    return store.is_dir(name) and any(store.exists(f"{name}/{file}") for file in files)
 
 
 def _mapping(store: Store, raw: Mapping[str, Any]) -> Mapping[str, Any] | None:

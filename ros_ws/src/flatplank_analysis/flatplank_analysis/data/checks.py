@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
+from flatplank_analysis.data.lost import lost_samples
 from flatplank_analysis.data.problem import Problem
 from flatplank_analysis.data.table import STANDARD_COLUMNS, MeasurementTable
 
@@ -24,6 +25,8 @@ REQUIRED: dict[str, tuple[str, ...]] = {
     "footprint": ("fz", "half_length"),
 }
 ROLLING = ("slip", "free_rolling", "cleat")
+FITTED = ("slip", "cleat")
+"""what happens along the road is fitted, not only its mean"""
 BACKWARD_LIMIT = 2e-3
 """the plank may fall back by this much before it counts as an error [m]"""
 
@@ -97,6 +100,20 @@ def time_increases(table: MeasurementTable) -> Iterator[Problem]:
         yield Problem(
             table.info.file, "time does not increase", f"row {row}", "sort or mend the samples"
         )
+
+
+@check
+def samples_lost(table: MeasurementTable) -> Iterator[Problem]:
+    """A run that lacks samples is told; one that lacks many and would be fitted is refused."""
+    found = lost_samples(table)
+    if not found.lost:
+        return
+    if found.harmless or table.info.measurement not in FITTED:
+        remedy = "see why the recorder did not keep up"
+        yield Problem(table.info.file, str(found), "column 'time'", remedy, fatal=False)
+    else:
+        remedy = "measure it again: no model is fitted across them"
+        yield Problem(table.info.file, str(found), "column 'time'", remedy)
 
 
 @check

@@ -109,6 +109,9 @@ class RunInfo:
     software_version: str = ""
     status: str = ""
     notes: str = ""
+    cycles_received: int = 0
+    cycles_lost: int = 0
+    """as the recorder counted them, over the whole recording"""
     extra: Mapping[str, Any] = field(default_factory=dict, compare=False)
     """keys that this version does not know"""
 
@@ -145,11 +148,7 @@ class RunInfo:
     @property
     def name(self) -> str:
         """File name without folder and suffix."""
-        stem = self.file.rstrip("/").rsplit("/", 1)[-1]
-        for suffix in KNOWN_SUFFIXES:
-            if stem.lower().endswith(suffix):
-                return stem[: -len(suffix)]
-        return stem
+        return stem_of(self.file)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values that differ from the defaults, for YAML."""
@@ -163,7 +162,16 @@ class RunInfo:
         return out | dict(self.extra)
 
 
-KNOWN_SUFFIXES = (".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap")
+def stem_of(file: str) -> str:
+    """A file or bag without folder and suffix."""
+    stem = file.rstrip("/").rsplit("/", 1)[-1]
+    for suffix in KNOWN_SUFFIXES:
+        if stem.lower().endswith(suffix):
+            stem = stem[: -len(suffix)]
+    return stem
+
+
+KNOWN_SUFFIXES = (".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap", ".db3")
 _ALWAYS = {"file", "tire", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start"}
 _RECORD_ONLY = {
     "format",
@@ -179,8 +187,6 @@ _RECORD_ONLY = {
     "slip_angle_offset_deg",
     "cycle_first",
     "cycle_last",
-    "cycles_received",
-    "cycles_lost",
 }
 """keys of the bench's run record that the analysis only keeps"""
 _DIRECTIONS = {"forward": 1.0, "reverse": -1.0, "reversed": -1.0, "backward": -1.0}

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flatplank_analysis.data.info import Condition
+from flatplank_analysis.data.lost import lost_samples
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.linear import LinearFit, linear_run
@@ -51,6 +52,7 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
         linear_run(mean.position[good] - step, mean["fx"][good], kappa),
         {t.info.name: _run_fit(t, step) for t in tables},
         _tail(mean),
+        sum(lost_samples(t).lost for t in tables),
     )
 
 

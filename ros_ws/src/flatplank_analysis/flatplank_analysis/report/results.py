@@ -47,6 +47,8 @@ class ConditionResult:
     """of every run"""
     lateral_steady: float
     """mean Fy over the last half metre [N]"""
+    cycles_lost: int = 0
+    """that the runs lack together"""
 
     @property
     def since_step(self) -> np.ndarray:
@@ -68,6 +70,7 @@ class ConditionResult:
             "facts": to_plain(self.facts) | {"load_change": to_plain(self.facts.load_change)},
             "step_position": self.step_position,
             "max_scatter": to_plain(self.max_scatter()),
+            "cycles_lost": self.cycles_lost,
             "linear": self.linear.to_json(),
             "run_fits": {name: fit.to_json() for name, fit in self.run_fits.items()},
         }

@@ -47,6 +47,7 @@ def step_table(result: CampaignResult) -> Table:
         ("V before [mm/s]", lambda c: 1e3 * c.facts.speed_before),
         ("V after [mm/s]", lambda c: 1e3 * c.facts.speed_after),
         ("runs", lambda c: str(len(c.names))),
+        ("cycles lost", lambda c: str(c.cycles_lost)),
         ("largest std of Fx [N]", lambda c: c.max_scatter()),
         ("settled", lambda c: "yes" if c.linear.settled else "no"),
     )

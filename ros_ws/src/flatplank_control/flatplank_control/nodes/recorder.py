@@ -19,7 +19,7 @@ from flatplank_control.recording.arrivals import Arrivals
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.run_record import record_from_yaml
-from flatplank_control.recording.session import RecordingSession, State
+from flatplank_control.recording.session import RecordingSession
 from flatplank_control.runner.provenance import InForce, complete, software_version
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
 from flatplank_hw.nodes import convert
@@ -99,8 +99,7 @@ class RecorderNode(BenchNode):
         stamp_ns = self.arrivals.bus_ns
         if with_header:
             stamp_ns = self.arrivals.add(topic, convert.raw_stamp_ns(cdr))
-        if self.session.state is not State.IDLE:
-            self.guarded(lambda: self.session.write(topic, cdr, stamp_ns))
+        self.guarded(lambda: self.session.write(topic, cdr, stamp_ns))
         self.tell_waiting()
 
     def tell_waiting(self) -> None:

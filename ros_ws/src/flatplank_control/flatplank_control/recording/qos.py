@@ -24,9 +24,10 @@ class Qos:
     """[ns]"""
 
 
-STREAM = Qos(depth=1000)
+STREAM = Qos(depth=2000)
 LATCHED = Qos(depth=1, durability="transient_local")
-REFERENCE = Qos(depth=10, deadline_ns=100_000_000)
+REFERENCE = Qos(depth=2000, deadline_ns=100_000_000)
+HEALTH = Qos(depth=10)
 
 
 def _duration(ns: int) -> dict[str, int]:

@@ -64,7 +64,7 @@ class RecordingSession:
         free_disk: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
     ) -> None:
         """`pre_trigger`: what came in this time before the motion trigger is kept [s]."""
-        self.folder = Path(folder)
+        self.folder = Path(folder).absolute()
         self.state = State.IDLE
         self.record: RunRecord | None = None
         """of the running or the last measurement"""
@@ -72,6 +72,10 @@ class RecordingSession:
         self.cycles = CycleCount()
         self._topics = [*(t for t in topics if t.name != run_message.TOPIC.name)]
         self._names = {topic.name for topic in self._topics}
+        self._latched = {
+            topic.name: b"" for topic in self._topics if topic.qos.durability == "transient_local"
+        }
+        """what was said last, for whoever comes later: every bag begins with it"""
         self._pre_trigger_ns = round(pre_trigger * 1e9)
         self._open_bag = open_bag
         self._free_disk = free_disk
@@ -92,13 +96,13 @@ class RecordingSession:
         if self.state is not State.IDLE:
             name = self.record.name if self.record else ""
             raise RecordingError(f"{name} is {self.state.value}; stop or discard it first")
-        target = Path(folder) if folder else self.folder
+        target = Path(folder).expanduser().absolute() if folder else self.folder
         self._check_folder(target)
         record = record.with_changes(name=free_name(target, record.name), status="armed")
         bag = self._open_bag(target, record.name, [run_message.TOPIC, *self._topics])
         self._bag, self.path, self.record = bag, bag.path, record
         self.cycles = CycleCount()
-        self._ring.clear()
+        self._clear_ring()
         self._trigger_before, self._bus_ns = True, stamp_ns
         self.state = State.ARMED
         try:
@@ -113,16 +117,19 @@ class RecordingSession:
         return bag.path
 
     def write(self, topic: str, cdr: bytes, stamp_ns: int) -> None:
-        """A message came; ignored when idle or not a topic of the session.
+        """A message came; when idle only what is latched is kept for the next bag.
 
         When the disk takes no more the run is closed as failed and the reason is raised, once.
         """
-        if self.state is State.IDLE or topic not in self._names:
+        if topic not in self._names:
+            return
+        if self.state is State.IDLE:
+            self._remember(topic, cdr)
             return
         image = read_bus_image(cdr) if topic == BUS_TOPIC else None
         if image is not None:
             if stamp_ns < self._bus_ns:
-                self._ring.clear()  # another bus took over
+                self._clear_ring()  # another bus took over
             self._bus_ns = stamp_ns
         if self.state is State.RECORDING:
             self._put(topic, cdr, stamp_ns, image)
@@ -130,7 +137,7 @@ class RecordingSession:
         self._ring.append(_Waiting(min(stamp_ns, self._bus_ns), topic, cdr, stamp_ns))
         if image is not None:
             while self._ring[0].since_ns < self._bus_ns - self._pre_trigger_ns:
-                self._ring.popleft()
+                self._drop_oldest()
             if self._rising(image):
                 self._begin()
 
@@ -147,7 +154,9 @@ class RecordingSession:
             if block.topic == BUS_TOPIC:
                 self._bus_ns = int(np.max(block.stamps_ns, initial=self._bus_ns))
                 last: np.ndarray = block.payload["cycle"].astype(np.int64)
-                self.cycles.add_many(last - np.maximum(block.payload["count"], 1) + 1, last)
+                first = last - np.maximum(block.payload["count"], 1) + 1
+                period = int(block.payload["period_ns"][0])
+                self.cycles.add_many(first, last, block.stamps_ns, period)
 
     def poll(self) -> None:
         """Bring to the disk what waits; call it a few times a second."""
@@ -168,7 +177,7 @@ class RecordingSession:
         bag, self._bag = self._bag, None
         self.record = self.record.with_changes(status="discarded")
         self.state = State.IDLE
-        self._ring.clear()
+        self._clear_ring()
         bag.discard()
         return bag.path
 
@@ -203,6 +212,10 @@ class RecordingSession:
         self.state = State.RECORDING
         self.record = record = self.record.with_changes(status="recording")
         self._guarded(lambda: record.save(bag.path))
+        begin_ns = self._ring[0].since_ns if self._ring else self._bus_ns
+        for topic, cdr in self._latched.items():
+            if cdr and self.state is State.RECORDING:
+                self._put(topic, cdr, begin_ns, None)
         while self._ring and self.state is State.RECORDING:
             _, topic, cdr, stamp_ns = self._ring.popleft()
             image = read_bus_image(cdr) if topic == BUS_TOPIC else None
@@ -216,8 +229,21 @@ class RecordingSession:
         except RecordingError as error:
             self._finish("failed", str(error), "")
             raise
+        self._remember(topic, cdr)
         if image is not None:
             self.cycles.add(image)
+
+    def _remember(self, topic: str, cdr: bytes) -> None:
+        if topic in self._latched:
+            self._latched[topic] = cdr
+
+    def _drop_oldest(self) -> None:
+        dropped = self._ring.popleft()
+        self._remember(dropped.topic, dropped.cdr)
+
+    def _clear_ring(self) -> None:
+        while self._ring:
+            self._drop_oldest()
 
     def _guarded(self, action: Callable[[], None]) -> None:
         try:
@@ -231,7 +257,7 @@ class RecordingSession:
         bag, self._bag = self._bag, None
         assert bag is not None and self.record is not None
         self.state = State.IDLE
-        self._ring.clear()
+        self._clear_ring()
         self.record = record = self._closed(status, reason, ended)
         if bag.error is None:
             message = run_message.run_message(record, self._bus_ns)

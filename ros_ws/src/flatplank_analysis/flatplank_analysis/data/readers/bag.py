@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import yaml
 
 from flatplank_analysis.data import cache
 from flatplank_analysis.data.bags.cdr import decode_many, decode_one
+from flatplank_analysis.data.bags.compression import SUFFIX, CompressedFile, plain_blocks
 from flatplank_analysis.data.bags.definitions import parse_definition
 from flatplank_analysis.data.bags.mcap import McapFile
 from flatplank_analysis.data.bags.sqlite import SqliteFile
@@ -21,12 +23,19 @@ from flatplank_analysis.data.table import STANDARD_COLUMNS
 from flatplank_analysis.errors import FlatplankError
 
 RECORD_FILE = "run.yaml"
+METADATA_FILE = "metadata.yaml"
+SAME_RATE = 0.1
+"""periods that differ by less are one rate [-]"""
+SAME_CLOCK = 0.05
+"""stamps of another clock agree more rarely, by accident [-]"""
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_STORAGE = {".mcap": McapFile, ".db3": SqliteFile}
+_PLAIN = {".mcap": McapFile, ".db3": SqliteFile}
+_STORAGE = {**_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN)}
+"""suffix -> what gives the messages of such a file"""
 
 
-@reader(".mcap", ".db3")
+@reader(*_STORAGE)
 def read_bag(request: Request) -> Loaded:
     """A bag folder or a single file; the table is kept in a Parquet cache beside it."""
     key = cache.key_of(request)
@@ -41,7 +50,7 @@ def read_bag(request: Request) -> Loaded:
     return Loaded(columns, loaded.facts, loaded.remarks)
 
 
-@describer(".mcap")
+@describer(*_STORAGE)
 def describe_bag(store: Store, name: str) -> dict[str, Any]:
     """The run record beside the bag, else the last message on `/run`, which has the end."""
     record = f"{name}/{RECORD_FILE}" if store.is_dir(name) else _beside(name)
@@ -50,7 +59,7 @@ def describe_bag(store: Store, name: str) -> dict[str, Any]:
             return _record({"record": stream.read().decode("utf-8")})
     facts: dict[str, Any] = {}
     for file in _files(store.local(name)):
-        for block in file.blocks({RUN_TOPIC}):
+        for block in plain_blocks(file.blocks({RUN_TOPIC})):
             kind = parse_definition(block.channel.type, block.channel.definition)
             facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
     return facts
@@ -70,7 +79,7 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
     remarks = []
     for file in files:
         wanted = {*topics.sources, RUN_TOPIC}
-        for block in file.blocks(wanted):
+        for block in plain_blocks(file.blocks(wanted)):
             kind = parse_definition(block.channel.type, block.channel.definition)
             if block.channel.topic == RUN_TOPIC:
                 facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
@@ -87,12 +96,34 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
 
 
 def _files(path: Path) -> list:
+    """The storage files of a bag in their order; one that lies unpacked beside is read so."""
     paths = [path]
     if path.is_dir():
+        _refuse_compression(path)
         paths = sorted(p for p in path.iterdir() if p.suffix in _STORAGE)
+        paths = [p for p in paths if p.suffix != SUFFIX or p.with_suffix("") not in paths]
     if not paths:
         raise FlatplankError("no .mcap or .db3 file", path.name, "copy the whole bag folder")
     return [_STORAGE[p.suffix](p) for p in paths]
+
+
+def _refuse_compression(folder: Path) -> None:
+    """A bag that was compressed in a way that this reader does not know, by its metadata."""
+    try:
+        content = yaml.load((folder / METADATA_FILE).read_text("utf-8"), Loader=_LOADER)
+        information = content["rosbag2_bagfile_information"]
+    except (OSError, yaml.YAMLError, TypeError, KeyError):
+        return  # what is in the files counts
+    kind = information.get("compression_format") or SUFFIX[1:]
+    if kind != SUFFIX[1:]:
+        mode = str(information.get("compression_mode", "")).lower()
+        plain = "output_bags: [{uri: plain, storage_id: mcap, all_topics: true}]"
+        raise FlatplankError(
+            f"compressed by {mode} with '{kind}', only {SUFFIX[1:]} is read",
+            folder.name,
+            f"unpack it: echo '{plain}' > plain.yaml; ros2 bag convert -i {folder.name} "
+            "-o plain.yaml",
+        )
 
 
 def _record(message: dict[str, Any]) -> dict[str, Any]:
@@ -127,11 +158,14 @@ def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np
         )
     base, _ = _sorted(series[topics.base], [])
     columns = {"time": (base - base[0]) * 1e-9}
+    whole = np.ones(base.size, dtype=bool)
     for topic, parts in series.items():
         if not parts:
             continue
         sources = topics.sources[topic]
         stamp, values = _sorted(parts, [s.path for s in sources])
+        if any(source.column in STANDARD_COLUMNS for source in sources):
+            whole &= _heard(base, stamp)
         for source in sources:
             column = values[source.path]
             if np.isnan(column).all():
@@ -139,6 +173,7 @@ def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np
             if source.factor != 1.0 or source.offset != 0.0:
                 column = column * source.factor + source.offset
             columns[source.column] = _on_base(base, stamp, column)
+    columns = {name: values[whole] for name, values in columns.items()}
     return _since_trigger(columns, path.name)
 
 
@@ -153,6 +188,22 @@ def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.nda
         column = np.concatenate([np.asarray(v[path], dtype=np.float64) for _, v in parts])
         values[path] = column if order is None else column[order]
     return stamp, values
+
+
+def _heard(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
+    """Cycles of the base that a topic has, too, or that lie outside of it; all of them when it
+    follows another clock or another rate: then it is interpolated.
+
+    A cycle of which one topic was lost is lost, and not made up from its neighbours.
+    """
+    everything = np.ones(base.size, dtype=bool)
+    if base.size < 3 or stamp.size < 3 or np.array_equal(base, stamp):
+        return everything
+    ours, theirs = (float(np.percentile(np.diff(s), 5)) for s in (base, stamp))
+    present = np.isin(base, stamp, assume_unique=True)
+    if abs(theirs / ours - 1.0) > SAME_RATE or present.mean() < SAME_CLOCK:
+        return everything
+    return present | (base < stamp[0]) | (base > stamp[-1])
 
 
 def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndarray:

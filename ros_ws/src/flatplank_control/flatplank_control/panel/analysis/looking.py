@@ -78,6 +78,7 @@ def runs(_progress: Progress, folder: str) -> dict[str, Any]:
                 "start": i.start,
                 "order": i.run_index,
                 "status": i.status or "complete",
+                "lost": i.cycles_lost,
                 "notes": i.notes,
                 "verdict": verdicts[i.file],
             }

@@ -18,6 +18,7 @@ COLUMNS = {
     "start": "Start",
     "order": "Order",
     "status": "Ended",
+    "lost": "Cycles lost",
     "verdict": "Verdict",
     "notes": "Notes",
 }
