@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The third tire of the blind kit: against closed forms, its own halved step, and what it hides."""
+"""The third tire of the blind kit: closed forms, its own halved step, and what it hides."""
 
 from __future__ import annotations
 
