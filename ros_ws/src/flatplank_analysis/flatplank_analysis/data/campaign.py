@@ -19,6 +19,7 @@ from flatplank_analysis.data.readers import Request, describe, reader_for, suffi
 from flatplank_analysis.data.readers.bag import METADATA_FILE, RECORD_FILE
 from flatplank_analysis.data.store import Store, open_store
 from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.data.turned import turned_columns, turned_facts, turned_info, turned_names
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 
 FORMAT = "flatplank-measurement-table/1"
@@ -46,7 +47,8 @@ class Run:
         wanted = None if columns is None else _with_required(columns, self.info, check)
         request = Request(self.store, self.info.file, wanted, self.mapping)
         loaded = reader_for(self.store, self.info.file)(request)
-        table = MeasurementTable(loaded.columns, _merged(self.info, loaded.facts))
+        own = _merged(self.info, turned_facts(loaded.facts, self.mapping))
+        table = MeasurementTable(turned_columns(loaded.columns, self.mapping), own)
         remarks = [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
         if check:
             remarks += checks.run_checks(table)
@@ -104,6 +106,7 @@ class Campaign:
         raw = _records(store, problems)
         campaign = cls(os.fspath(path), [], str(raw.get("tire") or ""), problems)
         mapping = mapping or _mapping(store, raw)
+        turned_names(mapping)
         for number, entry in enumerate(raw["runs"], start=1):
             campaign._add(store, entry, number, mapping)
         campaign._drop_doubles()
@@ -142,7 +145,7 @@ class Campaign:
             Problem(info.file, text, where, "correct the spelling", fatal=False)
             for text in remarks
         ]
-        self.runs.append(Run(info, store, mapping))
+        self.runs.append(Run(turned_info(info, mapping), store, mapping))
 
     def _tell_unlisted(self, store: Store) -> None:
         """Runs that lie in the folder, and that its campaign.yaml does not name."""

@@ -38,4 +38,4 @@ class CamberThrust(TireEffect):
 
     def motion(self, motion: Motion) -> None:
         camber = np.sin(motion.data.gamma)[:, None]
-        motion.lateral += self.share * camber * motion.travel
+        motion.lateral -= self.share * camber * motion.travel

@@ -22,6 +22,7 @@ from flatplank_analysis.tirebase.grid import (
     smooth_columns,
     uniform_positions,
 )
+from flatplank_analysis.tirebase.signs import WrongSign, wrong_signs
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 NEEDED = ("time", "plank_position", "wheel_angle", "fx")
@@ -75,6 +76,8 @@ class TireRuns:
     """(runs, samples) what the load channel is judged against"""
     grids: list[np.ndarray]
     """runs that share their nodes"""
+    signs: tuple[WrongSign, ...] = ()
+    """columns and keys whose sign is the other way round"""
 
     def only_common(self, values: np.ndarray) -> np.ndarray:
         """Remove the run mean and the profile shared by all runs on the same nodes (..., R, N)."""
@@ -296,6 +299,7 @@ def _assemble(
         signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
         load_mean=load_mean,
         grids=grids,
+        signs=wrong_signs(tables),
     )
 
 

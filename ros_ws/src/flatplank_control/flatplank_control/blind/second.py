@@ -103,7 +103,7 @@ def _numbers(tire: SecondTire, machine: SecondMachine, run: Run, gain: float, de
         wheel_speed=0.0309 * (1.0 + tire.offset), delay=delay, step=STEP, kappa=s.kappa,
         radius=RADIUS, start=math.radians(120.0 * (run.start - 1)),
         alpha=math.radians(s.alpha_deg) + tire.lean + machine.steer_zero,
-        camber_slip=machine.camber_share * math.sin(math.radians(s.gamma_deg)),
+        camber_slip=-machine.camber_share * math.sin(math.radians(s.gamma_deg)),
         ripple_period=0.05, wave_period=0.7, creep_time=8.0, play_hold=12.0,
     )  # fmt: skip
     put(**machine.kernel)

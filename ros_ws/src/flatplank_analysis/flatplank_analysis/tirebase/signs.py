@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Signs of what was measured against physics, before anything is fitted (ISO W).
+
+Nothing is turned here: a column with the wrong sign is named, with what shows it and with the
+line that mends it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.data import MeasurementTable
+
+CLEAR = 0.8
+"""share of the runs, weighed by their force, that must speak against a sign"""
+SLIP, ANGLE, CAMBER = 0.005, 0.4, 0.9
+"""[1], [deg], [deg]: smaller ones say nothing about a sign"""
+SEEN = 0.03
+"""force over load below which it says nothing"""
+
+
+@dataclass(frozen=True)
+class WrongSign:
+    """A column, or a key of the run record, whose sign is the other way round."""
+
+    names: tuple[str, ...]
+    """what may be wrong: turning one of them mends it"""
+    evidence: str
+    """what shows it, with numbers"""
+
+    @property
+    def remedy(self) -> str:
+        """The line of campaign.yaml, or of a mapping file, that turns it."""
+        first = f"`mapping: {{turn: [{self.names[0]}]}}` in campaign.yaml turns it"
+        others = "".join(f", or [{n}]" for n in self.names[1:])
+        return first + others
+
+    def __str__(self) -> str:
+        return f"sign of {' or '.join(self.names)}: {self.evidence}; {self.remedy}"
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Means of one run; forces [N]."""
+
+    kappa: float
+    measured_kappa: float
+    alpha: float
+    gamma: float
+    load: float
+    turned: float
+    """wheel angle times plank travel"""
+    step_x: float
+    """change of Fx by the step"""
+    side: float
+    """Fy before the step; without one, Fy of the second half"""
+    fz: float
+
+
+def wrong_signs(tables: Sequence[MeasurementTable]) -> tuple[WrongSign, ...]:
+    """What is the wrong way round in the runs of a campaign; () when all is as in ISO W."""
+    runs = [_run(t) for t in tables]
+    return tuple(s for check in (_load, _wheel, _slip, _angle, _camber) for s in check(runs))
+
+
+def _run(table: MeasurementTable) -> _Run:
+    info = table.info
+    place = np.abs(table["plank_position"] - table["plank_position"][0])
+    end = float(np.nanmax(place))
+    step = info.step_position if np.isfinite(info.step_position) else np.nan
+    stepped = np.isfinite(step) and 0.3 < step < end - 0.3
+    late = place > (0.5 * (step + end) if stepped else 0.5 * end)
+    early = (place > 0.5 * step) & (place < step) if stepped else late
+
+    def mean(name: str, where: np.ndarray) -> float:
+        values = table[name][where] if table.has(name) else np.array([np.nan])
+        return float(np.nanmean(values)) if np.isfinite(values).any() else np.nan
+
+    fz = mean("fz", late)
+    return _Run(
+        kappa=info.kappa,
+        measured_kappa=_rolled(table, late) / _rolled(table, early) - 1.0 if stepped else np.nan,
+        alpha=info.alpha_deg,
+        gamma=info.gamma_deg,
+        load=info.fz if np.isfinite(info.fz) else abs(fz),
+        turned=float(np.ptp(place)) * _gone(table, "wheel_angle") * _gone(table, "plank_position"),
+        step_x=mean("fx", late) - mean("fx", early) if stepped else np.nan,
+        side=mean("fy", early),
+        fz=fz,
+    )
+
+
+def _gone(table: MeasurementTable, name: str) -> float:
+    if not table.has(name):
+        return 0.0
+    values = table[name][np.isfinite(table[name])]
+    return float(values[-1] - values[0]) if len(values) > 1 else 0.0
+
+
+def _rolled(table: MeasurementTable, where: np.ndarray) -> float:
+    """Turn of the wheel per travel of the plank, both without their sign."""
+    angle, place = table["wheel_angle"][where], table["plank_position"][where]
+    good = np.isfinite(angle) & np.isfinite(place)
+    if good.sum() < 3:
+        return np.nan
+    angle, place = angle[good], place[good]
+    return float(abs((angle[-1] - angle[0]) / ((place[-1] - place[0]) or np.nan)))
+
+
+def _against(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
+    """How many pairs (given, force) have opposite signs, of how many; 0 when it is not clear."""
+    good = [(a, b) for a, b in pairs if np.isfinite(a) and np.isfinite(b) and a != 0.0]
+    weight = sum(abs(b) for _, b in good)
+    wrong = [(a, b) for a, b in good if a * b < 0.0]
+    clear = bool(good) and sum(abs(b) for _, b in wrong) > CLEAR * weight
+    return (len(wrong) if clear else 0), len(good)
+
+
+def _load(runs: Sequence[_Run]) -> Iterator[WrongSign]:
+    wrong, count = _against([(1.0, r.fz) for r in runs])
+    if wrong:
+        yield WrongSign(("fz",), f"Fz < 0 in {wrong} of {count} runs, a loaded tire has Fz > 0")
+
+
+def _wheel(runs: Sequence[_Run]) -> Iterator[WrongSign]:
+    wrong, count = _against([(1.0, r.turned) for r in runs if r.turned])
+    if wrong:
+        text = f"wheel and plank go against each other in {wrong} of {count} runs"
+        yield WrongSign(("wheel_angle", "plank_position"), text)
+
+
+def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
+    """The record's kappa, the slip of the encoders and Fx: two against one."""
+    slipped = [r for r in runs if abs(r.kappa) >= SLIP and abs(r.step_x) > SEEN * r.load]
+    wrong, count = _against([(r.kappa, r.step_x) for r in slipped])
+    turned, seen = _against([(r.kappa, r.measured_kappa) for r in slipped])
+    if wrong and not turned:
+        text = f"a driving step lowers Fx in {wrong} of {count} runs, it ought to raise it"
+        yield WrongSign(("fx",), text)
+    elif turned:
+        text = f"the encoders show the other slip than kappa says in {turned} of {seen} runs"
+        both = " and Fx goes with the encoders" if wrong else " and Fx goes with kappa"
+        yield WrongSign(("kappa",) if wrong else ("kappa", "fx"), text + both)
+
+
+def _angle(runs: Sequence[_Run]) -> Iterator[WrongSign]:
+    levels = {r.alpha for r in runs if abs(r.alpha) >= ANGLE}
+    straight = [r.side for r in runs if abs(r.alpha) < ANGLE and abs(r.gamma) < CAMBER]
+    zero = float(np.nanmean(straight)) if len(straight) and np.isfinite(straight).any() else 0.0
+    if not levels:
+        return
+    turned = [r for r in runs if r.alpha in levels and abs(r.side - zero) > SEEN * r.load]
+    wrong, count = _against([(-r.alpha, r.side - zero) for r in turned])
+    if wrong:
+        text = (
+            f"Fy has the sign of alpha in {wrong} of {count} runs; ISO W: alpha > 0 gives Fy < 0"
+            " (in SAE tables alpha > 0 gives Fy > 0)"
+        )
+        yield WrongSign(("alpha_deg", "fy"), text)
+
+
+def _camber(runs: Sequence[_Run]) -> Iterator[WrongSign]:
+    """Camber thrust between runs that differ in the camber only."""
+    pairs = []
+    for r in runs:
+        if abs(r.gamma) < CAMBER:
+            continue
+        like = [q.side for q in runs if q.alpha == r.alpha and q.load == r.load]
+        cambers = [q.gamma for q in runs if q.alpha == r.alpha and q.load == r.load]
+        away = r.gamma - float(np.mean(cambers))
+        thrust = r.side - float(np.nanmean(like)) if np.isfinite(like).any() else np.nan
+        if abs(away) >= CAMBER and abs(thrust) > SEEN * r.load:
+            pairs.append((-away, thrust))
+    wrong, count = _against(pairs)
+    if wrong:
+        text = f"camber thrust has the sign of gamma in {wrong} of {count} runs; ISO W: the other"
+        yield WrongSign(("gamma_deg", "fy"), text)

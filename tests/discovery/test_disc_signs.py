@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Columns and keys with the wrong sign are named before anything is fitted, and can be turned."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import yaml
+from bristles import Truth, campaign, save
+from third_campaigns import tables
+
+from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.signs import wrong_signs
+
+
+@pytest.fixture(scope="module")
+def combined():
+    return tables("combined", seed=3, scatter=0.01)
+
+
+def turned(runs, name):
+    """The same runs with the other sign of a column or a key."""
+    out = []
+    for t in runs:
+        columns = {k: -v if k == name else v for k, v in t.columns.items()}
+        info = (
+            replace(t.info, **{name: -getattr(t.info, name)}) if hasattr(t.info, name) else t.info
+        )
+        out.append(MeasurementTable(columns, t.info if name in t.columns else info))
+    return out
+
+
+def test_iso_signs_are_not_doubted(combined):
+    assert wrong_signs(combined) == ()
+    assert wrong_signs(campaign(Truth(seed=3, slips=(-0.05, 0.01, 0.05)))) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("fz", ("fz",)),
+        ("wheel_angle", ("wheel_angle", "plank_position")),
+        ("plank_position", ("wheel_angle", "plank_position")),
+        ("fx", ("fx",)),
+        ("kappa", ("kappa",)),
+        ("alpha_deg", ("alpha_deg", "fy")),
+        ("fy", ("alpha_deg", "fy")),
+    ],
+)
+def test_one_wrong_sign_is_named_and_no_other(combined, name, said):
+    (found,) = wrong_signs(turned(combined, name))
+    assert found.names == said
+    assert "\n" not in str(found) and "turn: [" in str(found)
+    if name in said:
+        assert f"[{name}]" in found.remedy
+
+
+def test_the_runs_carry_what_was_seen(combined):
+    assert from_tables(combined).signs == ()
+    (found,) = from_tables(turned(combined, "alpha_deg")).signs
+    assert "alpha > 0 gives Fy < 0" in str(found)
+
+
+def test_camber_thrust_with_the_wrong_sign():
+    runs = campaign(Truth(seed=4, slips=(0.0,), repeats=3))
+    cambered = []
+    for gamma in (-3.0, 3.0):
+        for t in runs:
+            columns = dict(t.columns, fy=t["fy"] - 60.0 * gamma)
+            cambered.append(MeasurementTable(columns, replace(t.info, gamma_deg=gamma)))
+    assert wrong_signs(cambered) == ()
+    (found,) = wrong_signs(turned(cambered, "gamma_deg"))
+    assert found.names == ("gamma_deg", "fy")
+
+
+def test_the_line_that_is_told_mends_it(tmp_path, combined):
+    folder = save(turned(combined, "alpha_deg"), tmp_path)
+    file = folder / "campaign.yaml"
+    raw = yaml.safe_load(file.read_text())
+    runs = [run.table() for run in Campaign.load(folder).runs]
+    (found,) = wrong_signs(runs)
+    raw["mapping"] = {"turn": [found.names[0]]}
+    file.write_text(yaml.safe_dump(raw))
+    mended = [run.table() for run in Campaign.load(folder).runs]
+    assert wrong_signs(mended) == ()
+    assert {t.info.alpha_deg for t in mended} == {0.0, 5.0}
+    raw["mapping"] = {"turn": "fy"}
+    file.write_text(yaml.safe_dump(raw))
+    assert wrong_signs([run.table() for run in Campaign.load(folder).runs]) == ()
+    raw["mapping"] = {"turn": ["side_force"]}
+    file.write_text(yaml.safe_dump(raw))
+    with pytest.raises(FlatplankError, match="no column or key 'side_force'"):
+        Campaign.load(folder)
