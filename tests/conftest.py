@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What holds for every test: a quiet environment, and long ones only on demand."""
+"""What holds for every test: a quiet environment, long ones only on demand, and a run that says
+what it has not run.
+"""
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -21,9 +27,26 @@ os.environ |= {
 # Started in the background, the suite and all its children would be deaf to Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+CI = os.environ.get("CI", "").lower() not in ("", "0", "false")
+"""here the environment is made for the tests: what cannot run is a failure"""
+GRACE_S = float(os.environ.get("FLATPLANK_TEST_GRACE", "60"))
+"""a test that hears no signal, for it hangs in compiled code, ends the run so long after its
+time-out
+"""
+
+NOT_RUN = pytest.StashKey[Counter[str]]()
+LEFT = pytest.StashKey[set[str]]()
+STDERR = pytest.StashKey[int]()
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--long", action="store_true", help="also the tests that take minutes")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.stash[NOT_RUN] = Counter()
+    config.stash[LEFT] = set()
+    config.stash[STDERR] = os.dup(2)  # the capture of a test begins later
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -33,3 +56,73 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if long:
         config.hook.pytest_deselected(items=long)
         items[:] = [item for item in items if item not in long]
+
+
+def pytest_deselected(items: list[pytest.Item]) -> None:
+    for item in items:
+        long = item.get_closest_marker("long") and not item.config.getoption("--long")
+        why = "takes minutes; runs with --long" if long else "not chosen by -k, -m or --deselect"
+        item.config.stash[NOT_RUN][why] += 1
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    session.config.stash[LEFT] = {item.nodeid for item in session.items}
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[None]:
+    report = yield
+    _judge(report, collector.config)
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    report = yield
+    item.config.stash[LEFT].discard(item.nodeid)
+    _judge(report, item.config)
+    return report
+
+
+def _judge(report: Any, config: pytest.Config) -> None:
+    """Count a skip, or call it a failure."""
+    if not report.skipped:
+        return
+    where = report.longrepr
+    reason = where[2] if isinstance(where, tuple) else getattr(report, "wasxfail", str(where))
+    reason = reason.removeprefix("Skipped: ")
+    if CI:
+        report.outcome = "failed"
+        report.longrepr = f"not run, and with CI=true everything must run: {reason}"
+    else:
+        config.stash[NOT_RUN][reason] += 1
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """The last lines before the closing one."""
+    left = config.stash[LEFT]
+    if left and not config.getoption("collectonly"):
+        config.stash[NOT_RUN]["the run ended before them"] += len(left)
+    counts = config.stash[NOT_RUN]
+    terminalreporter.section("not run")
+    for reason, count in counts.most_common():
+        terminalreporter.line(f"{count} {'test' if count == 1 else 'tests'}: {reason}")
+    if not counts:
+        terminalreporter.line("nothing: all that was asked for has run")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_timeout_set_timer(item: pytest.Item, settings: Any) -> Iterator[None]:
+    """For tests that hear no signal; not in a debugger."""
+    if not item.config.getoption("usepdb"):
+        stderr = item.config.stash[STDERR]
+        faulthandler.dump_traceback_later(settings.timeout + GRACE_S, exit=True, file=stderr)
+    return (yield)
+
+
+def pytest_runtest_logfinish() -> None:
+    faulthandler.cancel_dump_traceback_later()
+
+
+def pytest_enter_pdb() -> None:
+    faulthandler.cancel_dump_traceback_later()

@@ -129,7 +129,6 @@ def test_nonlinear_smooth_law_equals_its_table() -> None:
     assert first[0, 0, 0] == pytest.approx(-200.0, abs=1e-6)
 
 
-@pytest.mark.skipif(kernel.compiled is None, reason="numba is not installed")
 @pytest.mark.parametrize(
     "model",
     [
@@ -147,6 +146,7 @@ def test_nonlinear_machine_code_equals_array_code(
     slips = (-0.1, -0.02, 0.0, 0.01, 0.05)
     inputs = stack_runs([slip_inputs(X, k, 3700.0, alpha=0.05, start_fx=-30.0) for k in slips])
     lanes = np.array([[2e5], [3e5]])
+    assert kernel.compiled is not None, "numba is missing: pip install numba"
     fast = model.simulate(lanes, inputs)
     monkeypatch.setattr(kernel, "compiled", None)
     np.testing.assert_allclose(model.simulate(lanes, inputs), fast, atol=1e-5)

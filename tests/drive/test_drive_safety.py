@@ -192,17 +192,29 @@ def test_short_peaks_of_load_do_not_trip():
     assert rig.velocity == pytest.approx(0.1, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["fz", "speed", "steering", "road_end"])
-def test_nan_does_not_pass_for_safe(name):
+@pytest.mark.parametrize(
+    ("attribute", "name"),
+    [("fz", "fz"), ("steer", "steering"), ("plank_position", "road_end")],
+)
+def test_nan_does_not_pass_for_safe(attribute, name):
+    """What comes as counts is always a number; `test_drive_rules.py` asks the rules alone."""
     rig = running()
-    attribute = {
-        "fz": "fz", "speed": "velocity", "steering": "steer", "road_end": "plank_position",
-    }[name]  # fmt: skip
-    if name == "speed":
-        return
     setattr(rig, attribute, math.nan)
     rig.run(30)
     assert rig.velocity == 0.0
+    assert rig.samples[-1].stop_reason == RULES[name].code
+
+
+def test_a_free_wheel_may_turn_at_the_end_of_the_road():
+    rig = up("velocity", 0.1)
+    rig.plank_position = 4.3
+    rig.run(150)
+    assert rig.velocity == pytest.approx(0.1, rel=1e-6)
+    rig.load()
+    rig.moving = True
+    rig.run(10)
+    assert rig.velocity == 0.0
+    assert rig.samples[-1].stop_reason == RULES["road_end"].code
 
 
 def test_without_a_claim_no_heartbeat_is_needed():

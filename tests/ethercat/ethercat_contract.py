@@ -115,7 +115,7 @@ class Contract:
         bench = self.bench
         if self.stops:
             bench.node.reset()
-            bench.node.spin_up()
+            bench.node.spin_up(bench.stalls)
             bench.node.cycles(5)
         wheel = bench.emulator.wheel()
         assert wheel["moving"] and wheel["enabled"], f"{self.name}: no motion after a reset"

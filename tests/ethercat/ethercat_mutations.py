@@ -36,12 +36,24 @@ a running bus nothing is enabled by itself, and the wheel turns again after an e
 
 """
 
-
 LIMIT_S = 240
 """without a handler a run may take for ever"""
 
 
-def tests(folder: Path, select: str, *more: str) -> str:
+def copied(folder: Path) -> Path:
+    """The package and its tests, in a folder where they may be broken."""
+    shutil.copytree(ROOT / PACKAGE, folder / PACKAGE, symlinks=True)
+    themselves = shutil.ignore_patterns("test_ethercat_handlers.py")
+    shutil.copytree(ROOT / "tests/ethercat", folder / "tests/ethercat", ignore=themselves)
+    return folder
+
+
+def place(root: Path, mutation: Mutation) -> Path:
+    """The file that has the handler."""
+    return root / PACKAGE / CODE / mutation.file
+
+
+def tests(folder: Path, select: str, *more: str, limit_s: float = LIMIT_S) -> str:
     """What running some of the tests on the copy in a folder prints."""
     words = [sys.executable, "-m", "pytest", "tests/ethercat", "-k", select, *more]
     words += ["-m", "not long", "-p", "no:cacheprovider", "-c", str(ROOT / "pyproject.toml")]
@@ -56,7 +68,7 @@ def tests(folder: Path, select: str, *more: str) -> str:
                 },
                 stdout=out,
                 stderr=subprocess.STDOUT,
-                timeout=LIMIT_S,
+                timeout=limit_s,
                 check=False,
             )
         except subprocess.TimeoutExpired:
@@ -67,7 +79,7 @@ def tests(folder: Path, select: str, *more: str) -> str:
 
 def run(mutation: Mutation, folder: Path) -> list[str]:
     """Names of the tests that fail without a handler."""
-    path = folder / PACKAGE / CODE / mutation.file
+    path = place(folder, mutation)
     text = path.read_text()
     if text.count(mutation.old) != 1:
         return []
@@ -144,9 +156,7 @@ def main(arguments: list[str] | None = None) -> int:
     wanted = [m for m in MUTATIONS if not o.names or any(n in m.name for n in o.names)]
     noticed = known(o.known)
     with tempfile.TemporaryDirectory(prefix="fp-mutants-") as name:
-        folder = Path(name)
-        shutil.copytree(ROOT / PACKAGE, folder / PACKAGE, symlinks=True)
-        shutil.copytree(ROOT / "tests/ethercat", folder / "tests/ethercat")
+        folder = copied(Path(name))
         for mutation in wanted:
             if mutation.name not in noticed:
                 noticed[mutation.name] = run(mutation, folder)

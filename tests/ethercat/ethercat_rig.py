@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from stalls import ATTEMPTS, EmulatorStalls
 
 from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
 from flatplank_hw.ethercat.emulated import EmulatorProcess
@@ -28,8 +29,6 @@ BENCH = BUS_FILES / "bench.yaml"
 TURNING = 200_000_000
 """motor speed of about 0.1 rad/s at the wheel [counts/s]"""
 VELOCITY_MODE = 9
-ATTEMPTS = 4
-"""a scenario during which the computer itself stalled is made again"""
 _UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
 
 
@@ -137,17 +136,20 @@ class InsistentNode:
         self.run(lambda _inputs: not self._pending, what="caught up")
         self.resets = 3
 
-    def spin_up(self) -> None:
-        """Enable and turn; an operator resets again when the machine of a test has stalled and
-        stopped the wheel anew."""
+    def spin_up(self, measure: Callable[[], Any] = lambda: False) -> None:
+        """Enable and turn; an operator resets again when the machine of a test has stalled, which
+        `measure` looks for, and stopped the wheel anew."""
 
         def turns(inputs: BusInputs) -> bool:
             return inputs.health == 0 and inputs.axes[0].velocity > TURNING * 0.9
 
-        for _ in range(ATTEMPTS):
+        for _ in range(ATTEMPTS - 1):
+            stalls = measure()
             self.insists = True
             if self.reaches(turns, 2.0):
                 return
+            if not stalls:
+                break
             self.insists = False
             self.reset()
             self.cycles(10)
@@ -200,6 +202,10 @@ class Bench:
         self.client.start()
         self.node = InsistentNode(self.client)
 
+    def stalls(self) -> EmulatorStalls:
+        """Those of the computer from now on."""
+        return EmulatorStalls(self.emulator.send)
+
     def revive(self) -> None:
         """Whatever the test before has left: well, reset, and the wheel turning."""
         self.emulator.send("mend")
@@ -212,7 +218,7 @@ class Bench:
         if self.emulator.wheel()["enabled"] or self.client.diagnostics()["held"]:
             node.reset()
             node.cycles(10)
-        node.spin_up()
+        node.spin_up(self.stalls)
         node.cycles(5)
         node.seen.clear()
         self.client.events()
@@ -257,31 +263,3 @@ class Bench:
         if self.emulator is not None:
             self.emulator.close()
         self.namespace.close()
-
-
-class Stalls:
-    """Counters that tell whether the computer itself disturbed a scenario."""
-
-    def __init__(self, bench: Bench) -> None:
-        self._bench = bench
-        self._before = self._count()
-
-    def _count(self) -> tuple[float, ...]:
-        state = self._bench.emulator.send("state")
-        return state["stalled_ms"], state["wire"]["aged"]
-
-    def __bool__(self) -> bool:
-        return self._count() != self._before
-
-
-def undisturbed(bench: Bench, scenario: Callable[[], None]) -> None:
-    """Make a scenario; once more when it failed while the computer itself stalled."""
-    for attempt in range(1, ATTEMPTS + 1):
-        stalls = Stalls(bench)
-        try:
-            scenario()
-        except BaseException:
-            if attempt == ATTEMPTS or not stalls:
-                raise
-        else:
-            return

@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 from ethercat_contract import Contract
-from ethercat_rig import Bench, undisturbed
+from ethercat_rig import Bench
 from ethercat_scenarios import SCENARIOS, Scenario
+from stalls import undisturbed
 
 pytestmark = pytest.mark.usefixtures("minute")
 
@@ -68,7 +69,7 @@ def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: s.name)
 def test_fault(bench: Bench, scenario: Scenario) -> None:
-    undisturbed(bench, lambda: one_fault(bench, scenario))
+    undisturbed(bench.stalls, lambda: one_fault(bench, scenario))
 
 
 def one_fault(bench: Bench, scenario: Scenario) -> None:

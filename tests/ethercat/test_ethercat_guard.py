@@ -52,6 +52,10 @@ def prepared() -> Guard:
     return guard
 
 
+def test_every_cause_is_tried() -> None:
+    assert {cause for _, cause in BAD} == set(Cause) - {Cause.NONE}
+
+
 @pytest.mark.parametrize(("facts", "cause"), BAD, ids=lambda v: getattr(v, "name", ""))
 def test_every_cause_stops_and_stays(facts: dict, cause: Cause) -> None:
     guard = prepared()

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import pytest
 from ethercat_contract import Contract
-from ethercat_rig import BENCH, Bench, Emulator, undisturbed
+from ethercat_rig import BENCH, Bench, Emulator
+from stalls import undisturbed
 
 from flatplank_hw.bus.image import Health
 from flatplank_hw.ethercat.namespace import MASTER
@@ -140,7 +141,7 @@ def test_second_master_is_refused(bench: Bench) -> None:
         assert f"in use by process {bench.client.process.pid}" in text
         assert report["wrong_counter"] == before and report["held"] == {}
 
-    undisturbed(bench, scenario)
+    undisturbed(bench.stalls, scenario)
 
 
 def test_foreign_master_on_the_wire(bench: Bench) -> None:

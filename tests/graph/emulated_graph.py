@@ -13,6 +13,7 @@ import yaml
 from bench_graph import loopback, next_domain
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
+from ethercat_rig import namespace
 from std_srvs.srv import SetBool
 
 from flatplank_analysis.data import Campaign, MeasurementTable
@@ -20,7 +21,6 @@ from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_hw.drive.cia402 import State
-from flatplank_hw.ethercat.namespace import BenchNamespace, NamespaceError
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import PlankSwitch, StartRecording, StopRecording
@@ -153,10 +153,7 @@ class EmulatedGraph:
 @contextmanager
 def emulated_graph(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[EmulatedGraph]:
     """A running emulated bench in a domain of its own, or a skipped test that says why."""
-    try:
-        BenchNamespace().close()
-    except NamespaceError as error:
-        pytest.skip(str(error))
+    namespace().close()
     environment = loopback(next_domain())
     for key, value in environment.items():
         monkeypatch.setenv(key, value)

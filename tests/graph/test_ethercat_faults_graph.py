@@ -14,6 +14,7 @@ import pytest
 from emulated_graph import EmulatedGraph, emulated_graph, table_of
 from ethercat_contract import AFTER, WITHIN_MS, check_shaft
 from ethercat_scenarios import SCENARIOS, Scenario
+from stalls import GraphStalls, LongestWait, undisturbed
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_hw.drive.cia402 import State
@@ -49,8 +50,8 @@ SHORT, LONGER = 25, 250
 class FaultyGraph:
     """A graph with the wheel in the air, and the control socket of its emulator."""
 
-    def __init__(self, graph: EmulatedGraph) -> None:
-        self.graph = graph
+    def __init__(self, graph: EmulatedGraph, waits: LongestWait) -> None:
+        self.graph, self.waits = graph, waits
         self._numbers = count()
         self.control: Control | None = None
         self.find_emulator()
@@ -120,10 +121,11 @@ class FaultyGraph:
     def reset(self) -> None:
         """The drive's node may hear later than we that the bus is well."""
         for _ in range(ATTEMPTS):
-            if self.graph.client.call(Trigger, "/wheel_drive/reset_fault").success:
-                return
+            answer = self.graph.client.call(Trigger, "/wheel_drive/reset_fault")
+            if answer.success or not answer.message.startswith(RULES["inputs"].text):
+                break
             self.cycles(AFTER)
-        self.graph.ask(Trigger, "/wheel_drive/reset_fault")
+        assert answer.success, answer.message
 
     def measures_again(self, reset: bool) -> None:
         if reset:
@@ -155,16 +157,13 @@ class FaultyGraph:
         assert self.witness()["moving"]
 
     def persist(self, action: Callable[[], None]) -> None:
-        """As somebody who tries again: a node that was started anew hears the others only after a
-        while."""
-        for attempt in range(ATTEMPTS):
-            try:
-                self.ready()
-                action()
-                return
-            except AssertionError:
-                if attempt == ATTEMPTS - 1:
-                    raise
+        """Make it again when it failed while the computer itself stalled."""
+
+        def attempt() -> None:
+            self.ready()
+            action()
+
+        undisturbed(lambda: GraphStalls(self.control.send, self.waits), attempt)
 
     def under_contract(self, name: str, break_it: Callable[[], int], stops: bool = True) -> None:
         """Around a fault, as `ethercat_contract.Contract`; `break_it` returns how many cycles it
@@ -188,8 +187,9 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultyGraph]:
     with (
         pytest.MonkeyPatch.context() as monkeypatch,
         emulated_graph(tmp_path_factory.mktemp("faults"), monkeypatch) as graph,
+        LongestWait() as waits,
     ):
-        faulty = FaultyGraph(graph)
+        faulty = FaultyGraph(graph, waits)
         yield faulty
         faulty.hang_up()
 

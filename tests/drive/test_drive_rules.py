@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The safety rules one by one, by their registry: what each stops, and that nothing else does it
+in its place.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from flatplank_hw.bus.image import AXES, Health
+from flatplank_hw.drive import DriveParameters
+from flatplank_hw.drive.cia402 import State
+from flatplank_hw.drive.safety import RULES, Situation, first_stop
+from flatplank_hw.drive.watch import Watch
+from flatplank_hw.params import load
+from flatplank_hw.share import config_file
+
+MS = 1_000_000
+NAN = math.nan
+
+CALM = Situation(
+    state=State.OPERATION_ENABLED, follows_plank=True, turning=True, moving=True,
+    plank_velocity=0.03, plank_position=1.0, steer_angle=0.1, loaded_radius=0.3, fz=3700.0,
+    speed=0.1, claimed=True, heartbeat_age_ns=400 * MS, sample_age_ns=40 * MS, gap_ns=40 * MS,
+    reference_age_ns=40 * MS, fz_high_ns=40 * MS, torque_high_ns=40 * MS,
+)  # fmt: skip
+"""a loaded wheel that follows the plank: everything just within its limit"""
+
+STOPS: dict[str, list[dict]] = {
+    "inputs": [{"health": Health.STALE}, {"health": Health.LOST}, {"gap_ns": 43 * MS}],
+    "samples": [{"sample_age_ns": 43 * MS}],
+    "drive_fault": [{"state": State.FAULT}, {"state": State.FAULT_REACTION_ACTIVE}],
+    "emergency_stop": [{"digital": 0}],
+    "heartbeat": [{"heartbeat_age_ns": 501 * MS}],
+    "speed": [{"speed": 0.41}, {"speed": -0.41}, {"speed": NAN}],
+    "torque": [{"torque_high_ns": 51 * MS}],
+    "fz": [{"fz_high_ns": 51 * MS}],
+    "road_end": [{"plank_position": 4.21}, {"plank_position": NAN}],
+    "steering": [{"steer_angle": 0.84}, {"steer_angle": -0.84}, {"steer_angle": NAN}],
+    "plank_stopped": [{"moving": False}],
+    "plank_stands": [
+        {"moving": False, "turning": False},
+        # free, but it waits for the plank
+        {"moving": False, "turning": False, "loaded_radius": 0.325, "fz": 0.0},
+        # no plank to wait for, but not known to be free
+        {"moving": False, "turning": False, "follows_plank": False},
+        {"moving": False, "turning": False, "follows_plank": False, "fz": 0.0},
+        {"moving": False, "turning": False, "follows_plank": False, "loaded_radius": 0.325},
+        {"moving": False, "turning": False, "follows_plank": False, "loaded_radius": 0.325,
+         "fz": NAN},
+        {"moving": False, "turning": False, "follows_plank": False, "loaded_radius": NAN,
+         "fz": 0.0},
+    ],
+    "plank_reverses": [{"plank_velocity": -0.001}, {"plank_velocity": NAN}],
+    "reference": [{"reference_age_ns": 43 * MS}],
+    "reference_gone": [{"reference_age_ns": 43 * MS}],
+}  # fmt: skip
+"""rule -> what changes in the calm situation, each of which alone stops the axis"""
+
+PASSES: dict[str, list[dict]] = {
+    "heartbeat": [{"heartbeat_age_ns": 501 * MS, "claimed": False}],
+    "road_end": [{"plank_position": 4.21, "loaded_radius": 0.325, "fz": 0.0}],
+    "plank_stopped": [
+        {"moving": False, "turning": False},
+        {"moving": False, "follows_plank": False, "loaded_radius": 0.325, "fz": 0.0},
+    ],
+    "plank_stands": [{"moving": False, "follows_plank": False, "loaded_radius": 0.325, "fz": 0.0}],
+    "plank_reverses": [
+        {"plank_velocity": -0.0004},
+        {"plank_velocity": -0.03, "follows_plank": False},
+    ],
+    "reference": [
+        {"reference_age_ns": 43 * MS, "moving": False},
+        {"reference_age_ns": 43 * MS, "follows_plank": False},
+    ],
+    "reference_gone": [{"reference_age_ns": 43 * MS, "follows_plank": False}],
+}
+"""rule -> what it lets pass, although it looks like a cause"""
+
+EVERY_AXIS = {"inputs", "samples", "drive_fault", "emergency_stop", "heartbeat", "speed", "torque"}
+EVERY_AXIS |= {"fz"}
+ROAD = {"road_end", "steering", "plank_stopped", "plank_stands", "plank_reverses", "reference"}
+AXIS_RULES = {
+    "wheel": EVERY_AXIS | ROAD,
+    "plank": EVERY_AXIS,
+    **dict.fromkeys(("steer", "camber", "vertical"), EVERY_AXIS | {"reference_gone"}),
+}
+IN_ITS_PLACE = {"plank_stopped": "plank_stands"}
+"""what holds the wheel when a rule is taken out; of all others, nothing does"""
+
+
+def parameters(axis: str) -> DriveParameters:
+    return load(
+        DriveParameters, config_file("flatplank_hw", f"{axis}_drive.yaml"), f"{axis}_drive"
+    )
+
+
+def asked(names, facts: dict) -> str | None:
+    """Name of the first rule that stops the calm situation with some facts changed."""
+    p = DriveParameters()
+    rule = first_stop(tuple(RULES[name] for name in names), replace(CALM, **facts), p)
+    return None if rule is None else rule.name
+
+
+def test_the_tables_walk_the_whole_registry():
+    assert set(STOPS) == set(RULES)
+    assert set(AXIS_RULES) == set(AXES)
+
+
+@pytest.mark.parametrize("axis", AXIS_RULES)
+def test_every_axis_asks_its_rules(axis):
+    assert set(parameters(axis).rules) == AXIS_RULES[axis]
+    if axis == "wheel":
+        assert set(DriveParameters().rules) == AXIS_RULES[axis]
+
+
+@pytest.mark.parametrize(
+    ("name", "facts"), [(name, facts) for name, many in STOPS.items() for facts in many]
+)
+def test_a_rule_stops_and_nothing_else_would(name, facts):
+    others = [n for n in RULES if n not in (name, "reference", "reference_gone")]
+    assert asked(RULES, {}) is None
+    assert asked([name], facts) == name
+    assert asked(others, facts) == IN_ITS_PLACE.get(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "facts"), [(name, facts) for name, many in PASSES.items() for facts in many]
+)
+def test_a_rule_lets_pass_what_is_safe(name, facts):
+    assert asked([name], facts) is None
+
+
+@pytest.mark.parametrize(("torque", "high"), [(14.9, 0), (15.1, 4), (-15.1, 4), (NAN, 4)])
+def test_torque_counts_as_high_in_both_senses_and_when_it_is_no_number(torque, high):
+    watch = Watch(DriveParameters())
+    inputs = SimpleNamespace(health=0, digital=2, stamp_ns=0)
+    shaft = SimpleNamespace(velocity=0.0, torque=torque)
+    watch.look(inputs, State.OPERATION_ENABLED, shaft, 4 * MS)
+    assert watch.situation.torque_high_ns == high * MS
+
+
+@pytest.mark.parametrize(("fz", "high"), [(8399.0, 0), (8401.0, 4), (NAN, 4)])
+def test_fz_counts_as_high_when_it_is_no_number(fz, high):
+    watch = Watch(DriveParameters())
+    hub = SimpleNamespace(loaded_radius=0.3, fz_filtered=fz, stamp_ns=0)
+    watch.listen(0, 4 * MS, None, hub)
+    assert watch.situation.fz_high_ns == high * MS
