@@ -12,6 +12,7 @@ from typing import Any
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold.profiles import PROFILES
 from flatplank_hw.hub import HubParameters
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import ParameterError, nearest
 from flatplank_hw.params import from_mapping as from_params
 
@@ -103,8 +104,8 @@ class Measurement:
             "kappa": (-MAX_SLIP, MAX_SLIP),
             "fz": (0.0, MAX_FZ),
             "pressure": (0.5, 5.0),
-            "alpha_deg": (-48.0, 48.0),
-            "gamma_deg": (-30.0, 30.0),
+            "alpha_deg": LIMITS["steer_deg"].bounds,
+            "gamma_deg": LIMITS["camber_deg"].bounds,
             "effective_rolling_radius": (0.15, 0.5),
             "step_position": (0.0, ROAD_LENGTH),
             "end_position": (0.0, ROAD_LENGTH - 0.02),

@@ -21,10 +21,11 @@ from flatplank_control.runner.standing import CLEAT_AT, STANDS_AT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.sequencer.waveforms.base import LENGTH
 from flatplank_control.steering_hold.profiles import PROFILES, Profile
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import ParameterError, from_mapping, nearest
 
-STEER_LIMIT = 48.0
-"""the motor hits the pillar [deg]"""
+STEER_LIMIT = LIMITS["steer_deg"].high
+"""[deg]"""
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,6 @@ Check = Callable[[Measurement, TireEntry, SetUp], tuple[str, str] | None]
 DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
 LEAST_ANGLE = 5.0
 """[deg]"""
-CAMBER_LIMIT = 15.0
-"""of the road [deg]"""
 LEAST_ROAD = 0.2
 """a slip needs at least so much road behind its start to be seen [m]"""
 
@@ -139,7 +138,7 @@ def angles(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | 
     """A profile must stay within what its axis can."""
     if m.measurement not in PROFILED:
         return None
-    limit = CAMBER_LIMIT if m.measurement == "camber_sweep" else set_up.steer_limit
+    limit = LIMITS["camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
     most = math.degrees(_profile(m).largest())
     if most <= limit:
         return None
