@@ -217,7 +217,7 @@ def test_campaign_fit_from_runs() -> None:
         for i, f in enumerate(loads)
         for r in simulate_runs(Truth(fz=f, slip_stiffness=25.0 * f), np.random.default_rng(i))
     ]
-    found = fit_campaign(runs, FitFile("mf", stages=("pure_x", "stiffness")))
+    found = fit_campaign(runs, FitFile("mf", stages=("pure_x", "stiffness")), start=shipped_tir())
     stiffness = found.estimates["PKX1"]
     assert stiffness.value == pytest.approx(25.0, rel=0.05)
     assert found.estimates["LONGITUDINAL_STIFFNESS"].value == pytest.approx(2.0e5, rel=0.1)

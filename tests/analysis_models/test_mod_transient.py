@@ -15,7 +15,7 @@ from flatplank_analysis.models.base import (
     slip_inputs,
     stack_runs,
 )
-from flatplank_analysis.models.contact import CONTINENTAL, TOYO
+from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.linear import LinearX, LinearY
 from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.mf_tyre import MFTyre
@@ -23,6 +23,7 @@ from flatplank_analysis.models.nonlinear import NonlinearX, NonlinearY
 from flatplank_analysis.models.nonlinear_mass import NonlinearMassX
 from flatplank_analysis.models.registry import MODELS, shipped_tir
 from flatplank_analysis.models.steady_law import SineLaw, TableLaw, table_law
+from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.models.tire_state import tire_state
 
 X = np.linspace(0.0, 2.6, 700)
@@ -173,7 +174,8 @@ def test_contact_lengths_of_table_7_2() -> None:
     found = TOYO.half_length(np.array([1850.0, 3700.0, 5550.0]), 250e3)
     np.testing.assert_allclose(found, [0.0496, 0.0708, 0.0872], atol=1e-4)
     assert float(TOYO.stiffness(200e3)) == pytest.approx(1.770e5, rel=1e-3)
-    assert float(CONTINENTAL.stiffness(280e3)) == pytest.approx(2.41e5)
+    continental, _ = shipped_record("continental").geometry()
+    assert float(continental.stiffness(280e3)) == pytest.approx(2.41e5)
 
 
 def test_mf_tyre_ends_at_the_steady_state_and_follows_a_sine() -> None:

@@ -10,10 +10,16 @@ import pytest
 from camp_plans import HEAD, RUNS, small
 
 from flatplank_control.cli.run import main
+from flatplank_control.panel.operator import HANDS
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.order import condition
+from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement
+from flatplank_hw.hub import HubParameters
+from flatplank_hw.limits import LIMITS
+from flatplank_hw.params import ParameterError, updated
+from flatplank_hw.plant.config import PlantConfig
 from flatplank_hw.share import config_file
 
 TIRES = config_file("flatplank_control", "tires.yaml")
@@ -275,3 +281,44 @@ def test_the_dry_run_says_what_it_takes(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "5 runs (1 radius run, 4 slip) with the TOY" in said
     assert "road 4.10 m of 4.22 m, up to 3700 N" in said
+
+
+@pytest.mark.parametrize("gamma", [-15.0, 15.0, 20.0, -30.0])
+def test_camber_is_made_everywhere_or_refused_on_paper(gamma):
+    """Plans, hub, panel and simulated road have one table of limits."""
+    limit = LIMITS["camber_deg"]
+    runs = f"runs:\n- measurement: slip\n  gamma_deg: {gamma:g}\n"
+    road = PlantConfig.load().axes
+    assert (-road.camber_limit_deg, road.camber_limit_deg) == limit.bounds
+    assert HANDS["road_camber"][2:] == HANDS["wheel_camber"][2:] == limit.bounds
+    wheel = {"wheel_camber_deg": gamma}
+    if limit.low <= gamma <= limit.high:
+        dry_run(plan_from_text(HEAD + runs, "p.yaml"))
+        assert updated(HubParameters(), wheel, "hub").wheel_camber_deg == gamma
+        return
+    with pytest.raises(PlanError) as caught:
+        plan_from_text(HEAD + runs, "p.yaml")
+    assert caught.value.problems == (
+        f"p.yaml:6: gamma_deg is {gamma:g}, must be within -15 .. 15",
+    )
+    with pytest.raises(ParameterError):
+        updated(HubParameters(), wheel, "hub")
+
+
+@pytest.mark.parametrize("name", ["TOY", "CON", "MIC", "RAC"])
+def test_a_plans_tire_is_the_one_on_the_simulated_plant(name):
+    entry = known_tires()[name]
+    truth = PlantConfig.load(entry.plant).tire
+    assert (truth.name, truth.free_radius) == (name, entry.free_radius)
+    assert truth.nominal_load == entry.nominal_load
+    assert truth.nominal_pressure_bar == entry.nominal_pressure
+
+
+def test_a_list_of_tires_without_records_is_still_read(tmp_path):
+    path = tmp_path / "tires.yaml"
+    path.write_text(
+        "MINE: {plant: toyo, free_radius: 0.3, nominal_load: 3000.0, nominal_pressure: 2.0, "
+        "max_load: 6000.0, pressure_range: [1.5, 3.0]}\n"
+    )
+    mine = known_tires(path)["MINE"]
+    assert (mine.free_radius, mine.record.name, mine.max_load) == (0.3, "MINE", 6000.0)

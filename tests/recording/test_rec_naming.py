@@ -6,6 +6,7 @@ from __future__ import annotations
 import pytest
 import rec_samples as samples
 
+from flatplank_analysis.data.names import parse_name as facts_of_name
 from flatplank_control.recording import RecordingError
 from flatplank_control.recording.naming import (
     SETTINGS,
@@ -38,6 +39,16 @@ def test_every_kind_comes_back(kind, run):
     said = dict(zip(SETTINGS[kind], (-2.5, 1.0, -10.0), strict=False))
     name = MeasurementName("TOY", kind, 2.5, 850.0, 3, run=run, **said)
     assert parse_name(str(name)) == name
+
+
+@pytest.mark.parametrize("waveform", ["sine", "triangle", "double_step"])
+def test_a_waveform_has_a_name_of_its_own(waveform):
+    record = samples.toyo(waveform={"name": waveform}, gamma_deg=5.0)
+    assert record.name == f"TOY_REL_LNG_CAM_{waveform.upper()}_5deg_5perc_T_p25_Fz5550_2"
+    assert str(parse_name(record.name)) == record.name
+    facts = facts_of_name(record.name)
+    assert facts["waveform"] == {"name": waveform} and facts["kappa"] == 0.05
+    assert samples.toyo(waveform={"name": "step"}).name == samples.toyo().name
 
 
 def test_a_repeat_in_pure_slip_has_no_angle():

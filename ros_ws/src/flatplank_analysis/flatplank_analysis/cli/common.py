@@ -33,6 +33,12 @@ def mapping_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mapping", metavar="FILE", help="YAML with foreign topics or columns")
 
 
+def tire_argument(parser: argparse.ArgumentParser) -> None:
+    """`--tire`."""
+    text = "tire record (YAML), or a .tir to start from; default: tire.yaml in DIR, else made "
+    parser.add_argument("--tire", metavar="FILE", help=f"{text}from the data, and said")
+
+
 def parallel_arguments(parser: argparse.ArgumentParser) -> None:
     """`--jobs` and `--scheduler`."""
     parser.add_argument("--jobs", type=int, default=None, help="processes (default: every core)")

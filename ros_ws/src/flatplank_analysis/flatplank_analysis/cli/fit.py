@@ -19,12 +19,15 @@ from flatplank_analysis.identify.campaign import FITTERS, ConditionFits, carcass
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.fit_file import FitFile, read_fit_file
 from flatplank_analysis.identify.mf.fit import MFFit
+from flatplank_analysis.identify.mf.parameters import general_start
 from flatplank_analysis.identify.repeats import LinearCondition
-from flatplank_analysis.identify.results import Estimate
+from flatplank_analysis.identify.results import Estimate, to_plain
 from flatplank_analysis.models.tir import write_tir
+from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.geometry import geometry_of_campaigns
 from flatplank_analysis.report.steps import extra_points, read_group, read_lateral, read_steps
+from flatplank_analysis.report.tire import record_for, tires_of
 
 FORMAT = "flatplank-fit/1"
 READERS = {"lateral": read_lateral}
@@ -39,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--model", choices=sorted(FITTERS), help="default: linear")
     parser.add_argument("--settings", metavar="FILE", help="fit file: free, fixed, bounds, prior")
     parser.add_argument("--stage", action="append", help="mf: this stage only (again for more)")
-    parser.add_argument("--tire", metavar="FILE.tir", help="mf: what is not fitted")
+    common.tire_argument(parser)
     parser.add_argument("--out", metavar="FILE.tir", help="mf: write the fitted tire")
     common.parallel_arguments(parser)
     arguments = parser.parse_args(argv)
@@ -50,15 +53,17 @@ def _run(arguments: argparse.Namespace) -> int:
     begin = time.perf_counter()
     settings = _settings(arguments)
     campaigns = _campaigns(arguments, settings)
+    record = record_for(campaigns, settings.tire or None)
     with open_executor(arguments.jobs, arguments.scheduler) as executor:
         steps, radii = read_steps(campaigns, executor, READERS.get(settings.model, read_group))
-        settings, told = _with_geometry(settings, campaigns)
+        settings, told = _with_geometry(settings, campaigns, record)
+        start, extra = None, []
         if settings.model == "mf":
+            _one_tire(campaigns)
+            start = start_tir(record, general_start())
             fits = carcass_fits(steps, settings, executor.map)
-            extra = extra_points(campaigns, steps, radii, fits)
-        else:
-            extra = []
-        result = fit_campaign(steps, settings, extra=extra, mapper=executor.map)
+            extra = extra_points(campaigns, steps, radii, fits, record)
+        result = fit_campaign(steps, settings, extra=extra, start=start, mapper=executor.map)
     problems = [p for campaign in campaigns for p in campaign.problems]
     common.tell(problems)
     if arguments.out:
@@ -69,24 +74,33 @@ def _run(arguments: argparse.Namespace) -> int:
             "model": settings.model,
             "campaigns": [c.path for c in campaigns],
             "runs": len(steps),
+            "tire_record": to_plain(record),
         } | ({"geometry": told} if told else {})
         found = {k: v for k, v in result.to_json().items() if k not in ("model", "problems")}
         told = [str(p) for p in problems] + list(getattr(result, "problems", ()))
         tail = {"problems": told, "seconds": round(time.perf_counter() - begin, 3)}
         common.print_json(head | found | tail)
     else:
+        print(f"tire {record.headline()}")
         SHOW[type(result)](result)
         _say([f"{k} = {v['value']:.5g}: {v['source']}" for k, v in told.items()])
     return 0
 
 
+def _one_tire(campaigns: Sequence[Campaign]) -> None:
+    names = tires_of(campaigns)
+    if len(names) > 1:
+        what = f"runs of {len(names)} tires ({', '.join(names)})"
+        raise FlatplankError(what, "Magic Formula", "fit the folders of one tire at a time")
+
+
 def _with_geometry(
-    settings: FitFile, campaigns: Sequence[Campaign]
+    settings: FitFile, campaigns: Sequence[Campaign], record: TireRecord
 ) -> tuple[FitFile, dict[str, dict[str, Any]]]:
     """Contact geometry of the carcass fits: the fit file's, else what was measured; and whose."""
     if settings.model not in CARCASS:
         return settings, {}
-    found = geometry_of_campaigns(campaigns)
+    found = geometry_of_campaigns(campaigns, record)
     numbers = dataclasses.asdict(found.contact) | dict(settings.geometry)
     told = {
         k: {"value": v, "source": "fit file" if k in settings.geometry else found.source(k)}
@@ -173,7 +187,7 @@ def _magic_formula(result: MFFit) -> None:
     errors = ", ".join(f"{k} {100.0 * v:.2g} %" for k, v in result.relative_errors.items())
     print(f"\nrelative error (7.28): {errors}")
     _say([f"{c.statement}; {c.remedy}" for c in result.confusions])
-    _say([f"not fitted: {text}" for text in result.skipped])
+    _say([f"C_x {result.cx_source}", *(f"not fitted: {text}" for text in result.skipped)])
 
 
 def _say(lines: Sequence[str]) -> None:

@@ -13,11 +13,12 @@ from flatplank_analysis.report.build import build
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank report DIR... [--out DIR]`; prints the path. Several are merged."""
+    """`flatplank report DIR... [--tire FILE] [--out DIR]`; prints the path. Several are merged."""
     parser = common.campaign_parser("report", __doc__, several=True)
     parser.add_argument(
         "--out", metavar="DIR", help="where to write (default: report in the first DIR)"
     )
+    common.tire_argument(parser)
     common.parallel_arguments(parser)
     arguments = parser.parse_args(argv)
     return common.guarded("report", lambda: _run(arguments))
@@ -37,6 +38,7 @@ def _run(arguments) -> int:
         jobs=arguments.jobs,
         scheduler=arguments.scheduler,
         progress=common.show_progress,
+        tire=arguments.tire,
     )
     common.tell(campaign.problems)
     if arguments.json:

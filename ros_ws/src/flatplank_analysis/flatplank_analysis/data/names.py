@@ -36,7 +36,11 @@ def parse_name(stem: str) -> dict[str, Any]:
     kind = next((k for k in _KINDS if rest == k or rest.startswith(k + "_")), "")
     if kind == "STF":
         facts["measurement"] = "stiffness"
-    return facts | _settings(kind, rest.removeprefix(kind).strip("_").split("_"))
+    words = rest.removeprefix(kind).strip("_").split("_")
+    shape = [w for w in words if w.isalpha()] if kind.startswith("REL") else []
+    if shape:
+        facts["waveform"] = {"name": "_".join(shape).lower()}
+    return facts | _settings(kind, words)
 
 
 def _settings(kind: str, words: list[str]) -> dict[str, float]:
@@ -63,6 +67,9 @@ def run_name(info: RunInfo) -> str:
     if info.measurement == "free_rolling":
         words.append("ERR")
     words.append(kind)
+    shape = info.kind.removeprefix("slip").strip()
+    if info.measurement == "slip" and shape and shape != "reversed":
+        words.append(shape.split()[0].upper())
     if cambered:
         words.append(f"{info.gamma_deg:g}deg")
     if combined:

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..errors import FlatplankError
-from ..models.registry import shipped_tir
-from ..models.tir import read_tir
+from ..models.tir import TirFile, read_tir
 from .carcass import fit_carcass
 from .carcass_report import CarcassFit
 from .fit_file import FitFile
 from .lateral import fit_lateral_carcass
 from .mf.fit import MFFit, fit_magic_formula
-from .mf.points import SteadyPoints, merge, points_from_runs, stiffness_points
+from .mf.points import SteadyPoints, gathered, points_from_runs
 from .repeats import LinearCondition, fit_linear
 from .runs import StepRun, by_condition
 
@@ -67,23 +66,27 @@ def fit_campaign(
     settings: FitFile,
     *,
     extra: Sequence[SteadyPoints] = (),
+    start: TirFile | None = None,
     mapper: Mapper = map,
 ) -> Result:
     """Fit a model to all runs; `extra` are points beyond them (radius, stiffness, contact).
 
-    `mapper` spreads the conditions, for example the `map` of a process pool.
+    `start` is what a Magic Formula starts from, else the file that the settings name. `mapper`
+    spreads the conditions, for example the `map` of a process pool.
     """
     if settings.model not in FITTERS:
         known = ", ".join(FITTERS)
         raise FlatplankError(f"no model {settings.model}", "fit", f"choose one of {known}")
     if not runs:
         raise FlatplankError("no usable run", "fit", "give a campaign with slip-step runs")
-    return FITTERS[settings.model](runs, settings, extra, mapper)
+    if settings.model != "mf":
+        return _per_condition(runs, settings, mapper)
+    if start is None and not settings.tire:
+        raise FlatplankError("no tire to start from", "fit", "give a tire record or a .tir")
+    return _magic_formula(runs, settings, extra, start or read_tir(settings.tire), mapper)
 
 
-def _per_condition(
-    runs: Sequence[StepRun], settings: FitFile, extra: Sequence[SteadyPoints], mapper: Mapper
-) -> ConditionFits:
+def _per_condition(runs: Sequence[StepRun], settings: FitFile, mapper: Mapper) -> ConditionFits:
     options = {} if settings.model == "linear" else settings.carcass_options()
     tasks = [
         _Task(settings.model, tuple(members), options) for members in by_condition(runs).values()
@@ -105,13 +108,17 @@ def _run_task(task: _Task) -> LinearCondition | CarcassFit | str:
 
 
 def _magic_formula(
-    runs: Sequence[StepRun], settings: FitFile, extra: Sequence[SteadyPoints], mapper: Mapper
+    runs: Sequence[StepRun],
+    settings: FitFile,
+    extra: Sequence[SteadyPoints],
+    start: TirFile,
+    mapper: Mapper,
 ) -> MFFit:
-    tir = read_tir(settings.tire) if settings.tire else shipped_tir()
     parts = list(mapper(points_from_runs, by_condition(runs).values()))
-    if "stiffness" in settings.stages:
-        parts += stiffness_points(carcass_fits(runs, settings, mapper))
-    return fit_magic_formula(merge([*parts, *extra]), tir, settings.mf_settings())
+    wanted = "stiffness" in settings.stages
+    fits = carcass_fits(runs, settings, mapper) if wanted else []
+    points, source = gathered([*parts, *extra], fits)
+    return fit_magic_formula(points, start, settings.mf_settings(), source)
 
 
 def carcass_fits(
@@ -123,12 +130,5 @@ def carcass_fits(
     return [f for f in mapper(_run_task, tasks) if isinstance(f, CarcassFit)]
 
 
-Fitter = Callable[[Sequence[StepRun], FitFile, Sequence[SteadyPoints], Mapper], Any]
-
-FITTERS: dict[str, Fitter] = {
-    "linear": _per_condition,
-    "nonlinear": _per_condition,
-    "lateral": _per_condition,
-    "mf": _magic_formula,
-}
-"""Model name to its fit; another model is one line here."""
+FITTERS = (*PER_CONDITION, "mf")
+"""Models that a campaign can be fitted with."""

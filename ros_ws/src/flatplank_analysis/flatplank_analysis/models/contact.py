@@ -38,14 +38,7 @@ class ContactGeometry:
 
 
 TOYO = ContactGeometry()
-CONTINENTAL = ContactGeometry(0.350, 2.41e5, 0.8598, 280e3, 0.877, 0.456)
-
-
-def known_geometry(tire: str) -> tuple[ContactGeometry, str]:
-    """Geometry by the name of a tire, and where it comes from; the Toyo's for one not known."""
-    if tire.upper().startswith("CON"):
-        return CONTINENTAL, "Table 7.2 of the Continental"
-    return TOYO, "Table 7.2 of the Toyo"
+"""Only for studies on the simulated Toyo: a campaign's tire comes from its record."""
 
 
 def patch_relaxation(

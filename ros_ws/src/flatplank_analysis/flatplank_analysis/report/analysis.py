@@ -20,6 +20,7 @@ from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.contact import TOYO, ContactGeometry
 from flatplank_analysis.models.nonlinear import NonlinearX
+from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.beside import Beside, beside, lateral_result
 from flatplank_analysis.report.compare import compared, positions
@@ -35,6 +36,7 @@ from flatplank_analysis.report.results import (
 )
 from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
 from flatplank_analysis.report.steps import extras_as_points
+from flatplank_analysis.report.tire import record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 
 COLUMNS = (*STEP_COLUMNS, "motor_torque", "loaded_radius")
@@ -63,10 +65,15 @@ def analyse(
     nonlinear: bool = True,
     magic: bool = True,
     progress: Progress | None = None,
+    tire: TireRecord | None = None,
 ) -> CampaignResult:
-    """All results of a campaign. Raises when no run could be used."""
-    extras = other_measurements(campaign)
-    geometry = geometry_of(extras, _tire(campaign))
+    """All results of a campaign; without a tire record as `record_for` finds one.
+
+    Raises when no run could be used.
+    """
+    record = tire or record_for([campaign])
+    extras = other_measurements(campaign, free_radius=record.free_radius)
+    geometry = geometry_of(extras, record)
     work = point_jobs(campaign, nonlinear, geometry.contact)
     points: list[PointResult] = []
     with open_executor(jobs, scheduler) as executor:
@@ -82,16 +89,22 @@ def analyse(
             f"no run could be used{first}", campaign.path, "see the problems of its files"
         )
     problems = tuple(campaign.problems)
-    result = CampaignResult(
-        campaign.path, _tire(campaign), points, problems, extras, geometry=geometry
+    names = tires_of([campaign])
+    name = campaign.tire or (names[0] if names else record.name)
+    whole = CampaignResult(
+        campaign.path, name, points, problems, extras, geometry=geometry, record=record
     )
-    return _with_magic(result) if magic else result
+    if len(names) > 1:
+        why = f"runs of {len(names)} tires ({', '.join(names)}): make one report for each"
+        return dataclasses.replace(whole, why_no_magic=why)
+    return _with_magic(whole) if magic else whole
 
 
 def _with_magic(result: CampaignResult) -> CampaignResult:
     """The Magic Formula fitted to all points, and its response beside every step."""
     extra = extras_as_points(result.extras, result.radii, result.points)
-    found = fit_points(result.points, extra)
+    assert result.record is not None
+    found = fit_points(result.points, extra, result.record)
     if isinstance(found, str):
         return dataclasses.replace(result, why_no_magic=found)
     points = [
@@ -101,10 +114,6 @@ def _with_magic(result: CampaignResult) -> CampaignResult:
         for p in result.points
     ]
     return dataclasses.replace(result, points=points, magic=found)
-
-
-def _tire(campaign: Campaign) -> str:
-    return campaign.tire or next((info.tire for info in campaign.infos if info.tire), "")
 
 
 def point_jobs(

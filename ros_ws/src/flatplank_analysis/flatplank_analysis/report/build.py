@@ -11,6 +11,7 @@ from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report.tire import record_for
 
 PAGE = "report.html"
 
@@ -22,11 +23,13 @@ def build(
     jobs: int | None = 1,
     scheduler: str | None = None,
     progress: Progress | None = None,
+    tire: str | os.PathLike[str] | None = None,
 ) -> Path:
-    """Analyse a campaign folder and write its report; returns the page."""
+    """Analyse a campaign folder and write its report; returns the page. `tire`: a record."""
     if not isinstance(campaign, Campaign):
         campaign = Campaign.load(campaign)
-    result = analyse(campaign, jobs=jobs, scheduler=scheduler, progress=progress)
+    record = record_for([campaign], tire)
+    result = analyse(campaign, jobs=jobs, scheduler=scheduler, progress=progress, tire=record)
     return write(result, out_dir)
 
 

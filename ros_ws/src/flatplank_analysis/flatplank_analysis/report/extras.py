@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -28,9 +29,6 @@ from flatplank_analysis.steady.stiffness import (
     vertical_stiffness,
 )
 from flatplank_analysis.steady.transmission import friction_torque
-
-FREE_RADIUS = 0.3173
-"""r_0 used with footprints when the run record has no `free_radius` (Toyo, Table I.1) [m]"""
 
 Found = dict[str, Any]
 Extra = Callable[[Campaign, list[MeasurementTable], Mapping[str, Any]], Found]
@@ -63,11 +61,15 @@ def extra(measurement: str) -> Callable[[Extra], Extra]:
     return register
 
 
-def other_measurements(campaign: Campaign, kinds: Sequence[str] = ()) -> Found:
+def other_measurements(
+    campaign: Campaign, kinds: Sequence[str] = (), free_radius: float = math.nan
+) -> Found:
     """Results by name; a run that cannot be used is noted among the campaign's problems.
 
-    `kinds`: keys of `EXTRAS`, all without it.
+    `kinds`: keys of `EXTRAS`, all without it; `free_radius` R0 [m] of the tire record, for
+    footprints whose run record has none.
     """
+    known = {"free_radius": free_radius}
     found: Found = {}
     for kind, function in EXTRAS.items():
         if kinds and kind not in kinds:
@@ -75,7 +77,7 @@ def other_measurements(campaign: Campaign, kinds: Sequence[str] = ()) -> Found:
         runs = campaign.where(lambda info, kind=kind: kind_of(info) == kind)
         tables = list(runs.tables())
         if tables:
-            found |= function(campaign, tables, found)
+            found |= function(campaign, tables, known | found)
     return found
 
 
@@ -151,7 +153,7 @@ def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mappin
     cz = np.array([stiffness.get(round(float(p), 3), np.nan) for p in bar])
     known = np.isfinite(cz)
     if known.any():
-        radius = float(tables[0].info.extra.get("free_radius", FREE_RADIUS))
+        radius = float(tables[0].info.extra.get("free_radius", found["free_radius"]))
         fit = fit_contact_length(fz[known], a[known], cz[known], radius)
         out["contact_length"] = {
             "q_ra1": fit.q_ra1,

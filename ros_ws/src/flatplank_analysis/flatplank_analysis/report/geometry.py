@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Table 7.2 for a campaign: what was measured of the tire at rest, and the thesis for the rest."""
+"""Table 7.2 for a campaign: what was measured of the tire at rest, else the tire record."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.data.campaign import Campaign
-from flatplank_analysis.models.contact import TOYO, ContactGeometry, known_geometry
+from flatplank_analysis.models.contact import TOYO, ContactGeometry
+from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.report.extras import other_measurements
 
 MEASURED = "measured in this campaign"
@@ -27,33 +28,32 @@ class Geometry:
 
     def source(self, name: str) -> str:
         """Where a number comes from."""
-        return self.sources.get(name, "not measured: Table 7.2 of the Toyo")
+        return self.sources.get(name, "not measured")
 
     def half_length(self, fz: float, bar: float) -> float:
         """a [m] at load [N] and pressure [bar]."""
         return float(self.contact.half_length(fz, 1e5 * bar))
 
 
-def geometry_of_campaigns(campaigns: Sequence[Campaign]) -> Geometry:
+def geometry_of_campaigns(campaigns: Sequence[Campaign], record: TireRecord) -> Geometry:
     """From what the campaigns together have of the tire at rest."""
     found: dict[str, Any] = {}
+    kinds = ("stiffness", "footprint")
     for campaign in campaigns:
-        found |= other_measurements(campaign, ("stiffness", "footprint"))
-    tires = [info.tire for campaign in campaigns for info in campaign.infos if info.tire]
-    return geometry_of(found, tires[0] if tires else "")
+        found |= other_measurements(campaign, kinds, record.free_radius)
+    return geometry_of(found, record)
 
 
-def geometry_of(extras: Mapping[str, Any], tire: str) -> Geometry:
-    """From vertical stiffness runs and footprints; Table 7.2 where a number was not measured."""
-    contact, name = known_geometry(tire)
-    sources = {f.name: f"not measured: {name}" for f in dataclasses.fields(contact)}
+def geometry_of(extras: Mapping[str, Any], record: TireRecord) -> Geometry:
+    """From vertical stiffness runs and footprints; the record where a number was not measured."""
+    contact, sources = record.geometry()
     found = _stiffness(extras.get("vertical_stiffness", []), contact)
     length = extras.get("contact_length")
     if length and not length["remark"]:
         found |= {"q_ra1": length["q_ra1"], "q_ra2": length["q_ra2"], "free_radius": length["r_0"]}
     sources |= dict.fromkeys(found, MEASURED)
     if "free_radius" in found:
-        sources["free_radius"] = "run record of the footprints, else Table I.1"
+        sources["free_radius"] = "run record of the footprints, else the tire record"
     return Geometry(dataclasses.replace(contact, **found), sources)
 
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
-from flatplank_analysis.identify.mf.points import SteadyPoints, merge, stiffness_points
+from flatplank_analysis.identify.mf.parameters import general_start
+from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.mf_tyre import MFTyre
-from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.results import ConditionResult, ModelCurves, PointResult
 
@@ -21,14 +22,17 @@ MIN_LEVELS = 5
 """slip levels of one operating point without which a Magic Formula says nothing"""
 
 
-def fit_points(points: Sequence[PointResult], extra: Sequence[SteadyPoints]) -> MFFit | str:
-    """The Magic Formula of a campaign, or why there is none."""
+def fit_points(
+    points: Sequence[PointResult], extra: Sequence[SteadyPoints], record: TireRecord
+) -> MFFit | str:
+    """The Magic Formula of a campaign from the start of its tire record, or why there is none."""
     parts = [p.steady for p in points if p.steady is not None]
     if max((len(p.conditions) for p in points), default=0) < MIN_LEVELS:
         return f"fewer than {MIN_LEVELS} slip levels at every operating point"
-    stiffness = stiffness_points([p.carcass for p in points if p.carcass])
+    found, source = gathered([*parts, *extra], [p.carcass for p in points if p.carcass])
     try:
-        return fit_magic_formula(merge([*parts, *stiffness, *extra]), shipped_tir())
+        start = start_tir(record, general_start())
+        return fit_magic_formula(found, start, cx_source=source)
     except FlatplankError as error:
         return str(error)
 

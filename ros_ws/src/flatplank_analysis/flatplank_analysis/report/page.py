@@ -11,6 +11,8 @@ from typing import Any
 from jinja2 import Environment
 
 from flatplank_analysis.figures.spec import Figure
+from flatplank_analysis.identify.mf.fit import MFFit
+from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.table import Table
@@ -74,6 +76,7 @@ def render(
     return environment.from_string(template).render(
         title=f"{tire}flat plank measurements",
         subtitle=result.path,
+        tire_record=result.record.headline() if result.record else "",
         sections=_sections(figures, pictures, tables),
         cards=_cards(result),
         statements=_statements(result),
@@ -150,6 +153,8 @@ def _cards(result: CampaignResult) -> list[dict[str, str]]:
     if runs:
         label = f"slip runs in {len(result.conditions)} conditions"
         cards.append({"value": str(runs), "label": label})
+    if result.why_no_magic:
+        cards.append({"value": "no Magic Formula", "label": result.why_no_magic})
     nominal = result.nominal()
     radii = [v for v in radius_values(result) if nominal and v.point == nominal.point]
     if radii:
@@ -182,6 +187,8 @@ def _statements(result: CampaignResult) -> list[str]:
     out: dict[str, None] = {}
     if result.why_no_magic:
         out[f"No Magic Formula: {result.why_no_magic}."] = None
+    if result.magic is not None:
+        out |= dict.fromkeys(_of_magic(result.magic, result.record))
     for confusion in result.magic.confusions if result.magic else ():
         out[f"Magic Formula: {confusion.statement}; {confusion.remedy}."] = None
     for point in result.points:
@@ -197,3 +204,14 @@ def _statements(result: CampaignResult) -> list[str]:
                     None
                 )
     return list(out)
+
+
+def _of_magic(fit: MFFit, record: TireRecord | None) -> list[str]:
+    """What of the fitted tire is not from these data."""
+    told = [f"MF-Tyre's C_x, and with it σx: {fit.cx_source}."]
+    missing = [name for name in ("fx", "fy", "mz") if name not in fit.fits]
+    if missing and record is not None:
+        whose = record.start_file or "the general start values, which are those of no tire"
+        outputs = ", ".join(name.capitalize() for name in missing)
+        told.append(f"Magic Formula: {outputs} not fitted; fitted.tir has there {whose}.")
+    return told

@@ -17,6 +17,7 @@ from flatplank_analysis.identify.linear import LinearFit
 from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.points import SteadyPoints
 from flatplank_analysis.identify.results import to_plain
+from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.post.slip import StepFacts
 from flatplank_analysis.report.beside import Beside
 from flatplank_analysis.report.geometry import Geometry
@@ -118,6 +119,7 @@ class CampaignResult:
     magic: MFFit | None = None
     why_no_magic: str = ""
     geometry: Geometry = field(default_factory=Geometry)
+    record: TireRecord | None = None
 
     @property
     def conditions(self) -> list[ConditionResult]:
@@ -153,6 +155,7 @@ class CampaignResult:
             "format": "flatplank-report/1",
             "campaign": self.path,
             "tire": self.tire,
+            "tire_record": to_plain(self.record) if self.record else None,
             "points": [
                 {
                     "point": to_plain(p.point._asdict()),

@@ -15,8 +15,9 @@ from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.lateral import lateral_run
-from flatplank_analysis.identify.mf.points import SteadyPoints, steady_points
+from flatplank_analysis.identify.mf.points import AT_REST, SteadyPoints, steady_points
 from flatplank_analysis.identify.runs import StepRun, step_run
+from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import Executor
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.results import PointResult
@@ -101,13 +102,14 @@ def extra_points(
     steps: Sequence[StepRun],
     radii: Sequence[RadiusRun],
     fits: Sequence[CarcassFit],
+    record: TireRecord,
 ) -> list[SteadyPoints]:
     """Rolling radius at Fx = 0, half contact length and deflection, as points of a fit."""
     known = {f.condition: f.slip_stiffness for f in fits if f.slip_stiffness.determined}
     stiffness = small_slip_stiffness(steps) | {c: e.value for c, e in known.items()}
     out = radius_points(radii, stiffness)
     for campaign in campaigns:
-        out += _points_of(other_measurements(campaign))
+        out += _points_of(other_measurements(campaign, free_radius=record.free_radius))
     return out
 
 
@@ -126,10 +128,12 @@ def _points_of(found: Mapping[str, Any]) -> list[SteadyPoints]:
         measured = {"a": prints["half_length"], "b": prints["half_width"]}
         pressure = 1e5 * prints["pressure"]
         out.append(steady_points(measured, fz=prints["fz"], pressure=pressure))
-    side = [r for r in found.get("standing", []) if r["quantity"] == "C_y"]
-    if side:
-        fz, bar, value = (np.array([r[k] for r in side]) for k in ("fz", "pressure", "value"))
-        out.append(steady_points({"cy": value}, fz=fz, pressure=1e5 * bar))
+    for quantity, output in (("C_y", "cy"), ("C_x", AT_REST)):
+        rows = [r for r in found.get("standing", []) if r["quantity"] == quantity]
+        rows = [r for r in rows if not r["gamma_deg"]]
+        if rows:
+            fz, bar, value = (np.array([r[k] for r in rows]) for k in ("fz", "pressure", "value"))
+            out.append(steady_points({output: value}, fz=fz, pressure=1e5 * bar))
     return out
 
 

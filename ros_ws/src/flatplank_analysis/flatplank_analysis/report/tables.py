@@ -129,7 +129,7 @@ def geometry_table(result: CampaignResult) -> Table:
         fit = nominal.carcass
         tied = fit.slip_stiffness.value / (2.0 * fit.half_length**2)
         rows.append(["c_px", tied, "N/m²", "tied: 2 c_px a² = C_Fκ at the nominal point"])
-    note = "At the nominal pressure. A number that was not measured is the thesis's."
+    note = "At the nominal pressure. What was not measured is the tire record's."
     title = "Parameters of the nonlinear model (Table 7.2)"
     return Table("model_parameters", title, ("parameter", "value", "unit", "from"), rows, note)
 

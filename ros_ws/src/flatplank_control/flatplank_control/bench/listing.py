@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`campaign.yaml` beside the data: the runs that count, the same from the twin and the graph."""
+"""`campaign.yaml` and `tire.yaml` beside the data, the same from the twin and the graph."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Any
 import yaml
 
 from flatplank_analysis.data.campaign import CAMPAIGN_FILE, FORMAT
+from flatplank_analysis.models.tire_record import FILE as RECORD
+from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_control.recording.metadata import replace_text
 from flatplank_control.runner.campaign.conductor import Conductor
 
@@ -23,8 +25,16 @@ def list_kept(conductor: Conductor, folder: Path) -> None:
     counting = {done.counts for done in kept}
     others = {file for done in conductor.journal.done.values() for file in done.files} - counting
     if kept or (folder / CAMPAIGN_FILE).exists():
+        write_tire(folder, conductor.plan.tire.record)
         runs = [(done.record, done.counts) for done in kept if done.record]
         write_campaign(folder, conductor.plan.tire.name, runs, others)
+
+
+def write_tire(folder: Path, record: TireRecord) -> None:
+    """The record of the mounted tire beside the runs; one that is there stays."""
+    path = folder / RECORD
+    if not path.exists():
+        replace_text(path, record.to_yaml())
 
 
 def write_campaign(

@@ -4,15 +4,24 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+from flatplank_analysis.models.tire_record import TireRecord
+from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many, starts_of
+from flatplank_control.bench.judging import read
+from flatplank_control.bench.listing import write_tire
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.blind.outside import OUTSIDE
 from flatplank_control.cli.run import main as run_plan
+from flatplank_control.runner.campaign.tires import tire_on
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sealed.generate import make_challenge
+from flatplank_hw.plant.config import PlantConfig
 
 
 def parser() -> argparse.ArgumentParser:
@@ -23,12 +32,17 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--starts", default="1,2,3", help="1,2,3: wheel at 0, 120, 240 deg")
     p.add_argument("--free-rolling", action="store_true", help="controller runs instead of slips")
     p.add_argument("--tire", default="toyo", help="toyo, continental, michelin, racing")
-    p.add_argument("--name", default="TOY", help="of the tire in the files")
-    p.add_argument("--fz", type=float, default=3700.0, help="[N]")
-    p.add_argument("--pressure", type=float, default=2.5, help="[bar]")
+    p.add_argument("--name", help="of the tire in the files; default: its own (TOY, CON, ...)")
+    p.add_argument("--fz", type=float, help="[N]; default: the tire's nominal load")
+    p.add_argument("--pressure", type=float, help="[bar]; default: the tire's nominal pressure")
     p.add_argument("--alpha", type=float, default=0.0, help="side slip angle [deg]")
     p.add_argument("--gamma", type=float, default=0.0, help="camber [deg]")
-    p.add_argument("--re", type=float, default=0.3108, help="effective rolling radius [m]")
+    p.add_argument(
+        "--re",
+        type=float,
+        help="effective rolling radius [m]; default: the tire's where it is known, else a "
+        "free-rolling run gives it",
+    )
     p.add_argument("--at", type=float, default=1.5, help="plank position of the step [m]")
     p.add_argument("--preset", default="", help="defects of the machine, for instance thesis2023")
     p.add_argument("--plant", default="", help="YAML file laid over the plant's own")
@@ -92,21 +106,49 @@ def main(argv: list[str]) -> int:
         return 0
     if o.plan is not None:
         return run_plan(plan_arguments(o))
-    base = Measurement(
-        tire=o.name,
-        measurement="free_rolling" if o.free_rolling else "slip",
-        fz=o.fz,
-        pressure=o.pressure,
-        alpha_deg=o.alpha,
-        gamma_deg=o.gamma,
-        effective_rolling_radius=o.re,
-        step_position=o.at,
-    )
     setup = BenchSetup(
         tire=o.tire, preset=o.preset, plant_file=o.plant, seed=o.seed, rate_hz=o.rate, pace="hold"
     )
+    record, radius = mounted(o)
+    base = Measurement(
+        tire=record.name,
+        measurement="free_rolling" if o.free_rolling else "slip",
+        fz=record.nominal_load if o.fz is None else o.fz,
+        pressure=record.nominal_pressure if o.pressure is None else o.pressure,
+        alpha_deg=o.alpha,
+        gamma_deg=o.gamma,
+        step_position=o.at,
+    )
+    starts = starts_of(o.starts)
     slips = [0.0] if o.free_rolling else slips_of(o.slips)
-    runs = matrix(base, slips, starts_of(o.starts))
-    simulate_many(runs, setup, o.folder, bags=o.bags, jobs=o.jobs, progress=show)
-    print(f"{len(runs)} runs in {o.folder}")
+    make = partial(simulate_many, setup=setup, folder=o.folder, bags=o.bags, progress=show)
+    before: list[Measurement] = []
+    if not o.free_rolling:
+        if not math.isfinite(radius):
+            before = [replace(base, measurement="free_rolling", start=starts[0])]
+            (path,) = make(before, jobs=1)
+            radius = radius_of_run(read(path)).radius
+            print(f"effective rolling radius by a free-rolling run: {radius:.4f} m")
+        base = replace(base, effective_rolling_radius=radius)
+    runs = [replace(m, run_index=m.run_index + len(before)) for m in matrix(base, slips, starts)]
+    make(runs, jobs=o.jobs)
+    write_tire(o.folder, record)
+    print(f"{len(before) + len(runs)} runs in {o.folder}")
     return 0
+
+
+def mounted(o: argparse.Namespace) -> tuple[TireRecord, float]:
+    """Record of the tire on the plant, and its effective rolling radius [m]; NaN: not known."""
+    entry = tire_on(o.tire)
+    if entry is None:  # a file of the user's
+        t = PlantConfig.load(o.tire).tire
+        record = TireRecord(t.name, t.free_radius, t.nominal_load, t.nominal_pressure_bar)
+    else:
+        record = entry.record
+    record = replace(record, name=o.name or record.name)
+    usual = {"fz": record.nominal_load, "pressure": record.nominal_pressure}
+    nominal = all(getattr(o, k) in (None, v) for k, v in usual.items()) and not (
+        o.alpha or o.gamma
+    )
+    known = entry.effective_rolling_radius if entry and nominal else math.nan
+    return record, known if o.re is None else o.re

@@ -25,6 +25,7 @@ from flatplank_control.panel.host import Host
 from flatplank_control.panel.link import BenchLink, Reply
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_hw.drive.modes import MODES
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import from_mapping
 
 PREDETERMINED = (0.0, 120.0, 240.0, 360.0, 1080.0)
@@ -32,9 +33,9 @@ PREDETERMINED = (0.0, 120.0, 240.0, 360.0, 1080.0)
 HANDS = {
     "load_to": ("Load", "N", 0.0, 8000.0),
     "pressure": ("Pressure", "bar", 0.5, 6.0),
-    "steer": ("Steering", "deg", -48.0, 48.0),
-    "wheel_camber": ("Wheel camber", "deg", -20.0, 20.0),
-    "road_camber": ("Road camber", "deg", -20.0, 20.0),
+    "steer": ("Steering", "deg", *LIMITS["steer_deg"].bounds),
+    "wheel_camber": ("Wheel camber", "deg", *LIMITS["camber_deg"].bounds),
+    "road_camber": ("Road camber", "deg", *LIMITS["camber_deg"].bounds),
 }
 """request -> label, unit, range: the operator's hands at the simulated machine"""
 VALUES = {

@@ -35,6 +35,16 @@ _PATTERN = re.compile(
 )
 
 
+STEPS = ("", "step", "constant")
+"""waveforms that the thesis's names stand for"""
+
+
+def settings_of(kind: str) -> tuple[str, ...]:
+    """What the name of a kind says; a waveform at its end (REL_LNG_SINE) changes nothing."""
+    known = [k for k in SETTINGS if kind == k or kind.startswith(f"{k}_")]
+    return SETTINGS[max(known, key=len)] if known else ()
+
+
 @dataclass(frozen=True)
 class MeasurementName:
     """What a name says; kinds that Appendix F does not know carry no settings."""
@@ -56,7 +66,7 @@ class MeasurementName:
     def __str__(self) -> str:
         settings = [
             f"{_text(getattr(self, key))}{_UNITS[key]}"
-            for key in SETTINGS.get(self.kind, ())
+            for key in settings_of(self.kind)
             if not (self.kind == "REP_REL" and key == "alpha_deg" and self.alpha_deg == 0.0)
         ]
         condition = ["T", f"p{_text(self.pressure * 10)}", f"Fz{_text(self.fz)}", str(self.start)]
@@ -76,7 +86,7 @@ def parse_name(name: str) -> MeasurementName:
             f"{name!r}: not a name of Appendix F, such as TOY_REL_LNG_5perc_T_p25_Fz5550_2"
         )
     kind = match["kind"]
-    keys = SETTINGS.get(kind, ())
+    keys = settings_of(kind)
     numbers = re.findall(rf"({_NUMBER})(deg|perc)", match["settings"])
     if kind == "REP_REL" and len(numbers) == 1:
         keys = ("kappa_percent",)
@@ -129,9 +139,13 @@ _KINDS = {
 }
 
 
-def kind_of(measurement: str, alpha_deg: float = 0.0, gamma_deg: float = 0.0) -> str:
-    """Kind for a measurement and its angles [deg]; others are called by their own name."""
+def kind_of(
+    measurement: str, alpha_deg: float = 0.0, gamma_deg: float = 0.0, waveform: str = ""
+) -> str:
+    """Kind for a measurement, its angles [deg] and waveform; others are called by their name."""
     kind = _KINDS.get(measurement, re.sub(r"[^A-Z]+", "_", measurement.upper()).strip("_"))
     if kind not in ("REL", "ERR_REL"):
         return kind
-    return kind + ("_COM" if alpha_deg else "_LNG") + ("_CAM" if gamma_deg else "")
+    kind += ("_COM" if alpha_deg else "_LNG") + ("_CAM" if gamma_deg else "")
+    shaped = measurement == "slip" and waveform not in STEPS
+    return f"{kind}_{waveform.upper()}" if shaped else kind

@@ -139,7 +139,12 @@ def measurement_name(record: RunRecord) -> MeasurementName:
     """Name by Appendix F of what the record describes."""
     return MeasurementName(
         tire=record.tire,
-        kind=kind_of(record.measurement, record.alpha_deg, record.gamma_deg),
+        kind=kind_of(
+            record.measurement,
+            record.alpha_deg,
+            record.gamma_deg,
+            str((record.waveform or {}).get("name", "")),
+        ),
         pressure=record.pressure,
         fz=record.fz,
         start=record.start,

@@ -12,6 +12,7 @@ from typing import Any
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold.profiles import PROFILES
 from flatplank_hw.hub import HubParameters
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import ParameterError, nearest
 from flatplank_hw.params import from_mapping as from_params
 
@@ -121,10 +122,9 @@ class Measurement:
             "kappa": (-MAX_SLIP, MAX_SLIP),
             "fz": (0.0, MAX_FZ),
             "pressure": (0.5, 5.0),
-            "alpha_deg": (-48.0, 48.0),
-            "gamma_deg": (-30.0, 30.0),
+            "alpha_deg": LIMITS["steer_deg"].bounds,
             "start_angle_deg": (-360.0, 360.0),
-            "wheel_camber_deg": (-20.0, 20.0),
+            "wheel_camber_deg": LIMITS["camber_deg"].bounds,
             "effective_rolling_radius": (0.15, 0.5),
             "step_position": (0.0, ROAD_LENGTH),
             "end_position": (0.0, ROAD_LENGTH - 0.02),
@@ -137,7 +137,7 @@ class Measurement:
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 return name, f"{name} is {value:g}, must be within {low:g} .. {high:g}"
-        found = self._refuse_motion()
+        found = self._refuse_camber() or self._refuse_motion()
         if found:
             return found
         if self.start not in START_ANGLES:
@@ -159,6 +159,22 @@ class Measurement:
                 f"{self.step_position:g} m: the slip would never be given"
             )
         return None
+
+    def _refuse_camber(self) -> tuple[str, str] | None:
+        """The road takes what the hub does not."""
+        low, high = LIMITS["camber_deg"].bounds
+        hub = self.wheel_camber_deg or 0.0
+        if low <= self.gamma_deg - hub <= high:
+            return None
+        if not hub:
+            return "gamma_deg", (
+                f"gamma_deg is {self.gamma_deg:g}, must be within {low:g} .. {high:g}; "
+                "more with a part at the hub (wheel_camber_deg)"
+            )
+        return "gamma_deg", (
+            f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub: the road would tilt by "
+            f"{self.gamma_deg - hub:g} deg, must be within {low:g} .. {high:g}"
+        )
 
     def _refuse_motion(self) -> tuple[str, str] | None:
         """Of the plank and of the coupling to the wheel's drive."""

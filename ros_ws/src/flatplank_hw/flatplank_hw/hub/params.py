@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_hw.hub.drive_moment import SOURCES
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import Params, param
 
 _GAIN = (1.0, 1e5)
@@ -37,10 +38,10 @@ class HubParameters(Params):
         0.02, "thickness of the adapter", unit="m", bounds=(0.0, 0.2), placeholder=True
     )
     wheel_camber_deg: float = param(
-        0.0, "camber of the hub, by inclinometer", unit="deg", bounds=(-20.0, 20.0)
+        0.0, "camber of the hub, by inclinometer", unit="deg", bounds=LIMITS["camber_deg"].bounds
     )
     road_camber_offset_deg: float = param(
-        0.0, "added to the measured road camber", unit="deg", bounds=(-20.0, 20.0)
+        0.0, "added to the measured road camber", unit="deg", bounds=LIMITS["camber_deg"].bounds
     )
     camber_counts_per_turn: int = param(
         20000,

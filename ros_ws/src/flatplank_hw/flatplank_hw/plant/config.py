@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_hw.bus.image import AXES
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.plant.defects import Defect, build_defects
 from flatplank_hw.plant.yamlconfig import (
     PlantConfigError,
@@ -84,8 +85,8 @@ class AxesConfig:
     steer_speed_deg: float
     camber_speed_deg: float
     lateral_limit: float
-    steer_limit_deg: float
-    camber_limit_deg: float
+    steer_limit_deg: float = LIMITS["steer_deg"].high
+    camber_limit_deg: float = LIMITS["camber_deg"].high
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from .candidates import describe_levels, levels_of
 from .parameters import COEFFICIENTS, Coefficient
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
-from .stages import STAGES, Stage
+from .stages import SMALL_PRESSURE, STAGES, Stage
 from .statement import Held, report
 from .twins import better_twin
 
@@ -52,6 +52,8 @@ class MFFit:
     """Output -> e_r of (7.28)."""
     skipped: tuple[str, ...] = ()
     """Stages for which there were no data, and why."""
+    cx_source: str = ""
+    """Where C_x, and with it the relaxation length, comes from."""
 
     @property
     def estimates(self) -> dict[str, Estimate]:
@@ -71,13 +73,20 @@ class MFFit:
             "fits": {k: f.to_json() for k, f in self.fits.items()},
             "relative_errors": {k: float(v) for k, v in self.relative_errors.items()},
             "skipped": list(self.skipped),
+            "cx_source": self.cx_source,
         }
 
 
 def fit_magic_formula(
-    points: SteadyPoints, tir: TirFile, settings: MFSettings | None = None
+    points: SteadyPoints,
+    tir: TirFile,
+    settings: MFSettings | None = None,
+    cx_source: str = "measured points",
 ) -> MFFit:
-    """Fit the stages in order, then every output jointly; `tir` gives all that is not fitted."""
+    """Fit the stages in order, then every output jointly; `tir` gives all that is not fitted.
+
+    Raises when force curves were wanted and the points have none: the result would be `tir`'s.
+    """
     settings = settings or MFSettings()
     base = tir.coefficients.replaced(settings.fixed)
     touched: dict[str, list[str]] = {}
@@ -93,6 +102,9 @@ def fit_magic_formula(
         for output, names in stage.outputs.items():
             free = _free(names.split(), output, settings, touched)
             data = chosen.with_output(output)
+            if len(data):
+                free, open_ones = _told(stage, free, data)
+                skipped += [f"{name}: {text}" for text in open_ones]
             reason = _obstacle(stage, output, free, data)
             if reason:
                 skipped.append(f"{name}: {reason}")
@@ -101,6 +113,7 @@ def fit_magic_formula(
             base = base.replaced(dict(zip(problem.free, solution.x, strict=True)))
             touched.setdefault(output, []).extend(free)
             solved[output] = (problem, solution)
+    _refuse_without_force(points, base, settings, solved)
     if settings.joint:
         base, solved = _jointly(points, touched, base, settings)
     fits: dict[str, Fit] = {}
@@ -114,14 +127,56 @@ def fit_magic_formula(
         k: relative_error(p.points.measured[k], p.predict(s.x[None])[0])
         for k, (p, s) in solved.items()
     }
-    return MFFit(tir.replaced(changed), fits, errors, tuple(skipped))
+    told = cx_source if "cx" in fits else _start_cx(tir)
+    return MFFit(tir.replaced(changed), fits, errors, tuple(skipped), told)
+
+
+def _start_cx(tir: TirFile) -> str:
+    value = tir.coefficients.LONGITUDINAL_STIFFNESS
+    if not np.isfinite(value):
+        return "not known: no fit and no start file tells it"
+    return f"not measured: the start value of {tir.path}"
+
+
+def _refuse_without_force(
+    points: SteadyPoints, base: Coefficients, settings: MFSettings, solved: Mapping[str, object]
+) -> None:
+    """Raise when stages of Fx or Fy were wanted and not one could be fitted."""
+    forces = {"fx", "fy"}
+    wanted = any(forces & set(STAGES[name].outputs) for name in settings.stages)
+    if not wanted or forces & set(solved):
+        return
+    have = [points.with_output(name) for name in sorted(forces)]
+    bars = sorted({round(float(p) * 1e-5, 2) for part in have for p in part.pressure})
+    what, remedy = "no steady Fx or Fy to fit", "give slip-step runs"
+    if bars and not any(abs(1e5 * bar / base.NOMPRES - 1.0) < SMALL_PRESSURE for bar in bars):
+        told = ", ".join(f"{bar:g}" for bar in bars)
+        what += f" at the nominal pressure of {1e-5 * base.NOMPRES:g} bar (runs are at {told} bar)"
+        remedy = "give the record of the tire that was measured (--tire FILE)"
+    raise FlatplankError(what, "Magic Formula", remedy)
+
+
+def _told(stage: Stage, free: Sequence[str], data: SteadyPoints) -> tuple[list[str], list[str]]:
+    """Coefficients that the levels of these points tell, and a line on those that they do not."""
+    kept, left = [], {}
+    for name in free:
+        axis, least = stage.levels.get(name, ("", 0))
+        if axis and len(levels_of(data, axis)) < least:
+            left.setdefault(axis, []).append(name)
+        else:
+            kept.append(name)
+    lines = [
+        f"{', '.join(names)} not determined by {describe_levels(data, axis)}; left at the start"
+        for axis, names in left.items()
+    ]
+    return kept, lines
 
 
 def _obstacle(stage: Stage, output: str, free: Sequence[str], data: SteadyPoints) -> str:
     """Why this stage cannot be fitted to these points; empty when it can."""
     if not free:
         return f"all coefficients of {output} are fixed"
-    if len(data) < 2:
+    if len(data) < (1 if stage.levels else 2):
         return f"{'one' if len(data) else 'no'} measurement of {output}"
     for axis in (*stage.needs, *stage.each.get(output, ())):
         if len(levels_of(data, axis)) < 2:

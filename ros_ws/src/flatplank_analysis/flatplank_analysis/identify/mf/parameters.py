@@ -28,6 +28,9 @@ def _table(text: str) -> dict[str, Coefficient]:
     }
 
 
+GENERAL = ("PCX1", "PDX1", "PKX1", "PCY1", "PDY1", "PKY1", "BREFF", "DREFF", "FREFF")
+"""Coefficients without which a tire has no force and no rolling radius."""
+
 COEFFICIENTS: dict[str, Coefficient] = _table("""
 PCX1 1.5 0.6 2.4 0.3
 PDX1 1.0 0.1 3.0 0.3
@@ -152,3 +155,8 @@ PCFY1 0 -3 3 0.3
 PCFY2 0 -5 5 0.3
 PCFY3 0 -3 3 0.3
 """)
+
+
+def general_start() -> dict[str, float]:
+    """Start values of no tire in particular, for a tire record without a start file."""
+    return {name: COEFFICIENTS[name].start for name in GENERAL}

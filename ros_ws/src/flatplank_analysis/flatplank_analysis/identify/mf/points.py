@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,15 +93,44 @@ def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
     )
 
 
+UPRIGHT = np.radians(0.3)
+"""Angles up to which a run counts as one of pure longitudinal slip [rad]."""
+AT_REST = "cx_at_rest"
+"""C_x of the standing tire, which serves where no rolling one is known."""
+
+
 def stiffness_points(fits: Sequence[CarcassFit]) -> list[SteadyPoints]:
-    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7) of carcass fits that tell it."""
+    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7) of carcass fits that tell it.
+
+    Only of straight and upright running: at a side slip angle C_Fk and sigma_x both shrink, and
+    their ratio is no stiffness of the tire in x.
+    """
     known = [f for f in fits if f.sigma_x.determined and f.slip_stiffness.determined]
     return [
         steady_points(
             {"cx": np.array([f.slip_stiffness.value / f.sigma_x.value])}, **f.at._asdict()
         )
         for f in known
+        if abs(f.at.alpha) < UPRIGHT and abs(f.at.gamma) < UPRIGHT
     ]
+
+
+def gathered(
+    parts: Sequence[SteadyPoints], fits: Sequence[CarcassFit]
+) -> tuple[SteadyPoints, str]:
+    """All points with C_x of the rolling tire, else at rest; and where C_x comes from, or ""."""
+    rolling = stiffness_points(fits)
+    points = merge([*parts, *rolling])
+    if rolling:
+        count = f"{len(rolling)} operating point" + "s" * (len(rolling) > 1)
+        return points, f"C_Fκ/σx (7.7) of the nonlinear fits of {count} without side slip"
+    measured = dict(points.measured)
+    standing = measured.pop(AT_REST, None)
+    if standing is None:
+        return points, ""
+    count = int(np.count_nonzero(np.isfinite(standing)))
+    source = f"{count} runs at rest: no nonlinear fit tells the rolling one"
+    return replace(points, measured=measured | {"cx": standing}), source
 
 
 def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:

@@ -78,6 +78,9 @@ class Stage:
     """Axes of which the data must hold more than one level."""
     each: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """The same for single outputs: pressure scales a curve, which must be there."""
+    levels: dict[str, tuple[str, int]] = field(default_factory=dict)
+    """Coefficient -> axis and number of its levels without which it stays as it is. Outputs of
+    such a stage are told by one point."""
 
 
 def _nominal(p: SteadyPoints, c: Coefficients) -> np.ndarray:
@@ -167,6 +170,11 @@ STAGES: dict[str, Stage] = {
                 "cy": "LATERAL_STIFFNESS PCFY1 PCFY2 PCFY3",
             },
             _all,
+            levels={
+                f"PCF{axis}{number}": need
+                for axis in "XY"
+                for number, need in ((1, ("fz", 2)), (2, ("fz", 3)), (3, ("pressure", 2)))
+            },
         ),
     )
 }

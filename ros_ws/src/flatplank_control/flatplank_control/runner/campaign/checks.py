@@ -20,10 +20,11 @@ from flatplank_control.runner.standing import CLEAT_AT, STANDS_AT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.sequencer.waveforms.base import LENGTH
 from flatplank_control.steering_hold.profiles import PROFILES, Profile
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import ParameterError, from_mapping, nearest
 
-STEER_LIMIT = 48.0
-"""the motor hits the pillar [deg]"""
+STEER_LIMIT = LIMITS["steer_deg"].high
+"""[deg]"""
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,6 @@ Check = Callable[[Measurement, TireEntry, SetUp], tuple[str, str] | None]
 """(measurement, tire, set_up) -> key at fault and reason, or None"""
 LEAST_ANGLE = 5.0
 """[deg]"""
-CAMBER_LIMIT = 15.0
-"""of the road [deg]"""
 LEAST_ROAD = 0.2
 """a slip needs at least so much road behind its start to be seen [m]"""
 
@@ -139,22 +138,11 @@ def angles(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | 
     """A profile must stay within what its axis can."""
     if m.measurement not in PROFILED:
         return None
-    limit = CAMBER_LIMIT if m.measurement == "camber_sweep" else set_up.steer_limit
+    limit = LIMITS["camber_deg"].high if m.measurement == "camber_sweep" else set_up.steer_limit
     most = math.degrees(_profile(m).largest())
     if most <= limit:
         return None
     return "profile_parameters", f"the {m.profile} reaches {most:.3g} deg, the axis {limit:g} deg"
-
-
-def cambers(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
-    """The road takes what the hub does not."""
-    road_deg = m.gamma_deg - (m.wheel_camber_deg or 0.0)
-    if abs(road_deg) <= CAMBER_LIMIT:
-        return None
-    return "gamma_deg", (
-        f"gamma of {m.gamma_deg:g} deg: the road would tilt by {road_deg:g} deg, it can "
-        f"{CAMBER_LIMIT:g} deg; give the rest to the hub (wheel_camber_deg)"
-    )
 
 
 def in_time(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] | None:
@@ -172,7 +160,7 @@ def in_time(m: Measurement, tire: TireEntry, set_up: SetUp) -> tuple[str, str] |
 
 
 CHECKS: tuple[Check, ...] = (
-    kind, load, pressure, road, cleat, collision, steering, oblique, angles, cambers, in_time,
+    kind, load, pressure, road, cleat, collision, steering, oblique, angles, in_time,
 )  # fmt: skip
 
 

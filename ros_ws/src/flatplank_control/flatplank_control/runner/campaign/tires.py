@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from flatplank_analysis.models.tire_record import TireRecord, read_record, shipped_record
 from flatplank_hw.params import nearest
 from flatplank_hw.share import config_file
 
 FILE = "tires.yaml"
+OF_THE_RECORD = ("free_radius", "nominal_load", "nominal_pressure")
+"""keys of an entry without a record"""
 
 
 @dataclass(frozen=True)
@@ -22,16 +27,28 @@ class TireEntry:
     name: str
     plant: str
     """name of the simulated tire; empty: none"""
-    free_radius: float
-    """[m]"""
-    nominal_load: float
-    """F_z0 [N]"""
-    nominal_pressure: float
-    """p_0 [bar]"""
+    record: TireRecord
     max_load: float
     """[N]"""
     pressure_range: tuple[float, float]
     """[bar]"""
+    effective_rolling_radius: float = math.nan
+    """at nominal load and pressure [m]; NaN: not known"""
+
+    @property
+    def free_radius(self) -> float:
+        """[m]"""
+        return self.record.free_radius
+
+    @property
+    def nominal_load(self) -> float:
+        """F_z0 [N]"""
+        return self.record.nominal_load
+
+    @property
+    def nominal_pressure(self) -> float:
+        """p_0 [bar]"""
+        return self.record.nominal_pressure
 
 
 def known_tires(more: Path | None = None) -> dict[str, TireEntry]:
@@ -43,6 +60,11 @@ def known_tires(more: Path | None = None) -> dict[str, TireEntry]:
     return found | _read(more) if more else found
 
 
+def tire_on(plant: str) -> TireEntry | None:
+    """The tire that the simulated plant has under this name."""
+    return next((t for t in known_tires().values() if t.plant == plant), None)
+
+
 def _read(path: Path) -> dict[str, TireEntry]:
     data = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
     return {name: _entry(name, values, path) for name, values in data.items()}
@@ -51,10 +73,23 @@ def _read(path: Path) -> dict[str, TireEntry]:
 def _entry(name: str, values: dict[str, Any], path: Path) -> TireEntry:
     known = {f.name for f in fields(TireEntry)} - {"name"}
     for key in values:
-        if key not in known:
+        if key not in known.union(OF_THE_RECORD):
             raise ValueError(f"{path}: {name}: unknown key '{key}'{nearest(key, known)}")
-    missing = sorted(known - set(values))
+    needed = {"plant", "max_load", "pressure_range"}
+    needed |= {"record"} if "record" in values else set(OF_THE_RECORD)
+    missing = sorted(needed - set(values))
     if missing:
         raise ValueError(f"{path}: {name}: {', '.join(missing)} missing")
     low, high = values["pressure_range"]
-    return TireEntry(name=name, **{**values, "pressure_range": (float(low), float(high))})
+    own = {k: v for k, v in values.items() if k in known}
+    own |= {"record": _record(name, values, path), "pressure_range": (float(low), float(high))}
+    return TireEntry(name=name, **own)
+
+
+def _record(name: str, values: dict[str, Any], path: Path) -> TireRecord:
+    if "record" not in values:
+        facts = {key: float(values[key]) for key in OF_THE_RECORD}
+        return TireRecord(name, **facts, origin=str(path))
+    file = path.parent / str(values["record"])
+    record = read_record(file) if file.is_file() else shipped_record(str(values["record"]))
+    return dataclasses.replace(record, name=name)

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`flatplank simulate`: every tire under its own name, load, pressure, radius and record."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.models.tire_record import FILE, read_record
+from flatplank_control.cli.simulate import main, mounted, parser
+from flatplank_hw.plant.config import PlantConfig
+from flatplank_hw.plant.truth import truth_row
+
+TIRES = {"toyo": "TOY", "continental": "CON", "michelin": "MIC", "racing": "RAC"}
+
+
+@pytest.mark.parametrize("plant", TIRES)
+def test_every_tire_has_its_own_name_and_numbers(plant, tmp_path, capsys):
+    folder = tmp_path / plant
+    words = [str(folder), "--tire", plant, "--slips", "2", "--starts", "1", "--at", "1.2"]
+    assert main([*words, "--jobs", "1"]) == 0
+    config = PlantConfig.load(plant)
+    truth = truth_row(config, config.tire.nominal_load, config.tire.nominal_pressure_bar)
+    found = Campaign.load(folder)
+    slip = next(i for i in found.infos if i.measurement == "slip")
+    assert found.tire == slip.tire == TIRES[plant]
+    assert slip.file.startswith(f"{TIRES[plant]}_REL_LNG_2perc_")
+    assert (slip.fz, slip.pressure) == (truth.fz, truth.pressure)
+    assert slip.effective_rolling_radius == pytest.approx(truth.effective_rolling_radius, rel=1e-3)
+    record = read_record(folder / FILE)
+    assert record.name == TIRES[plant] and record.free_radius == config.tire.free_radius
+    capsys.readouterr()
+
+
+def test_a_known_radius_is_taken_at_the_nominal_condition_only(tmp_path):
+    def asked(*words: str) -> tuple[str, float]:
+        record, radius = mounted(parser().parse_args([str(tmp_path), *words]))
+        return record.name, radius
+
+    assert asked() == ("TOY", 0.3108)
+    assert asked("--fz", "3700", "--pressure", "2.5") == ("TOY", 0.3108)
+    for words in (("--fz", "5550"), ("--alpha", "5"), ("--tire", "racing")):
+        assert math.isnan(asked(*words)[1])
+    assert asked("--tire", "continental", "--name", "BMW", "--re", "0.34") == ("BMW", 0.34)
