@@ -13,10 +13,17 @@ from flatplank_analysis.report.build import build
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank report DIR... [--tire FILE] [--out DIR]`; prints the path. Several are merged."""
+    """`report DIR... [--tire FILE] [--reference DIR...] [--out DIR]`; prints the path."""
     parser = common.campaign_parser("report", __doc__, several=True)
     parser.add_argument(
         "--out", metavar="DIR", help="where to write (default: report in the first DIR)"
+    )
+    parser.add_argument(
+        "--reference",
+        metavar="DIR",
+        nargs="+",
+        default=[],
+        help="sessions of the reference tire, a folder each: control charts over them",
     )
     common.tire_argument(parser)
     common.parallel_arguments(parser)
@@ -39,6 +46,7 @@ def _run(arguments) -> int:
         scheduler=arguments.scheduler,
         progress=common.show_progress,
         tire=arguments.tire,
+        reference=[common.load_folder(f, arguments.mapping) for f in arguments.reference],
     )
     common.tell(campaign.problems)
     if arguments.json:

@@ -31,6 +31,7 @@ def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
         chapter7,
         kinds,
         machine,
+        sessions,
         waveforms,
     )
 
@@ -40,6 +41,7 @@ def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
         "models",
         "waveforms",
         "special",
+        "reference",
         "parameters",
         "radius",
         "machine",

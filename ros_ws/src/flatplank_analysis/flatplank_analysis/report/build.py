@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report.sessions import Session, charts_of, session_of
 from flatplank_analysis.report.tire import record_for
 
 PAGE = "report.html"
@@ -24,13 +27,25 @@ def build(
     scheduler: str | None = None,
     progress: Progress | None = None,
     tire: str | os.PathLike[str] | None = None,
+    reference: Sequence[Campaign] = (),
 ) -> Path:
-    """Analyse a campaign folder and write its report; returns the page. `tire`: a record."""
+    """Analyse a campaign folder and write its report; returns the page.
+
+    `tire`: a tire record. `reference`: sessions of the reference tire, for control charts.
+    """
     if not isinstance(campaign, Campaign):
         campaign = Campaign.load(campaign)
     record = record_for([campaign], tire)
     result = analyse(campaign, jobs=jobs, scheduler=scheduler, progress=progress, tire=record)
+    if reference:
+        charts = charts_of([_session(c, jobs, scheduler) for c in reference])
+        result = replace(result, extras={**result.extras, "sessions": charts})
     return write(result, out_dir)
+
+
+def _session(campaign: Campaign, jobs: int | None, scheduler: str | None) -> Session:
+    found = analyse(campaign, jobs=jobs, scheduler=scheduler, nonlinear=False, magic=False)
+    return session_of(campaign, found)
 
 
 def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:

@@ -42,6 +42,11 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
         "Cleat, parking, turning, camber",
         "Measurements of one kind each, every run by itself beside its model.",
     ),
+    "reference": (
+        "Reference tire",
+        "The same tire at the beginning of every session: does the machine measure today what it "
+        "measured before?",
+    ),
     "parameters": ("Parameters", ""),
     "radius": ("Effective rolling radius", ""),
     "machine": ("Tire at rest and machine", ""),
@@ -57,6 +62,7 @@ TABLES_OF = {
         "magic_formula",
         "relative_error",
     ),
+    "reference": ("reference",),
     "special": ("cleat", "parking", "turning", "camber_sweep"),
     "radius": ("rolling_radius", "radius_sources", "settling"),
     "machine": ("longitudinal_stiffness", "standing", "transmission", "friction_torque"),

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.report.kinds_tables import KINDS_TABLES
+from flatplank_analysis.report.kinds_tables import KINDS_TABLES, reference_table
 from flatplank_analysis.report.machine_tables import MACHINE_TABLES
 from flatplank_analysis.report.radii import radius_table, source_table
 from flatplank_analysis.report.results import CampaignResult, ConditionResult
@@ -19,7 +19,7 @@ def all_tables(result: CampaignResult) -> list[Table]:
     """What there is to tell, in the order of the report."""
     tables = [step_table(result), linear_table(result), *rmse_tables(result)]
     makers = (geometry_table, carcass_table, magic_table, relative_error_table, radius_table)
-    makers += (settling_table, *KINDS_TABLES, *MACHINE_TABLES, source_table)
+    makers += (settling_table, *KINDS_TABLES, reference_table, *MACHINE_TABLES, source_table)
     tables += [make(result) for make in makers]
     return [t for t in tables if len(t.rows)]
 
