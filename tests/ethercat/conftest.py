@@ -41,4 +41,4 @@ def minute() -> Iterator[subprocess.Popen[str]]:
     yield process
     if process.poll() is None:
         process.terminate()
-        process.communicate()
+    process.communicate()

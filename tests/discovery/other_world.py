@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Small campaigns without noise in which one thing is wrong, of tires that share no formula with
+the library of effects: the blind kit's second tire, and the bristle plant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_analysis.tirebase.data import TireRuns, from_tables
+from flatplank_control.blind.plan import LOAD, STEP, Run, Setting
+from flatplank_control.blind.second import Columns, SecondMachine, SecondTire, counted, measure
+from flatplank_hw.plant.campaign import Campaign, CampaignRun
+from flatplank_hw.plant.config import PlantConfig
+
+RADIUS, SPEED, WHEEL_SPEED = 0.3108, 0.03092, 0.03088
+BUMPS = np.array([12.0, 0.3, 8.0, 1.1])
+SHOWN = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
+
+Wrong = Mapping[str, Any]
+"""second tire: fields of `SecondMachine`; plant: defects by name"""
+
+
+@dataclass(frozen=True)
+class At:
+    """What is set for one run; `speed` relative to the usual one."""
+
+    kappa: float
+    fz: float = LOAD
+    pressure: float = 2.5
+    alpha_deg: float = 0.0
+    gamma_deg: float = 0.0
+    start: int = 1
+    speed: float = 1.0
+
+
+DESIGNS: dict[str, tuple[At, ...]] = {
+    "plain": tuple(At(k, start=1 + i % 3) for i, k in enumerate((-0.1, -0.02, 0.02, 0.1))),
+    # what only one run shows of a channel is taken for noise (`tirebase/calm.py`)
+    "twice": tuple(At(k, start=s) for k in (-0.05, 0.05) for s in (1, 2) * 2),
+    "loads": tuple(At(k, fz) for fz in (2400.0, 5000.0) for k in (-0.05, 0.05)),
+    "pressures": tuple(At(k, pressure=p) for p in (2.0, 3.0) for k in (-0.05, 0.05)),
+    "angles": tuple(At(k, alpha_deg=a) for a in (-2.0, 1.0, 3.0) for k in (-0.03, 0.03)),
+    "side slip": tuple(At(0.0, alpha_deg=a) for a in (-2.0, -1.0, 1.0, 2.0)),
+    "angles twice": tuple(At(k, alpha_deg=a) for a in (-2.0, 2.0) for k in (-0.03, 0.03) * 2),
+    "cambers": tuple(
+        At(k, alpha_deg=a, gamma_deg=g)
+        for a, g in ((-1.0, -3.0), (1.0, -3.0), (1.0, 3.0))
+        for k in (-0.03, 0.03)
+    ),
+    "speeds": tuple(At(k, speed=v) for v in (1.0, 0.5) for k in (-0.1, -0.05, 0.05, 0.1)),
+}
+
+
+def second(design: str, wrong: Wrong) -> list[Columns]:
+    """Runs of the second tire."""
+    settings = DESIGNS[design]
+    out = []
+    for index, at in enumerate(settings):
+        pace = {"speed": SPEED * at.speed, "wheel_speed": WHEEL_SPEED * at.speed}
+        machine = SecondMachine(**{**wrong, "kernel": {**pace, **wrong.get("kernel", {})}})
+        setting = Setting(at.kappa, at.fz, at.pressure, at.alpha_deg, at.gamma_deg)
+        run = Run(setting, at.start, index)
+        out.append(counted(measure(SecondTire(), machine, run, len(settings), 1.0, 0.1, BUMPS)))
+    return out
+
+
+def plant(design: str, wrong: Wrong) -> list[Columns]:
+    """Runs of the bristle plant."""
+    still = {"mains_hum": None, "sensor_noise": {"bridge": 0.0}}
+    config = PlantConfig.load("toyo", overrides={"defects": still | dict(wrong)})
+    bench = Campaign(config, rate_hz=20.0, tire_step=0.0125)
+    out = []
+    for index, at in enumerate(DESIGNS[design]):
+        wanted = CampaignRun(
+            kappa=at.kappa, fz=at.fz, pressure=at.pressure, alpha=math.radians(at.alpha_deg),
+            gamma=math.radians(at.gamma_deg), start_angle=math.radians(120.0 * (at.start - 1)),
+            run_index=index, effective_rolling_radius=RADIUS, step_position=STEP,
+        )  # fmt: skip
+        out.append(bench.run(wanted, np.random.default_rng(index)))
+    return out
+
+
+WORLDS = {"second": second, "plant": plant}
+
+
+def blinded(columns: Sequence[Columns], others: Sequence[Columns]) -> list[Columns]:
+    """The runs with the load channel of others: what it shows there it does not show here."""
+    out = []
+    for c, other in zip(columns, others, strict=True):
+        size = min(len(c["fz"]), len(other["fz"]))
+        out.append({n: v[:size] for n, v in c.items()} | {"fz": other["fz"][:size]})
+    return out
+
+
+def runs_of(design: str, columns: Sequence[Columns]) -> TireRuns:
+    """As the search gets them."""
+    tables = []
+    for index, (at, c) in enumerate(zip(DESIGNS[design], columns, strict=True)):
+        info = RunInfo(
+            file=f"other_{index}", tire="OTHER", kappa=at.kappa, fz=at.fz, pressure=at.pressure,
+            alpha_deg=at.alpha_deg, gamma_deg=at.gamma_deg, start=at.start, run_index=index,
+            effective_rolling_radius=RADIUS, step_position=STEP, speed=SPEED * at.speed,
+        )  # fmt: skip
+        tables.append(MeasurementTable({n: c[n] for n in SHOWN}, info))
+    return from_tables(tables)
