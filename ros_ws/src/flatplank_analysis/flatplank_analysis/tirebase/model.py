@@ -77,12 +77,14 @@ class TireModel:
         shape = (lanes, *d.position.shape)
         scale = (1.0 + base["slip_offset"])[:, None] * d.radius
         rolled = scale[:, :, None] * d.turned
-        if "angle_offset" in base:
-            slope = np.tan(d.alpha[None, :] + base["angle_offset"][:, None])
-        else:
-            slope = np.broadcast_to(np.tan(d.alpha), (lanes, len(d.alpha)))
-        motion = Motion(d, np.tile(d.travel, (lanes, 1, 1)), rolled, None)
-        motion.lateral = -slope[:, :, None] * motion.travel
+        angle = d.alpha + base.get("angle_offset", np.zeros(lanes))[:, None]
+        # the road runs at an angle to the wheel plane
+        along = np.cos(d.alpha)[:, None] * d.travel
+        motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, None)
+        motion.lateral = -np.tan(angle)[:, :, None] * along
+        if "slip_turned" in base:
+            turned = base["slip_turned"][:, None] * (1.0 - np.cos(d.alpha))
+            motion.rolled = rolled + turned[:, :, None] * along
         for effect, instance in deep:
             if effect.overrides("motion"):
                 _act(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
@@ -119,9 +121,9 @@ class TireModel:
         for axis, end in ((0, ""), (1, "_y")):
             p = params[axis]
             p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
-            p[..., kernel.PEAK] = peak
+            p[..., kernel.PEAK] = peak * (base["grip_y"][:, None] if end and "grip_y" in base else 1.0)
             p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
-            for name in ("shape", "fall", "round", "tread", "memory"):
+            for name in ("shape", "fall", "round", "tread", "memory", "combine", "swing"):
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
             p[..., kernel.FEEL] = get("feel") if "feel" in base else 1.0

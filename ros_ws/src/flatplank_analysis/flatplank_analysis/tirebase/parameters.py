@@ -13,6 +13,9 @@ BASE = "contact_patch"
 LEAST_LOAD = 5.0
 """[N] root mean square of the load within a run below which it does not matter who feels it"""
 
+SIDE_SLIP = 5e-3
+"""[rad] of side slip at which both directions share the friction"""
+
 
 def moving_load(load: np.ndarray) -> float:
     """Root mean square of the load (runs, samples) about the mean of each run [N]."""
@@ -26,6 +29,7 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         "always": True,
         "load within a run": moving_load(data.load) > LEAST_LOAD,
         "side force": "fy" in data.runs.channels,
+        "side slip": np.abs(data.alpha).max() > SIDE_SLIP,
         "load": np.ptp(data.nominal) > 0.02 * load,
         "pressure": np.ptp(data.pressure) > 0.02,
     }
@@ -64,10 +68,17 @@ def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
         # zero, ply steer), which then takes the whole of it
         Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
     ]
+    turned = [
+        Parameter("combine", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
+        Parameter("swing", "1", 0.5, 0.0, 1.5, 0.3, prior=0.5),
+        Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
+        Parameter("slip_turned", "1", 0.0, -3.0, 3.0, 0.3, prior=1.0),
+    ]
     return [
         *(("always", p) for p in always),
         ("load within a run", feel),
         *(("side force", p) for p in side),
+        *(("side slip", p) for p in turned),
         ("load", Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2)),
         ("load", Parameter("peak_load", "1", 0.0, -0.6, 0.6, 0.05)),
         ("pressure", Parameter("stiff_pressure", "1", 0.0, -2.0, 2.0, 0.1)),
