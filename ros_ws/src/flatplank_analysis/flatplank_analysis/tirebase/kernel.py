@@ -93,7 +93,8 @@ def shared(k, across, stiff, peak, stiff_across, peak_across, p):
     level, _, stuck = saturation(x, p[SHAPE], p[FALL], p[ROUND])
     way, way_across = k / peak, across / peak_across
     along = way / (way * way + way_across * way_across) ** 0.5
-    share = p[SWING] * (level - stuck)
+    slid = max(level - stuck, 0.0)
+    share = p[SWING] * slid * (slid / level) ** 0.5
     return peak * ((level - share) * bent / x + share * along)
 
 

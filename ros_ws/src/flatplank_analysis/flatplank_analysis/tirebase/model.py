@@ -121,7 +121,7 @@ class TireModel:
         for axis, end in ((0, ""), (1, "_y")):
             p = params[axis]
             p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
-            p[..., kernel.PEAK] = peak * (base["grip_y"][:, None] if end and "grip_y" in base else 1.0)
+            p[..., kernel.PEAK] = peak * (get("grip_y") if end and "grip_y" in base else 1.0)
             p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
             for name in ("shape", "fall", "round", "tread", "memory", "combine", "swing"):
                 p[..., kernel.NAMES.index(name)] = get(name)

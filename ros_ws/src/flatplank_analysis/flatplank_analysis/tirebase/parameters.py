@@ -70,7 +70,7 @@ def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
     ]
     turned = [
         Parameter("combine", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
-        Parameter("swing", "1", 0.5, 0.0, 1.5, 0.3, prior=0.5),
+        Parameter("swing", "1", 1.0, 0.0, 2.0, 0.3, prior=0.5),
         Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
         Parameter("slip_turned", "1", 0.0, -3.0, 3.0, 0.3, prior=1.0),
     ]
