@@ -75,9 +75,13 @@ class TireModel:
     def _motion(self, base: dict, lanes: int, deep: list) -> Motion:
         d = self.data
         shape = (lanes, *d.position.shape)
-        scale = (1.0 + base["slip_offset"])[:, None] * d.radius
+        zero, more = np.zeros(lanes), d.nominal / self._reference - 1.0
+        # the rolling radius goes with the load, whatever radius the runs were made with
+        offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
+        offset = offset + base.get("slip_bend", zero)[:, None] * more**2
+        scale = (1.0 + offset) * d.radius
         rolled = scale[:, :, None] * d.turned
-        angle = d.alpha + base.get("angle_offset", np.zeros(lanes))[:, None]
+        angle = d.alpha + base.get("angle_offset", zero)[:, None]
         # the road runs at an angle to the wheel plane
         along = np.cos(d.alpha)[:, None] * d.travel
         motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, None)
@@ -116,7 +120,8 @@ class TireModel:
 
         power = base.get("stiff_load", zero + 1.0)[:, None]
         law = ratio**power * (1.0 + get("stiff_pressure") * over)
-        peak = get("peak") * (1.0 + get("peak_load") * (ratio - 1.0))
+        more = ratio - 1.0
+        peak = get("peak") * (1.0 + get("peak_load") * more + get("peak_bend") * more**2)
         peak = peak * (1.0 + get("peak_pressure") * over)
         for axis, end in ((0, ""), (1, "_y")):
             p = params[axis]

@@ -31,6 +31,7 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         "side force": "fy" in data.runs.channels,
         "side slip": np.abs(data.alpha).max() > SIDE_SLIP,
         "load": np.ptp(data.nominal) > 0.02 * load,
+        "three loads": len(set(np.round(data.nominal / load, 1))) > 2,
         "pressure": np.ptp(data.pressure) > 0.02,
     }
     known = _parameters(load, turned=bool(np.ptp(data.alpha) > 1e-4))
@@ -81,6 +82,9 @@ def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
         *(("side slip", p) for p in turned),
         ("load", Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2)),
         ("load", Parameter("peak_load", "1", 0.0, -0.6, 0.6, 0.05)),
+        ("load", Parameter("slip_load", "1", 0.0, -0.02, 0.02, 1e-3)),
+        ("three loads", Parameter("slip_bend", "1", 0.0, -0.02, 0.02, 1e-3)),
+        ("three loads", Parameter("peak_bend", "1", 0.0, -0.4, 0.4, 0.05, prior=0.1)),
         ("pressure", Parameter("stiff_pressure", "1", 0.0, -2.0, 2.0, 0.1)),
         ("pressure", Parameter("peak_pressure", "1", 0.0, -1.0, 1.0, 0.05)),
     ]
