@@ -39,8 +39,17 @@ class CarcassLoad(TireEffect):
         note="relative change per relative change of load",
     )
 
+    bend: float = param(
+        0.0,
+        unit="1",
+        bounds=(-0.6, 0.6),
+        prior=0.3,
+        note="change with the square of the relative change of load",
+    )
+
     def tire(self, tire: Tire) -> None:
-        load = tire.data.nominal
-        change = 1.0 + self.per_run.slope * (load / np.median(load) - 1.0)
+        more = tire.data.nominal / np.median(tire.data.nominal) - 1.0
+        change = 1.0 + self.per_run.slope * more + self.per_run.bend * more**2
+        change = np.maximum(change, 0.1)
         tire.x.carcass *= change
         tire.y.carcass *= change

@@ -25,15 +25,15 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "memory", "turn", "feel",
+    "play_rest", "memory", "turn", "feel", "swing",
     "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, MEMORY, TURN, FEEL, LAW,
-) = range(28)  # fmt: skip
+    PLAY_REST, MEMORY, TURN, FEEL, SWING, LAW,
+) = range(29)  # fmt: skip
 WIDTH = len(NAMES)
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
 """contact slips of the free law; negative first, falling, then positive, rising"""
@@ -46,14 +46,14 @@ SLIDING = 0.08
 
 
 @njit(**FAST)
-def steady(k, stiff, peak, shape, fall, rounding):
-    """Steady force [N] at contact slip k and its slope dF/dk.
+def saturation(x, shape, fall, rounding):
+    """Force over its peak at x = K|k|/peak, its slope, and the part of it that sticks.
 
-    Saturation 1 - (1 - y/n)^n of y = K|k|/D: n = 3 is the brush with a
-    parabolic pressure, n = 2 with a uniform one; `fall` lets the force drop beyond the peak.
-    Outside the patch models the curve is one family, not a physical claim.
+    Saturation 1 - (1 - y/n)^n: n = 3 is the brush with a parabolic pressure, n = 2 with a uniform
+    one; `fall` lets the force drop beyond the peak. What sticks is slope times slip, as in a
+    brush; the rest slides. Outside the patch models the curve is one family, not a physical
+    claim.
     """
-    x = stiff * abs(k) / peak
     # `rounding` takes out the term of second order: 1 starts like a sine, 0 like a brush
     b = rounding * (shape - 1.0) / (2.0 * shape)
     y = x + b * x * x / (1.0 + 0.5 * x)
@@ -69,11 +69,33 @@ def steady(k, stiff, peak, shape, fall, rounding):
     bend = y * y / (y * y + n2)
     dbend = 2.0 * y * n2 / (y * y + n2) ** 2
     factor = 1.0 - fall * bend
-    force = peak * level * factor
-    dforce = stiff * dy * (slope * factor - level * fall * dbend)
-    if k < 0.0:
-        force = -force
-    return force, dforce
+    return level * factor, dy * (slope * factor - level * fall * dbend), y * slope * factor
+
+
+@njit(**FAST)
+def steady(k, stiff, peak, shape, fall, rounding):
+    """Steady force [N] at contact slip k and its slope dF/dk, without slip across."""
+    level, slope, _ = saturation(stiff * abs(k) / peak, shape, fall, rounding)
+    return (peak * level if k >= 0.0 else -peak * level), stiff * slope
+
+
+@njit(**FAST)
+def shared(k, across, stiff, peak, stiff_across, peak_across, p):
+    """Steady force [N] at contact slip k beside a slip `across`, on one friction ellipse.
+
+    What sticks pulls along the bent rubber, what slides along the slip (`swing` 1) or along the
+    bent rubber, too (0).
+    """
+    bent, bent_across = stiff * k / peak, stiff_across * across / peak_across
+    x = (bent * bent + bent_across * bent_across) ** 0.5
+    if x == 0.0:
+        return 0.0
+    level, _, stuck = saturation(x, p[SHAPE], p[FALL], p[ROUND])
+    way, way_across = k / peak, across / peak_across
+    along = way / (way * way + way_across * way_across) ** 0.5
+    slid = max(level - stuck, 0.0)
+    share = p[SWING] * slid * (slid / level) ** 0.5
+    return peak * ((level - share) * bent / x + share * along)
 
 
 @njit(**FAST)
@@ -108,8 +130,8 @@ def free_law(k, p):
 
 
 @njit(**FAST)
-def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
-    """Force and slope with load, friction, asymmetry, sliding speed and cross slip taken in."""
+def strengths(k, load, friction, p, nominal, speed_ratio):
+    """Slip stiffness and peak force [N] with load, friction, asymmetry, sliding speed taken in."""
     peak = p[PEAK] * friction * load
     stiff = p[STIFF] * (1.0 + p[FEEL] * (load / nominal - 1.0))
     if k < 0.0:
@@ -118,16 +140,32 @@ def tire_force(k, load, friction, p, nominal, speed_ratio, cross):
     if p[SLIDE] != 0.0:
         ratio = abs(k) * speed_ratio / 0.05
         peak *= 1.0 - p[SLIDE] * ratio / (1.0 + ratio)
-    change, turn = free_law(k, p)
-    if cross == 0.0 and (change != 1.0 or turn != 0.0):
+    return stiff, peak
+
+
+@njit(**FAST)
+def tire_force(k, load, friction, p, nominal, speed_ratio, across, other):
+    """Force and slope at a contact slip; across: the slip in the other direction, whose numbers
+    are `other`."""
+    stiff, peak = strengths(k, load, friction, p, nominal, speed_ratio)
+    if across == 0.0:
         force, slope = steady(k, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
-        return force * change, slope * change + force * turn
-    if cross == 0.0:
-        return steady(k, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
-    total = (k * k + cross * cross) ** 0.5
-    force, slope = steady(total, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
-    share = k / total
-    return force * share, slope * share * share + force / total * (1.0 - share * share)
+    else:
+        more = strengths(across, load, friction, other, nominal, speed_ratio)
+        force = shared(k, across, stiff, peak, more[0], more[1], p)
+        near = shared(k + 1e-6, across, stiff, peak, more[0], more[1], p)
+        slope = (near - force) * 1e6
+    change, turn = free_law(k, p)
+    return force * change, slope * change + force * turn
+
+
+@njit(**FAST)
+def whole_slip(k, across, p, other):
+    """Size of the slip of which |k| is a part, in units of this direction."""
+    if across == 0.0:
+        return abs(k)
+    scale = other[STIFF] * p[PEAK] / (p[STIFF] * other[PEAK])
+    return (k * k + (scale * across) ** 2) ** 0.5
 
 
 @njit(**FAST)
@@ -153,9 +191,9 @@ def start_deflection(p):
 
 
 @njit(**FAST)
-def patch_length(k, theta, half):
-    """Relaxation length of the patch (7.17), (7.18) [m]."""
-    near = abs(k) / (1.0 + k) if k > -0.5 else 2.0 * abs(k)
+def patch_length(k, whole, theta, half):
+    """Relaxation length of the patch (7.17), (7.18) [m]; whole: size of the slip."""
+    near = whole / (1.0 + k) if k > -0.5 else 2.0 * whole
     # a smooth lower limit: with (7.18) as it is a sliding patch would vibrate from node to node
     free = 1.0 - theta * near
     m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + (free * free + 0.04) ** 0.5)
@@ -163,8 +201,12 @@ def patch_length(k, theta, half):
 
 
 @njit(**FAST)
-def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
-    """State (slip, force, deflection, creep, slope of the law, patch rate) after one node."""
+def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, across, other):
+    """State (slip, force, deflection, creep, slope of the law, patch rate) after one node.
+
+    across: slip in the other direction, as far as the two share the friction; other: the numbers
+    of that direction.
+    """
     k0, f0, x0, creep0, slope0, r0 = old
     if p[LOSS_BRAKE] != 0.0 or p[LOSS_DRIVE] != 0.0:
         loss = p[LOSS_BRAKE] * min(f0, 0.0) + p[LOSS_DRIVE] * max(f0, 0.0)
@@ -180,7 +222,7 @@ def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
     # (7.19) with the tread stiffness tied to the slip stiffness
     theta = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * friction * nominal)
     half = p[HALF] * (1.0 + 0.6 * (load / nominal - 1.0))
-    sigma = patch_length(k0, theta, half)
+    sigma = patch_length(k0, whole_slip(k0, across, p, other), theta, half)
     late = 0.5
     if ds > 0.0:
         late = max(0.5, 1.0 - (sigma + max(slope0, 0.0) / p[CARCASS]) / ds)
@@ -195,13 +237,13 @@ def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, cross):
     k1 = k0 + (dw - patch) / (stiff + max(slope0, 0.0) / p[CARCASS])
     # safeguarded Newton: the left side grows with k1 as long as the law does not fall steeply
     for _ in range(60):
-        t = sigma + patch_length(k1, theta, half)
+        t = sigma + patch_length(k1, whole_slip(k1, across, p, other), theta, half)
         under = alpha * t + late * ds
         rise = gamma * t * t + 0.5 * late * ds * t
         patch = (
             rise * (k1 - k0) - ds * t * r0 + late * ds * ds * (late * k1 + (1.0 - late) * k0)
         ) / under
-        fk, slope = tire_force(k1, load, friction, p, nominal, ratio, cross)
+        fk, slope = tire_force(k1, load, friction, p, nominal, ratio, across, other)
         xk, flex = deflection(fk, p)
         miss = patch + xk - x0 - dw
         if miss > 0.0:
@@ -238,15 +280,16 @@ def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
         for axis in range(2):
             p = params[axis, e]
             kc = ky if axis == 0 else state[0, 0, e]
-            cross = p[COMBINE] * kc * params[1 - axis, e][STIFF] / p[STIFF]
+            other = params[1 - axis, e]
             old = (
                 state[0, axis, e], state[1, axis, e], state[2, axis, e],
                 state[3, axis, e], state[4, axis, e], state[5, axis, e],
             )  # fmt: skip
             way = ds[e] + p[TURN] * slip if axis == 1 else ds[e]
             new = advance(
-                old, way, dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate, cross
-            )
+                old, way, dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate,
+                p[COMBINE] * kc, other,
+            )  # fmt: skip
             for i in range(6):
                 state[i, axis, e] = new[i]
 
@@ -270,9 +313,7 @@ def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first
     """
     for e in range(first, last):
         px, py = params[0, e], params[1, e]
-        cross_x = px[COMBINE] * py[STIFF] / px[STIFF]
-        cross_y = py[COMBINE] * px[STIFF] / py[STIFF]
-        both = cross_x != 0.0 or cross_y != 0.0 or py[TURN] * px[GIVE] != 0.0
+        both = px[COMBINE] != 0.0 or py[COMBINE] != 0.0 or py[TURN] * px[GIVE] != 0.0
         do_x = todo[0, e] or both
         do_y = todo[1, e] or both
         x = (0.0, 0.0, start_deflection(px), 0.0, 0.0, 0.0)
@@ -283,8 +324,12 @@ def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first
             # the rubber goes through the contact with the wheel, in both directions
             way = s + py[TURN] * (dw[0, e, n] - px[GIVE] * x[1] * s)
             if do_x:
-                x = advance(x, s, dw[0, e, n], step, w, mu, px, nominal[e], rate, cross_x * y[0])
+                x = advance(
+                    x, s, dw[0, e, n], step, w, mu, px, nominal[e], rate, px[COMBINE] * y[0], py
+                )
                 force[0, e, n] = x[1]
             if do_y:
-                y = advance(y, way, dw[1, e, n], step, w, mu, py, nominal[e], rate, cross_y * x[0])
+                y = advance(
+                    y, way, dw[1, e, n], step, w, mu, py, nominal[e], rate, py[COMBINE] * x[0], px
+                )
                 force[1, e, n] = y[1]

@@ -75,14 +75,20 @@ class TireModel:
     def _motion(self, base: dict, lanes: int, deep: list) -> Motion:
         d = self.data
         shape = (lanes, *d.position.shape)
-        scale = (1.0 + base["slip_offset"])[:, None] * d.radius
+        zero, more = np.zeros(lanes), d.nominal / self._reference - 1.0
+        # the rolling radius goes with the load, whatever radius the runs were made with
+        offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
+        offset = offset + base.get("slip_bend", zero)[:, None] * more**2
+        scale = (1.0 + offset) * d.radius
         rolled = scale[:, :, None] * d.turned
-        if "angle_offset" in base:
-            slope = np.tan(d.alpha[None, :] + base["angle_offset"][:, None])
-        else:
-            slope = np.broadcast_to(np.tan(d.alpha), (lanes, len(d.alpha)))
-        motion = Motion(d, np.tile(d.travel, (lanes, 1, 1)), rolled, None)
-        motion.lateral = -slope[:, :, None] * motion.travel
+        angle = d.alpha + base.get("angle_offset", zero)[:, None]
+        # the road runs at an angle to the wheel plane
+        along = np.cos(d.alpha)[:, None] * d.travel
+        motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, None)
+        motion.lateral = -np.tan(angle)[:, :, None] * along
+        if "slip_turned" in base:
+            turned = base["slip_turned"][:, None] * (1.0 - np.cos(d.alpha))
+            motion.rolled = rolled + turned[:, :, None] * along
         for effect, instance in deep:
             if effect.overrides("motion"):
                 _act(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
@@ -114,14 +120,15 @@ class TireModel:
 
         power = base.get("stiff_load", zero + 1.0)[:, None]
         law = ratio**power * (1.0 + get("stiff_pressure") * over)
-        peak = get("peak") * (1.0 + get("peak_load") * (ratio - 1.0))
+        more = ratio - 1.0
+        peak = get("peak") * (1.0 + get("peak_load") * more + get("peak_bend") * more**2)
         peak = peak * (1.0 + get("peak_pressure") * over)
         for axis, end in ((0, ""), (1, "_y")):
             p = params[axis]
             p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
-            p[..., kernel.PEAK] = peak
+            p[..., kernel.PEAK] = peak * (get("grip_y") if end and "grip_y" in base else 1.0)
             p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
-            for name in ("shape", "fall", "round", "tread", "memory"):
+            for name in ("shape", "fall", "round", "tread", "memory", "combine", "swing"):
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
             p[..., kernel.FEEL] = get("feel") if "feel" in base else 1.0

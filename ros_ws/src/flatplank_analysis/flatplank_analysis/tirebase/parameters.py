@@ -13,6 +13,9 @@ BASE = "contact_patch"
 LEAST_LOAD = 5.0
 """[N] root mean square of the load within a run below which it does not matter who feels it"""
 
+SIDE_SLIP = 5e-3
+"""[rad] of side slip at which both directions share the friction"""
+
 
 def moving_load(load: np.ndarray) -> float:
     """Root mean square of the load (runs, samples) about the mean of each run [N]."""
@@ -22,32 +25,37 @@ def moving_load(load: np.ndarray) -> float:
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     """Parameters of the base for a campaign, start values in `null`, scales in `screen`."""
     load = float(np.median(data.nominal))
+    turned = bool(np.abs(data.alpha).max() > SIDE_SLIP)
     shown = {
         "always": True,
         "load within a run": moving_load(data.load) > LEAST_LOAD,
         "side force": "fy" in data.runs.channels,
+        "side slip": turned,
         "load": np.ptp(data.nominal) > 0.02 * load,
+        "three loads": len(set(np.round(data.nominal / load, 1))) > 2,
         "pressure": np.ptp(data.pressure) > 0.02,
     }
-    known = _parameters(load, turned=bool(np.ptp(data.alpha) > 1e-4))
+    known = _parameters(load, turned=turned)
     return tuple(p for need, p in known if shown[need])
 
 
 def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
-    """All parameters, each with what a campaign must show; `turned`: at several side slips."""
+    """All parameters, each with what a campaign must show; `turned`: with side slip."""
     half = 0.07 * np.sqrt(load / 3700.0)
     prior = np.inf if turned else 6.0 * load
+    # where both directions are loaded, a row of bristles is the better start
+    rounding, denom, memory, turn = (0.1, 1.0, 1.0, 0.8) if turned else (0.5, 0.5, 0.5, 0.5)
     always = [
         Parameter("stiff", "N", 23.0 * load, 5.0 * load, 80.0 * load, 2.0 * load),
         Parameter("peak", "1", 1.05, 0.3, 2.0, 0.1),
         Parameter("shape", "1", 3.0, 1.3, 12.0, 0.5, prior=2.0),
         Parameter("fall", "1", 0.0, -0.4, 0.6, 0.05, prior=0.2),
-        Parameter("round", "1", 0.5, -0.3, 1.6, 0.3, prior=0.6),
-        Parameter("denom", "1", 0.5, -0.3, 1.6, 0.3),
+        Parameter("round", "1", rounding, -0.3, 1.6, 0.3, prior=0.6),
+        Parameter("denom", "1", denom, -0.3, 1.6, 0.3),
         Parameter("carcass", "N/m", 2.5e5, 4e4, 3e6, 3e4),
         Parameter("half", "m", half, 0.4 * half, 2.0 * half, 0.01, prior=0.2 * half),
         Parameter("tread", "1", 1.0, 0.4, 2.5, 0.2, prior=0.3),
-        Parameter("memory", "1", 0.5, 0.02, 1.5, 0.2, prior=0.7),
+        Parameter("memory", "1", memory, 0.02, 1.5, 0.2, prior=0.7),
         Parameter("slip_offset", "1", 0.0, -0.02, 0.02, 1e-3),
         Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
         Parameter("fx_zero", "N", 0.0, -300.0, 300.0, 10.0),
@@ -59,17 +67,27 @@ def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
         Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
         # 1: the rubber of the side force goes through the contact with the wheel, as with
         # bristles; 0: side force and slip know nothing of each other
-        Parameter("turn_y", "1", 0.5, 0.0, 1.0, 0.3, prior=0.5),
+        Parameter("turn_y", "1", turn, 0.0, 1.0, 0.3, prior=0.5),
         # the protractor can be read to a tenth of a degree: more is an effect (steering
         # zero, ply steer), which then takes the whole of it
         Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
+    ]
+    turned = [
+        Parameter("combine", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
+        Parameter("swing", "1", 0.7, 0.0, 1.5, 0.3, prior=0.5),
+        Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
+        Parameter("slip_turned", "1", 0.0, -3.0, 3.0, 0.3, prior=1.0),
     ]
     return [
         *(("always", p) for p in always),
         ("load within a run", feel),
         *(("side force", p) for p in side),
+        *(("side slip", p) for p in turned),
         ("load", Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2)),
         ("load", Parameter("peak_load", "1", 0.0, -0.6, 0.6, 0.05)),
+        ("load", Parameter("slip_load", "1", 0.0, -0.02, 0.02, 1e-3)),
+        ("three loads", Parameter("slip_bend", "1", 0.0, -0.02, 0.02, 1e-3)),
+        ("three loads", Parameter("peak_bend", "1", 0.0, -0.4, 0.4, 0.05, prior=0.1)),
         ("pressure", Parameter("stiff_pressure", "1", 0.0, -2.0, 2.0, 0.1)),
         ("pressure", Parameter("peak_pressure", "1", 0.0, -1.0, 1.0, 0.05)),
     ]

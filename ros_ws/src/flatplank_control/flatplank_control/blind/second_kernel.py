@@ -63,10 +63,13 @@ def cells_force(p, carried, moved, dx, dy, load, grip, trial):
         else:
             share_x = limit / abs(tx) if abs(tx) > limit else 1.0
             share_y = limit / abs(ty) if abs(ty) > limit else 1.0
-        if share_x == 1.0:
-            sx += part * kx
-        if share_y == 1.0:
-            sy += part * ky
+        if p[CIRCLE] > 0.5 and share_x < 1.0:
+            # a sliding cell still holds across its force
+            sx += part * kx * share_x * ty * ty / (tx * tx + ty * ty)
+            sy += part * ky * share_y * tx * tx / (tx * tx + ty * ty)
+        else:
+            sx += part * kx if share_x == 1.0 else 0.0
+            sy += part * ky if share_y == 1.0 else 0.0
         trial[0, j], trial[1, j] = bx * share_x, by * share_y
         fx += tx * share_x
         fy += ty * share_y
