@@ -22,6 +22,7 @@ from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report import write
 from flatplank_analysis.report.analysis import analyse
+from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.tables import all_tables
 
@@ -90,6 +91,44 @@ def test_other_measurements(result):
     assert {v.source for v in values} == {"slip_control", "controller"}
     slip = next(v for v in values if v.source == "slip_control")
     assert slip.corrected.value == pytest.approx(RADIUS, rel=1e-3)
+
+
+def test_table_6_3_counts_every_start_once():
+    """One start angle made five times, its load 5 % higher: the mean is as of the forces."""
+    kappa = 0.02
+    loads = {1: 1.05, 2: 1.0, 3: 1.0}
+    tables = [
+        step_table(kappa, s, repeat=r) for s, n in ((1, 5), (2, 1), (3, 1)) for r in range(n)
+    ]
+    tables = [
+        t.with_columns(
+            fz=np.where(t["plank_position"] > 1.5, loads[t.info.start], 1.0) * 3700.0,
+            fx=t["fx"] * loads[t.info.start],
+        )
+        for t in tables
+    ]
+    found = condition_result(tables[0].info.condition, tables)
+    mean = sum(loads.values()) / 3.0
+    assert found.facts.load_change == pytest.approx(mean - 1.0, abs=1e-4)
+    assert found.linear.steady_force.value == pytest.approx(STIFFNESS * kappa * mean, rel=5e-3)
+
+
+def test_a_wheel_without_flexplates_is_not_judged_against_the_controller(tmp_path):
+    rolls = {"measurement": "free_rolling", "step_position": float("nan")}
+    free = step_table(0.0, 1, file="free.parquet", r_e_source="flexplates_off", **rolls)
+    held = step_table(0.0, 2, file="held.parquet", r_e_source="controller", **rolls)
+    rise = 1.0 - np.exp(-4.0 * free["plank_position"])
+    tables = [free.with_columns(fx=-35.0 * rise), held.with_columns(fx=50.5 * rise)]
+    result = analyse(Campaign.load(export_campaign(tables, tmp_path / "rolling")))
+    (table,) = [t for t in all_tables(result) if t.name == "settling"]
+    rows = {row[0]: dict(zip(table.header, row, strict=True)) for row in table.rows}
+    free_row, held_row = rows["free"], rows["held"]
+    assert held_row["reference [N]"] == 50.0 and held_row["steady error [%]"] == pytest.approx(
+        1.0, rel=0.01
+    )
+    assert np.isnan(free_row["steady error [%]"]) and np.isnan(free_row["settling distance [m]"])
+    assert free_row["steady Fx [N]"] == pytest.approx(-35.0, rel=0.01)
+    assert "no controller" in free_row["remark"]
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +206,7 @@ def test_verb_fit_writes_a_tire_that_verb_tire_reads(folder, tmp_path, capsys):
     capsys.readouterr()
     assert tire_verb.main([str(out), "--fz", "3700", "--kappa", "0.01", "--json"]) == 0
     state = _json(capsys)
-    keys = {"fx", "fy", "mz", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
+    keys = {"fx", "fy", "mz", "mx", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
     assert set(state) == keys
     assert state["fx"] == pytest.approx(900.0, rel=0.05)
     assert state["re"] == pytest.approx(RADIUS, rel=2e-3)

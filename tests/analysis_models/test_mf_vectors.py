@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import mf_scalar
 import numpy as np
 import pytest
 
+from flatplank_analysis.cli import tire as tire_verb
 from flatplank_analysis.models.magic_formula import (
     DEFAULTS,
     Coefficients,
@@ -19,6 +21,7 @@ from flatplank_analysis.models.magic_formula import (
 from flatplank_analysis.models.magic_formula import moment as moments
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.models.tire_state import tire_state
 
 BOOK = {
@@ -123,6 +126,18 @@ def test_every_term_against_the_formulas_spelt_out(seed: int) -> None:
         assert float(found.kya) == pytest.approx(wanted["ky"], rel=1e-12)
         mx = float(moments.overturning(c, o, found.fy))
         assert mx == pytest.approx(wanted["mx"], rel=1e-9)
+
+
+def test_the_verb_tells_mx_where_the_file_has_it(tmp_path, capsys) -> None:
+    tir = shipped_tir()
+    assert math.isnan(tire_state(tir, 3700.0, alpha=0.05).mx)
+    values = {"QSX1": 0.01, "QSX2": 0.9, "QSX3": 0.03}
+    write_tir(tir.replaced(values), tmp_path / "mine.tir")
+    words = [str(tmp_path / "mine.tir"), "--fz", "3700", "--alpha", "0.05", "--gamma", "0.02"]
+    assert tire_verb.main([*words, "--json"]) == 0
+    state = json.loads(capsys.readouterr().out)
+    arm = 0.01 - 0.9 * 0.02 + 0.03 * state["fy"] / 3700.0
+    assert state["mx"] == pytest.approx(0.3173 * 3700.0 * arm, rel=1e-9)
 
 
 def test_arrays_in_pieces_equal_single_points() -> None:

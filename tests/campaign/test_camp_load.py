@@ -93,10 +93,12 @@ def test_a_new_set_point_is_reached_without_overshoot():
     assert fz[-1] == pytest.approx(FZ, rel=0.002)
 
 
-def test_off_by_default_and_an_impossible_load_is_refused():
+@pytest.mark.parametrize("fz", [8001.0, -1.0, math.nan, math.inf])
+def test_off_by_default_and_an_impossible_load_is_refused(fz):
     controller = LoadController(LoadParameters())
-    with pytest.raises(ValueError, match=r"9000 N is outside 0 .. 8000 N"):
-        controller.set_load(9000.0)
+    with pytest.raises(ValueError, match=rf"{fz:g} N is outside 0 .. 8000 N"):
+        controller.set_load(fz)
+    controller.set_load(8000.0)
     assert not controller.parameters.enabled and not HoldParameters().enabled
 
 

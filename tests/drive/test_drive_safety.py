@@ -11,7 +11,7 @@ from drive_rig import PERIOD, Rig, up
 
 from flatplank_hw.drive import REASONS, DriveParameters
 from flatplank_hw.drive.cia402 import State
-from flatplank_hw.drive.safety import RULES, Situation, first_stop, refuse_fz_setpoint
+from flatplank_hw.drive.safety import RULES, Situation, first_stop
 
 LIMIT = 0.1
 """The wheel must stand after so long [s]."""
@@ -252,8 +252,3 @@ def test_rules_alone():
 def test_unknown_rule_names_the_nearest():
     with pytest.raises(ValueError, match="unknown rule 'plank_stoped'; the nearest"):
         DriveParameters(rules=("plank_stoped",))
-
-
-@pytest.mark.parametrize(("fz", "fine"), [(0, 1), (8000, 1), (8001, 0), (-1, 0), (math.nan, 0)])
-def test_fz_set_point(fz, fine):
-    assert (refuse_fz_setpoint(fz, DriveParameters()) is None) == bool(fine)

@@ -15,6 +15,7 @@ UNITS = {
     "fx": "N",
     "fy": "N",
     "mz": "Nm",
+    "mx": "Nm",
     "re": "m",
     "a": "m",
     "sigma_x": "m",

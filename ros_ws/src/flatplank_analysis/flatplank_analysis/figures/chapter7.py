@@ -20,6 +20,27 @@ OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
 
 
 @maker("models")
+def errors_beside_floor(result: CampaignResult) -> Iterator[Figure]:
+    """Tables 7.1, 7.3, 7.4 as a picture: error of every model over slip, beside the floor."""
+    point = result.nominal()
+    if point is None or not point.models:
+        return
+    conditions = pieces.slips(point)
+    kappa = np.array([100.0 * c.condition.kappa for c in conditions])
+    lines = []
+    for model in point.models.values():
+        known = np.array([model.rmse.get(c.condition, np.nan) for c in conditions])
+        lines.append(Series(model.title, kappa, known, "joined"))
+    floor = np.array([c.floor() for c in conditions])
+    if np.isfinite(floor).any():
+        lines.append(Series("floor of the repeats", kappa, floor, "model", INK))
+    panel = Panel("slip κ [%]", "RMSE in the transient part [N]", lines)
+    caption = f"At {point.point.label()}. Below the floor no model can be judged."
+    title = "Errors of the models beside the floor"
+    yield Figure("models_floor", title, caption, (panel,), "7.1, 7.3, 7.4")
+
+
+@maker("models")
 def overlays(result: CampaignResult) -> Iterator[Figure]:
     """Measured and modelled force, at the nominal point and where one factor is varied."""
     for point in _overlaid(result):

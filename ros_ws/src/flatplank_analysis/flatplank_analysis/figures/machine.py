@@ -99,6 +99,7 @@ def settling(result: CampaignResult) -> Iterator[Figure]:
             Series("fitted", x[keep], fit(x[keep]), "model", INK),
         ]
         where = f"settles at {mark:.2f} m" if np.isfinite(mark) else "does not settle within 5 %"
+        where = where if np.isfinite(run["reference"]) else "flexplates off: no controller"
         yield Figure(
             f"settling_{run['run']}",
             f"Free rolling, {run['run']}",

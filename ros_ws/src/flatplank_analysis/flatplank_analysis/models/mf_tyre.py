@@ -53,15 +53,18 @@ class MFTyre:
         kappa = _contact_slip(
             inputs.travel, inputs.slip_x, shape.relaxation_x(c, o), _start(c, o, inputs, "fx")
         )
-        sigma_y = shape.relaxation_y(c, o)
-        if np.all(np.isfinite(sigma_y)):
-            first = _start(c, o, inputs, "fy")
-            alpha = np.arctan(_contact_slip(inputs.travel, inputs.slip_y, sigma_y, first))
-        else:
-            alpha = inputs.alpha[None]
-        forces = steady(c, o._replace(kappa=kappa, alpha=alpha))
+        forces = steady(c, o._replace(kappa=kappa, alpha=self.contact_alpha(c, inputs)))
         full = (lanes, *inputs.shape)
         return {n: np.broadcast_to(getattr(forces, n), full) for n in OUTPUTS}
+
+    def contact_alpha(self, c: Coefficients, inputs: RunInputs) -> np.ndarray:
+        """Side slip angle of the contact point [rad]; the wheel's own without a sigma_y."""
+        o = self._point(c, inputs)
+        sigma_y = shape.relaxation_y(c, o)
+        if not np.all(np.isfinite(sigma_y)):
+            return inputs.alpha[None] if np.any(inputs.alpha) else 0.0
+        first = _start(c, o, inputs, "fy")
+        return np.arctan(_contact_slip(inputs.travel, inputs.slip_y, sigma_y, first))
 
     def _point(self, c: Coefficients, inputs: RunInputs) -> OperatingPoint:
         """Operating points at zero slip; angles that are zero throughout stay scalars (speed)."""

@@ -165,7 +165,7 @@ class _Stepper:
         for travel, moved, half, follow, limit, plane in zip(*known, out, strict=True):
             compliance = self.compliance * follow
             before, sigma = slip, self._sigma(slip, limit, half)
-            late = _late_weight(travel, sigma + compliance * np.maximum(slope, 0.0)) * travel
+            late = late_weight(travel, sigma + compliance * np.maximum(slope, 0.0)) * travel
             goal = moved + follow * u - (travel - late) * slip
             for _ in range(NEWTON):
                 sigma = self._sigma(0.5 * (slip + before), limit, half)
@@ -215,7 +215,7 @@ class _Stepper:
         return patch_relaxation(slip, theta, half, self.longitudinal)
 
 
-def _late_weight(travel: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+def late_weight(travel: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     """Weight of the end of an increment, 1/(1 - exp(-r)) - 1/r: 1/2 if short, 1 if long."""
     ratio = np.maximum(travel / sigma, 1e-4)
     return -1.0 / np.expm1(-ratio) - 1.0 / ratio

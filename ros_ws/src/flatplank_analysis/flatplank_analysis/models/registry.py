@@ -8,6 +8,7 @@ from importlib import resources
 
 from .base import TransientModel
 from .linear import LinearX, LinearY
+from .mf_contact_point import ContactPointMF
 from .mf_tyre import MFTyre
 from .nonlinear import NonlinearX, NonlinearY
 from .nonlinear_mass import NonlinearMassX
@@ -31,5 +32,6 @@ MODELS: dict[str, Callable[[], TransientModel]] = {
     "nonlinear-y": NonlinearY,
     "nonlinear-mass": NonlinearMassX,
     "mf": lambda: MFTyre(shipped_tir().coefficients, ("PKX1", "PDX1")),
+    "mf-contact-point": lambda: ContactPointMF(shipped_tir().coefficients, ("PKX1", "PDX1")),
     "mf-y": lambda: MFTyre(shipped_tir().coefficients, ("PKY1", "PDY1"), "fy"),
 }

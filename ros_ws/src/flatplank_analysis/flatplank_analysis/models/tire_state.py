@@ -7,7 +7,7 @@ import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from .magic_formula import Coefficients, operating_point, steady
+from .magic_formula import Coefficients, OperatingPoint, moment, operating_point, steady
 from .magic_formula import structure as shape
 from .tir import TirFile, read_tir
 
@@ -22,6 +22,8 @@ class TireState:
     """Lateral force [N]."""
     mz: float
     """Aligning moment [Nm]."""
+    mx: float
+    """Overturning moment [Nm]; NaN when the file has none of its coefficients."""
     re: float
     """Effective rolling radius [m]."""
     a: float
@@ -61,6 +63,7 @@ def tire_state(
         fx=float(forces.fx),
         fy=float(forces.fy),
         mz=float(forces.mz),
+        mx=_overturning(c, o, forces.fy),
         re=float(shape.rolling(c, o, vx)[0]),
         a=float(shape.contact_length(c, o)),
         sigma_x=float(shape.relaxation_x(c, o)),
@@ -68,3 +71,9 @@ def tire_state(
         kx=float(forces.kxk),
         ky=float(forces.kya),
     )
+
+
+def _overturning(c: Coefficients, o: OperatingPoint, fy: float) -> float:
+    if not any(getattr(c, f"QSX{n}") for n in range(1, 15)):
+        return math.nan
+    return float(moment.overturning(c, o, fy))

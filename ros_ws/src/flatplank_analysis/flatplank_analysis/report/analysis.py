@@ -108,9 +108,7 @@ def _with_magic(result: CampaignResult) -> CampaignResult:
     if isinstance(found, str):
         return dataclasses.replace(result, why_no_magic=found)
     points = [
-        dataclasses.replace(p, models={**p.models, "mf": mf_curves(found, p)})
-        if p.conditions
-        else p
+        dataclasses.replace(p, models={**p.models, **mf_curves(found, p)}) if p.conditions else p
         for p in result.points
     ]
     return dataclasses.replace(result, points=points, magic=found)

@@ -36,7 +36,7 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
     starts = [t.info.start for t in tables]
     mean = mean_of_starts(gridded, starts).map(low_pass)
     repeats = _repeats(gridded, starts)
-    facts = _mean_facts([step_facts(t) for t in tables])
+    facts = mean_facts([step_facts(t) for t in tables], starts)
     kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else condition.kappa
     good = np.isfinite(mean["fx"])
     thin = slice(None, None, THIN)
@@ -84,12 +84,18 @@ def _tail(mean: Gridded) -> float:
     return float(last.mean()) if last.size else math.nan
 
 
-def _mean_facts(facts: Sequence[StepFacts]) -> StepFacts:
+def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
+    """Mean of the start angles, each the mean of its runs, as the forces are averaged."""
+    groups = [
+        [f for f, s in zip(facts, starts, strict=True) if s == one]
+        for one in dict.fromkeys(starts)
+    ]
+
+    def mean(values: Sequence[float]) -> float:
+        known = [v for v in values if math.isfinite(v)]
+        return sum(known) / len(known) if known else math.nan
+
     names = [f.name for f in dataclasses.fields(StepFacts)]
-    values = {n: np.array([getattr(f, n) for f in facts]) for n in names}
     return StepFacts(
-        **{
-            n: float(np.nanmean(v)) if np.isfinite(v).any() else math.nan
-            for n, v in values.items()
-        }
+        **{n: mean([mean([getattr(f, n) for f in group]) for group in groups]) for n in names}
     )

@@ -19,9 +19,10 @@ from flatplank_analysis.kinds.cleat import cleat
 from flatplank_analysis.kinds.parking import parking
 from flatplank_analysis.kinds.turning import turning
 from flatplank_analysis.post.gridding import SPACING, on_grid
-from flatplank_analysis.post.settling import fit_exponential
+from flatplank_analysis.post.settling import REFERENCE_FORCE, fit_exponential
 from flatplank_analysis.report.waveforms import waveform_run
 from flatplank_analysis.steady.contact import fit_contact_length
+from flatplank_analysis.steady.rolling_radius import FREE_WHEEL
 from flatplank_analysis.steady.stiffness import (
     locked_friction,
     standing_lateral_stiffness,
@@ -183,21 +184,28 @@ def _unloaded(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) ->
 
 @extra("free_rolling")
 def _settling(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-    """Settling distance (Appendix E) and steady error over the last 1.5 m (section 5.6)."""
+    """Settling distance (Appendix E) and steady error over the last 1.5 m (section 5.6).
+
+    A wheel without flexplates has no controller: its force is that of its own resistance.
+    """
 
     def one(table: MeasurementTable) -> dict[str, Any]:
         grid = on_grid(table, ["fx"])
         fit = fit_exponential(grid.position, grid["fx"])
         force = grid["fx"][np.isfinite(grid["fx"])]
         last = force[-round(1.5 / SPACING) :]
+        free = table.info.r_e_source == FREE_WHEEL
+        reference = math.nan if free else REFERENCE_FORCE
         return {
             "run": table.info.name,
             "fz": table.info.fz,
-            "settling_distance": fit.settles_at(),
+            "reference": reference,
+            "settling_distance": math.nan if free else fit.settles_at(reference),
             "p1": fit.p1,
             "p2": fit.p2,
             "p3": fit.p3,
-            "steady_error": float(last.mean()) / 50.0 - 1.0,
+            "steady_force": float(last.mean()),
+            "steady_error": float(last.mean()) / reference - 1.0,
             "position": grid.position[::20],
             "fx": grid["fx"][::20],
         }

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
 from flatplank_analysis.identify.mf.parameters import general_start
 from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
-from flatplank_analysis.models.base import slip_inputs
+from flatplank_analysis.models.base import RunInputs, TransientModel, slip_inputs, stack_runs
+from flatplank_analysis.models.magic_formula import Coefficients
+from flatplank_analysis.models.mf_contact_point import ContactPointMF
 from flatplank_analysis.models.mf_tyre import MFTyre
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.report.compare import compared, positions
@@ -41,26 +43,46 @@ def _load(c: ConditionResult) -> float:
     return c.facts.fz_after if math.isfinite(c.facts.fz_after) else c.condition.fz
 
 
-def mf_curves(fit: MFFit, point: PointResult) -> ModelCurves:
-    """MF-Tyre after the step of every condition, driven by actual slip and measured load."""
-    model = MFTyre(fit.tir.coefficients)
-    curves, errors = {}, {}
-    for c in point.conditions:
-        x = positions(c)
-        load = np.full_like(x, _load(c))
-        if "fz" in c.measured:
-            load = np.interp(x, c.since_step, c.measured["fz"])
-        kappa = c.facts.kappa_actual if math.isfinite(c.facts.kappa_actual) else c.condition.kappa
-        inputs = slip_inputs(
-            x,
-            kappa,
-            load,
-            alpha=math.radians(c.condition.alpha_deg),
-            gamma=math.radians(c.condition.gamma_deg),
-            pressure=1e5 * c.condition.pressure,
-            start_fx=c.linear.start_force.value,
-            start_fy=c.lateral_steady if math.isfinite(c.lateral_steady) else 0.0,
-        )
-        response = model.simulate(np.empty((1, 0)), inputs)[0, 0]
-        curves[c.condition], errors[c.condition] = compared(c, x, response)
-    return ModelCurves("mf", "MF-Tyre", curves, errors)
+def mf_curves(fit: MFFit, point: PointResult) -> dict[str, ModelCurves]:
+    """Models after the step of every condition, driven by actual slip and measured load.
+
+    None where Fx or C_x is not known: another tire's would stand there.
+    """
+    coefficients = fit.tir.coefficients
+    if "fx" not in fit.fits or not math.isfinite(coefficients.LONGITUDINAL_STIFFNESS):
+        return {}
+    inputs = stack_runs([_inputs(c) for c in point.conditions])
+    out = {}
+    for name, (title, model) in MODELS.items():
+        responses = model(coefficients).simulate(np.empty((1, 0)), inputs)[0]
+        curves, errors = {}, {}
+        for c, response in zip(point.conditions, responses, strict=True):
+            x = positions(c)
+            curves[c.condition], errors[c.condition] = compared(c, x, response[: len(x)])
+        out[name] = ModelCurves(name, title, curves, errors)
+    return out
+
+
+MODELS: dict[str, tuple[str, Callable[[Coefficients], TransientModel]]] = {
+    "mf": ("MF-Tyre, constant σx", MFTyre),
+    "mf_contact_point": ("MF-Tyre, contact point on the carcass spring", ContactPointMF),
+}
+"""Name in tables -> title, model of the fitted coefficients."""
+
+
+def _inputs(c: ConditionResult) -> RunInputs:
+    x = positions(c)
+    load = np.full_like(x, _load(c))
+    if "fz" in c.measured:
+        load = np.interp(x, c.since_step, c.measured["fz"])
+    kappa = c.facts.kappa_actual if math.isfinite(c.facts.kappa_actual) else c.condition.kappa
+    return slip_inputs(
+        x,
+        kappa,
+        load,
+        alpha=math.radians(c.condition.alpha_deg),
+        gamma=math.radians(c.condition.gamma_deg),
+        pressure=1e5 * c.condition.pressure,
+        start_fx=c.linear.start_force.value,
+        start_fy=c.lateral_steady if math.isfinite(c.lateral_steady) else 0.0,
+    )

@@ -32,7 +32,8 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
         "Models beside measurements",
         "The linear transient model is fitted to every step by itself; the nonlinear model has "
         "one carcass stiffness for all steps of an operating point; MF-Tyre has one set of "
-        "coefficients for the whole campaign.",
+        "coefficients for the whole campaign, behind a constant relaxation length or at a contact "
+        "point on the carcass spring (Pacejka 2012, section 7.2).",
     ),
     "waveforms": (
         "Other waveforms",
@@ -53,7 +54,7 @@ SECTIONS: Mapping[str, tuple[str, str]] = {
 }
 TABLES_OF = {
     "measurements": ("steps",),
-    "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf"),
+    "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf", "rmse_mf_contact_point", "rmse_floor"),
     "parameters": (
         "linear",
         "model_parameters",

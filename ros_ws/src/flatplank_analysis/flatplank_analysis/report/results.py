@@ -16,6 +16,7 @@ from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.linear import LinearFit
 from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.points import SteadyPoints
+from flatplank_analysis.identify.quality import is_transient
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.post.slip import StepFacts
@@ -63,6 +64,17 @@ class ConditionResult:
         after = self.scatter[(self.since_step >= 0) & np.isfinite(self.scatter)]
         return float(after.max()) if after.size else math.nan
 
+    def floor(self) -> float:
+        """Error that the mean itself has in the transient part [N]: no model can be judged below.
+
+        Root mean square of the repeats' standard deviation over the square root of their number.
+        """
+        if self.scatter is None:
+            return math.nan
+        part = self.scatter[is_transient(self.since_step, self.linear.transient_end)]
+        part = part[np.isfinite(part)]
+        return float(np.sqrt(np.mean(part**2) / len(self.names))) if part.size else math.nan
+
     def to_json(self) -> dict[str, Any]:
         """Numbers only."""
         return {
@@ -72,6 +84,7 @@ class ConditionResult:
             "step_position": self.step_position,
             "max_scatter": to_plain(self.max_scatter()),
             "cycles_lost": self.cycles_lost,
+            "floor": to_plain(self.floor()),
             "linear": self.linear.to_json(),
             "run_fits": {name: fit.to_json() for name, fit in self.run_fits.items()},
         }

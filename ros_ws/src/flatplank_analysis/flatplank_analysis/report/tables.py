@@ -98,10 +98,26 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
             errors = {c.kappa: value for c, value in model.rmse.items()}
             rows.append([*point_cells(point.point), *(errors.get(k, math.nan) for k in levels)])
         header = (*POINT_COLUMNS, *(f"{100 * k:+g} %" if k else "0 %" for k in levels))
-        title = f"RMSE of the {name} model [N]"
+        known = next(p.models[name].title for p in result.points if name in p.models)
+        title = f"RMSE [N]: {known}"
         note = "Over the transient part of the mean response; at κ = 0 all that follows the step."
         out.append(Table(f"rmse_{name}", title, header, rows, note))
-    return out
+    return [*out, _floor_table(result, levels)]
+
+
+def _floor_table(result: CampaignResult, levels: Sequence[float]) -> Table:
+    """What no RMSE can be judged below."""
+    rows: list[list[Cell]] = []
+    for point in result.points:
+        floors = {c.condition.kappa: c.floor() for c in point.conditions}
+        if any(math.isfinite(v) for v in floors.values()):
+            rows.append([*point_cells(point.point), *(floors.get(k, math.nan) for k in levels)])
+    header = (*POINT_COLUMNS, *(f"{100 * k:+g} %" if k else "0 %" for k in levels))
+    note = (
+        "Scatter of the repeats over the square root of their number, over the transient part: "
+        "the error that the measured mean has itself."
+    )
+    return Table("rmse_floor", "Floor of the models' errors [N]", header, rows, note)
 
 
 def geometry_table(result: CampaignResult) -> Table:
@@ -182,10 +198,20 @@ def relative_error_table(result: CampaignResult) -> Table:
 
 def settling_table(result: CampaignResult) -> Table:
     """Free-rolling runs: settling distance (Appendix E) and steady error."""
-    rows = [
-        [r["run"], r["fz"], r["settling_distance"], r["p3"], 100.0 * r["steady_error"]]
-        for r in result.extras.get("free_rolling", [])
-    ]
-    header = ("run", "Fz [N]", "settling distance [m]", "asymptote p3 [N]", "steady error [%]")
-    note = "Within 5 % of 50 N by the exponential fit (E.1); error over the last 1.5 m."
-    return Table("settling", "Free-rolling controller", header, rows, note)
+    rows: list[list[Cell]] = []
+    for r in result.extras.get("free_rolling", []):
+        held = math.isfinite(r["reference"])
+        distance, error = r["settling_distance"], 100.0 * r["steady_error"]
+        told = "does not settle" if held and not math.isfinite(distance) else ""
+        told = told if held else "flexplates off: no controller, no reference"
+        steady = [r["p3"], r["steady_force"]]
+        rows.append([r["run"], r["fz"], r["reference"], distance, *steady, error, told])
+    header = (
+        "run", "Fz [N]", "reference [N]", "settling distance [m]", "asymptote p3 [N]",
+        "steady Fx [N]", "steady error [%]", "remark",
+    )  # fmt: skip
+    note = (
+        "Within 5 % of the controller's reference by the exponential fit (E.1); steady force and "
+        "its error over the last 1.5 m."
+    )
+    return Table("settling", "Free rolling", header, rows, note)

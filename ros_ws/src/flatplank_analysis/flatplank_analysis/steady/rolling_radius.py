@@ -24,7 +24,8 @@ STEADY_FROM = 1.54
 """thesis 5.6: settled from here on [m]"""
 BRAKING = 0.02
 """at the end of a run the plank brakes, and the wheel stops after it [m]"""
-SOURCES = ("controller", "slip_control", "flexplates_off")
+FREE_WHEEL = "flexplates_off"
+SOURCES = ("controller", "slip_control", FREE_WHEEL)
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def radius_of_run(table: MeasurementTable) -> RadiusRun:
     speed = float(np.ptp(x[keep])) / float(np.ptp(time))
     encoder = _over(speed * cosine, _rate(table, "wheel_angle", "wheel_velocity", keep))
     motor = _over(GEAR * speed * cosine, _rate(table, "", "motor_velocity", keep))
-    radius = encoder if source == "flexplates_off" or math.isnan(motor) else motor
+    radius = encoder if source == FREE_WHEEL or math.isnan(motor) else motor
     load = float(np.mean(table["fz"][keep])) if table.has("fz") else info.fz
     force = float(np.mean(table["fx"][keep]))
     return RadiusRun(info.condition, source, radius, force, encoder, load, info.start)

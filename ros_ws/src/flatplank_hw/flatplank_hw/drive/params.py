@@ -87,9 +87,6 @@ class DriveParameters(Params):
     trip_time: float = param(
         0.05, "Fz and torque trip when they are too high for so long", unit="s", bounds=(0.0, 1.0)
     )
-    fz_limit: float = param(
-        8000.0, "largest vertical force set-point", unit="N", bounds=(0.0, 1e5)
-    )
     fz_trip: float = param(8400.0, "vertical force that trips", unit="N", bounds=(0.0, 1e5))
     free_radius: float = param(
         0.318, "r_0 of the mounted tire, Table 7.2 (Toyo)", unit="m", bounds=(0.1, 1.0)
@@ -117,6 +114,6 @@ class DriveParameters(Params):
             return "move_speed and speed_limit must not exceed speed_trip"
         if self.move_speed > self.speed_limit:
             return "move_speed is above speed_limit"
-        if self.torque_limit > self.torque_trip:
-            return "torque_limit is above torque_trip"
-        return "fz_limit is above fz_trip" if self.fz_limit > self.fz_trip else None
+        return (
+            "torque_limit is above torque_trip" if self.torque_limit > self.torque_trip else None
+        )

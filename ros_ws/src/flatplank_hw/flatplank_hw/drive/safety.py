@@ -186,12 +186,3 @@ def first_stop(rules: tuple[Rule, ...], s: Situation, p: DriveParameters) -> Rul
         if rule.check(s, p):
             return rule
     return None
-
-
-def refuse_fz_setpoint(fz: float, p: DriveParameters) -> str | None:
-    """Why a vertical force cannot be asked for, or None."""
-    if not math.isfinite(fz) or fz < 0.0:
-        return f"vertical force {fz} N: must be a number of at least 0"
-    if fz > p.fz_limit:
-        return f"vertical force {fz:.0f} N is above the limit of {p.fz_limit:.0f} N"
-    return None

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""All tires of the thesis through `simulate`, `fit` and `report`, against the plant's own truth.
+
+The verbs and the plant's table are other programs: the analysis sees the files only.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+TIRES = ("toyo", "continental", "michelin", "racing")
+TRUTHS = {
+    "C_Fk": "slip_stiffness",
+    "c_cx": "carcass_stiffness_x",
+    "sigma_x": "relaxation_length_x",
+    "r_e": "effective_rolling_radius",
+}
+"""Quantity -> its name in the plant's table."""
+T_90 = 1.645
+
+
+def measure(tires: Sequence[str] = TIRES) -> dict[str, float]:
+    """Found value, half width of the 90 % interval, truth and error [%] of every quantity."""
+    out = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for plant in tires:
+            found = measure_tire(plant, Path(folder))
+            for name, row in found["rows"].items():
+                key = f"{found['tire']}_{name}"
+                out[key] = row["found"]
+                out[f"{key}_+-"] = T_90 * row["std_error"]
+                out[f"{key}_true"] = row["true"]
+                out[f"{key}_error_%"] = 100.0 * (row["found"] / row["true"] - 1.0)
+    return out
+
+
+def measure_tire(plant: str, folder: Path) -> dict[str, Any]:
+    """One tire at its nominal load and pressure; c_cx and sigma_x without the model's bias."""
+    here = folder / plant
+    _verb("simulate", str(here), "--tire", plant)
+    (here / "fit.json").write_text(_verb("fit", str(here), "--model", "mf", "--json"))
+    _verb("report", str(here))
+    report = json.loads((here / "report" / "report.json").read_text())
+    (point,) = [p for p in report["points"] if p["carcass"]]
+    carcass, free = point["carcass"], point["carcass"]["without_bias"]
+    radii = [r["radius"] for r in report["radii"]]
+    mean = sum(radii) / len(radii)
+    spread = (sum((r - mean) ** 2 for r in radii) / max(len(radii) - 1, 1) / len(radii)) ** 0.5
+    found = {
+        "C_Fk": (carcass["slip_stiffness"]["value"], carcass["slip_stiffness"]["std_error"]),
+        "c_cx": (free["c_cx"], carcass["c_cx"]["std_error"]),
+        "sigma_x": (free["sigma_x"], carcass["sigma_x"]["std_error"]),
+        "r_e": (mean, spread),
+    }
+    truth = _truth(plant, point["point"]["fz"], point["point"]["pressure"])
+    rows = {
+        name: {"found": value, "std_error": error, "true": truth[TRUTHS[name]]}
+        for name, (value, error) in found.items()
+    }
+    return {"tire": report["tire"], "rows": rows}
+
+
+def _verb(*words: str) -> str:
+    return _run("flatplank_analysis.cli.main", *words)
+
+
+def _truth(plant: str, fz: float, bar: float) -> dict[str, float]:
+    """The plant's table: one line per quantity, its name first."""
+    words = ("--tire", plant, "--load", f"{fz:g}", "--pressure", f"{bar:g}")
+    text = _run("flatplank_hw.plant.truth", *words)
+    rows = (line.split() for line in text.splitlines()[1:] if line.strip())
+    return {name: float(value) for name, value in rows}
+
+
+def _run(*words: str) -> str:
+    done = subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(words)}: {done.stderr.strip()[-500:]}")
+    return done.stdout
