@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two worlds in which blind campaigns are made: the bristle plant and the second tire."""
+"""The worlds in which blind campaigns are made: the bristle plant, the second tire with its
+machine, and the second tire on a machine whose faults have other forms."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from flatplank_control.blind import forms
 from flatplank_control.blind.menu import MENU
 from flatplank_control.blind.plan import STEP, Run
 from flatplank_control.blind.second import (
@@ -115,7 +117,19 @@ class SecondWorld:
 
     def changed(self, change) -> SecondWorld:
         new = {name: getattr(self.tire, name) + step for name, step in change.items()}
-        return SecondWorld(replace(self.tire, **new), self.radius)
+        return replace(self, tire=replace(self.tire, **new))
+
+
+@dataclass(frozen=True)
+class FormsWorld(SecondWorld):
+    """The tire of cells on the machine of forms.py."""
+
+    def has(self, name: str) -> bool:
+        return name in forms.MENU_OF_FORMS
+
+    def run(self, runs, sizes, random, scatter) -> list[Columns]:
+        machine = forms.machine_of(sizes, random)
+        return [counted(c) for c in forms.runs_of_forms(self.tire, runs, machine, scatter)]
 
 
 @dataclass(frozen=True)
@@ -175,4 +189,5 @@ class PlantWorld:
 WORLDS: dict[str, Callable[[np.random.Generator | None], World]] = {
     "plant": PlantWorld.drawn,
     "second": lambda random: SecondWorld() if random is None else SecondWorld.drawn(random),
+    "forms": lambda random: FormsWorld() if random is None else FormsWorld.drawn(random),
 }
