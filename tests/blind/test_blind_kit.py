@@ -27,10 +27,11 @@ from flatplank_control.blind.noise import NOISES, covariance, noise, shown
 from flatplank_control.blind.page import page
 from flatplank_control.blind.plan import runs_of
 from flatplank_control.blind.second import late
-from flatplank_control.blind.worlds import WORLDS, Scatter
+from flatplank_control.blind.worlds import COMBINED, WORLDS, Scatter
 from flatplank_control.cli.bench_blind import main
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_control.sealed.score import score
 from flatplank_hw.plant.campaign import Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
 
@@ -60,6 +61,21 @@ def test_the_kit_is_as_large_as_asked():
         assert {c.scatter for c in own} == set(SCATTERS)
         assert {"measured", "loud", "usual"} <= {c.noise for c in own}
     assert {c.noise for c in cases if c.group == "none"} == set(NOISES)
+    wide = [c for c in cases if c.group == "combined" and c.world == "third"]
+    assert {c.design for c in wide} == {"combined", "wide_loads"} and len(wide) >= 50
+
+
+def test_combined_slip_is_true_of_a_tire_with_a_circle_and_not_a_false_name():
+    for world in COMBINED:
+        case = Case("none", world, design="combined")
+        _, answer = make(case, 1)
+        assert answer["present"] == ["combined_slip"] and not answer["effects"]
+        said = {"name": "combined_slip", "size": 1.0, "interval": [0.9, 1.1], "class": []}
+        assert score({"verdict": "found", "effects": [said]}, answer)["right"]
+        assert score({"verdict": "at floor", "effects": []}, answer)["right"]
+        other = dict(said, name="wear")
+        assert not score({"verdict": "found", "effects": [said, other]}, answer)["right"]
+        assert not score({"verdict": "partly", "effects": [said]}, answer)["right"]
 
 
 def test_another_seed_is_another_list():
@@ -178,8 +194,8 @@ def test_measured_noise_has_what_a_whitener_does_not_expect():
 def test_a_lag_is_that_of_its_time_however_small():
     """Half a sample of lag was there as soon as there was any."""
     ramp = np.arange(400.0)
-    for time in (1e-9, 0.02, 0.3):
-        assert ramp[-1] - late(ramp, time)[-1] == pytest.approx(time / 0.05, abs=1e-6)
+    for lag in (1e-9, 0.02, 0.3):
+        assert ramp[-1] - late(ramp, lag)[-1] == pytest.approx(lag / 0.05, abs=1e-6)
     step = np.r_[np.zeros(100), np.ones(300)]
     at = late(step, 0.5)
     assert at[109] == pytest.approx(1.0 - np.exp(-9.5 * 0.05 / 0.5), abs=2e-3)

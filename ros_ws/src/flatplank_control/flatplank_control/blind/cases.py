@@ -16,7 +16,7 @@ from flatplank_control.blind.menu import KIN, MENU
 from flatplank_control.blind.noise import NOISES, RELATIVE, shown
 from flatplank_control.blind.outside import OUTSIDE
 from flatplank_control.blind.plan import STEP, runs_of
-from flatplank_control.blind.worlds import WORLDS, Scatter
+from flatplank_control.blind.worlds import COMBINED, WORLDS, Scatter
 
 RUNGS = {"x": "detectable size", "c": "size that is of no consequence"}
 """what a factor multiplies, by the letter in the name of a campaign"""
@@ -29,7 +29,7 @@ class Case:
     """One campaign to be: a name says everything, with the seed of the kit."""
 
     group: str
-    """none, single, pair, outside"""
+    """none, single, pair, outside, combined"""
     world: str
     hidden: tuple[str, ...] = ()
     factor: float = 1.0
@@ -85,6 +85,8 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
     columns = world.run(runs, sizes, random, scatter)
     answer: dict[str, Any] = {"effects": [_answer(case, n, s) for n, s in sizes.items()]}
     answer["outside"] = None
+    sideways = any(run.setting.alpha_deg for run in runs)
+    answer["present"] = ["combined_slip"] if case.world in COMBINED and sideways else []
     if case.group == "outside":
         draw = int(random.integers(2**32))
         unit, _ = OUTSIDE[case.hidden[0]](1.0, np.random.default_rng(draw))

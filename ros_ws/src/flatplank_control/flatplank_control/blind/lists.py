@@ -16,10 +16,14 @@ from flatplank_control.blind.cases import Case
 from flatplank_control.blind.menu import MENU, PAIRS
 from flatplank_control.blind.noise import NOISES
 from flatplank_control.blind.outside import OUTSIDE
-from flatplank_control.blind.worlds import WORLDS
+from flatplank_control.blind.third_world import HIDES
+from flatplank_control.blind.worlds import COMBINED, WORLDS
 
 SCATTERS = (0.0, 0.01, 0.02, 0.03)
 """of grip and tread from run to run, on every class of campaign"""
+PLAIN = tuple(world for world in WORLDS if world not in COMBINED)
+WIDE = ("combined", "wide_loads")
+"""designs with side slip, and with loads from half to one and a half"""
 USUAL = ("usual", "quiet", "coloured", "trending", "loud", "measured")
 """noises of campaigns with something hidden"""
 NULLS, TIMES = 6, (("x", 1.0, 2), ("x", 2.0, 2), ("x", 4.0, 1), ("c", 1.5, 1), ("c", 3.0, 1))
@@ -31,7 +35,8 @@ def full(seed: int, small: bool = False) -> list[Case]:
     if small:
         return list(_small())
     draw = np.random.default_rng((seed, 0))
-    lists = [list(_none()), list(_singles(draw)), list(_pairs(draw)), list(_outside(draw))]
+    groups = (_none(draw), _singles(draw), _pairs(draw), _outside(draw), _combined(draw))
+    lists = [list(group) for group in groups]
     for cases in lists:
         draw.shuffle(cases)
     # each list is spread evenly over the whole
@@ -48,12 +53,17 @@ def _small() -> Iterator[Case]:
     yield Case("outside", "second", ("bump",), 4.0, design="small")
 
 
-def _none() -> Iterator[Case]:
-    for world in WORLDS:
+def _none(draw: np.random.Generator) -> Iterator[Case]:
+    for world in PLAIN:
         for kind in NOISES:
             for number in range(NULLS):
                 scatter = SCATTERS[number % len(SCATTERS)]
                 yield Case("none", world, (), 1.0, kind, scatter, number=number)
+    for world in COMBINED:
+        for design in WIDE:
+            for number in range(NULLS):
+                kind, scatter = _circumstances(draw)
+                yield Case("none", world, (), 1.0, kind, scatter, design, number)
 
 
 def _singles(draw: np.random.Generator) -> Iterator[Case]:
@@ -78,15 +88,27 @@ def _pairs(draw: np.random.Generator) -> Iterator[Case]:
 
 def _outside(draw: np.random.Generator) -> Iterator[Case]:
     for name in OUTSIDE:
-        for world in WORLDS:
+        for world in PLAIN:
             for factor in (1.0, 2.0, 4.0):
                 for number in range(2):
                     kind, scatter = _circumstances(draw)
                     yield Case("outside", world, (name,), factor, kind, scatter, number=number)
 
 
+def _combined(draw: np.random.Generator) -> Iterator[Case]:
+    for world in COMBINED:
+        for name in HIDES:
+            for design in WIDE:
+                for rung, factor, count in TIMES[1:]:
+                    for number in range(count):
+                        kind, scatter = _circumstances(draw)
+                        yield Case(
+                            "combined", world, (name,), factor, kind, scatter, design, number, rung
+                        )
+
+
 def _worlds(*names: str) -> list[str]:
-    return [w for w in WORLDS if all(_has(w, n) for n in names)]
+    return [w for w in PLAIN if all(_has(w, n) for n in names)]
 
 
 @lru_cache(maxsize=1024)

@@ -19,6 +19,9 @@ WORLDS = {
     "forms": "the same cells on a machine whose faults have other forms: clearances with a Hertz "
     "contact, an oil film and friction, wear and crosstalk that saturate, drifts that fade, creep "
     "with two times, load that is let go with hysteresis; written without a look at the library",
+    "circle": "the tire of `second` whose grip is shared by both directions, for combined slip",
+    "third": "threads of rubber between belt and road, not alike along and across, on a carcass "
+    "with damping, on a bench of its own",
 }
 
 

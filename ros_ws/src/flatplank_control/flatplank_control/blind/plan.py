@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 SLIPS = (-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1)
+COARSE = (-0.1, -0.02, 0.0, 0.02, 0.1)
 FEW = (-0.05, -0.01, 0.0, 0.01, 0.05)
 LOAD, PRESSURE, STEP = 3700.0, 2.5, 1.5
 
@@ -28,6 +29,8 @@ DESIGNS: dict[str, tuple[Setting, ...]] = {
     "small": tuple(Setting(k) for k in FEW),
     "loads": tuple(Setting(k, fz) for fz in (2400.0, 3700.0, 5000.0) for k in FEW),
     "pressures": tuple(Setting(k, LOAD, p) for p in (2.0, 2.5) for k in FEW),
+    "combined": tuple(Setting(k, alpha_deg=a) for a in (0.0, 5.0) for k in COARSE),
+    "wide_loads": tuple(Setting(k, fz) for fz in (1850.0, 3700.0, 5550.0) for k in COARSE[::2]),
     "angles": tuple(Setting(k, alpha_deg=a) for a in (-2.0, 2.0) for k in FEW),
     "cambers": tuple(
         Setting(k, gamma_deg=g) for g in (-3.0, 0.0, 3.0) for k in (-0.02, 0.0, 0.02)

@@ -36,6 +36,8 @@ class SecondTire:
     """[N]"""
     offset: float = -6e-4
     """slip offset of the rolling radius"""
+    circle: float = 0.0
+    """1: grip is shared by both directions, cell by cell"""
     lean: float = 1e-3
     """[rad] of the steering, seen by nobody"""
 
@@ -107,7 +109,7 @@ def numbers_of(
         grip_speed=tire.grip_speed, carcass_x=tire.carcass_x * soft,
         carcass_y=tire.carcass_y * soft, nominal=s.fz, speed=0.03092,
         wheel_speed=0.0309 * (1.0 + tire.offset), delay=delay, step=STEP, kappa=s.kappa,
-        radius=RADIUS, start=math.radians(120.0 * (run.start - 1)),
+        circle=tire.circle, radius=RADIUS, start=math.radians(120.0 * (run.start - 1)),
         alpha=math.radians(s.alpha_deg) + tire.lean + machine.steer_zero,
         camber_slip=-machine.camber_share * math.sin(math.radians(s.gamma_deg)),
         ripple_period=0.05, wave_period=0.7, creep_time=8.0, play_hold=12.0,

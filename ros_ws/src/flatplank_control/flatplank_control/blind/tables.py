@@ -14,6 +14,8 @@ from flatplank_control.blind.points import Share, confusion, points_of, share
 from flatplank_control.sealed.score import QUIET, SILENT
 
 Points = Sequence[Mapping[str, Any]]
+ONE = ("single", "combined")
+"""groups in which one effect is hidden"""
 CLEAR = 1.5
 """below so many times what is of no consequence nobody is asked to name an effect"""
 BINS = (0.9, 1.5, 3.0, 6.0, 20.0, math.inf)
@@ -27,7 +29,7 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     for e in entries:
         if e["diagnosis"] is None:
             continue
-        one = e["answer"]["effects"][:1] if e["case"]["group"] == "single" else []
+        one = e["answer"]["effects"][:1] if e["case"]["group"] in ONE else []
         p = points_of(e) | {"world": e["case"]["world"], "factor": e["case"]["factor"]}
         p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
         for h in one:
@@ -54,6 +56,11 @@ ROWS: dict[str, tuple[str, Callable[[Mapping], bool]]] = {
     "x2": ("one effect of consequence, 2 x detectable and above (goal 90 %)", _single(2.0)),
     "x2near": ("... of these: 2 to 5 x", _single(2.0, 5.0)),
     "pair": ("two effects: both named, nothing false (goal 80 %)", _group("pair")),
+    "combined": (
+        "combined slip or loads from half to one and a half, one effect of consequence, "
+        "2 x detectable and above (goal 95 %)",
+        lambda p: p["group"] == "combined" and p["clear"] and p["ratio"] > 1.999,
+    ),
     "outside1": ("outside the library, 1 x detectable: said so, with place", _group("outside", 1)),
     "outside2": ("outside the library, 2 x", _group("outside", 2.0)),
     "outside4": ("outside the library, 4 x", _group("outside", 4.0)),
@@ -79,8 +86,8 @@ def scores(points: Points) -> str:
 def beside(points: Points) -> str:
     """What the scores leave open."""
     strong = [p for p in points if ROWS["x2"][1](p)]
-    slight = [p for p in points if p["group"] == "single" and not p["clear"]]
-    single = [p for p in points if p["group"] == "single"]
+    single = [p for p in points if p["group"] in ONE]
+    slight = [p for p in single if not p["clear"]]
     right = [p for p in strong if p["right"]]
     outside = [p for p in points if p["group"] == "outside"]
     nothing = [p for p in points if p["group"] == "none"]
@@ -140,7 +147,7 @@ def _errors(points: Points) -> list[list[str]]:
 
 def power(points: Points) -> str:
     """Strictly right over size / detectable size, effect by effect, and all together."""
-    single = [p for p in points if p["group"] == "single"]
+    single = [p for p in points if p["group"] in ONE]
     names = [f"{_ratio(a)} .. {_ratio(b)}" for a, b in zip(BINS[:-1], BINS[1:], strict=True)]
     rows = [["**all**", "", "", *_curve(single)], ["**all of consequence**", "", "",
             *_curve([p for p in single if p["clear"]])]]  # fmt: skip

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The worlds in which blind campaigns are made: the bristle plant, the second tire with its
-machine, and the second tire on a machine whose faults have other forms."""
+machine, the same tire on a machine whose faults have other forms, and for combined slip the second
+tire with a circle of grip and the third tire."""
 
 from __future__ import annotations
 
@@ -21,6 +22,7 @@ from flatplank_control.blind.second import (
     counted,
     measure,
 )
+from flatplank_control.blind.third_world import HIDES, ThirdWorld
 from flatplank_hw.plant.campaign import Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
 
@@ -133,6 +135,20 @@ class FormsWorld(SecondWorld):
 
 
 @dataclass(frozen=True)
+class CircleWorld(SecondWorld):
+    """The tire of cells whose grip is shared by both directions."""
+
+    def has(self, name: str) -> bool:
+        return name in HIDES and super().has(name)
+
+    @classmethod
+    def drawn(cls, random: np.random.Generator | None = None) -> CircleWorld:
+        """Another tire; the usual one without a generator."""
+        tire = SecondTire() if random is None else SecondTire().drawn(random)
+        return cls(replace(tire, circle=1.0))
+
+
+@dataclass(frozen=True)
 class PlantWorld:
     """The bristle plant without bus and hub: `flatplank_hw.plant.campaign`."""
 
@@ -190,4 +206,8 @@ WORLDS: dict[str, Callable[[np.random.Generator | None], World]] = {
     "plant": PlantWorld.drawn,
     "second": lambda random: SecondWorld() if random is None else SecondWorld.drawn(random),
     "forms": lambda random: FormsWorld() if random is None else FormsWorld.drawn(random),
+    "circle": CircleWorld.drawn,
+    "third": ThirdWorld.drawn,
 }
+COMBINED = ("circle", "third")
+"""worlds of combined slip and several loads, asked in a row of their own"""
