@@ -245,7 +245,7 @@ def test_small_kit_from_end_to_end(tmp_path, capsys):
     capsys.readouterr()
     assert main([*options, "--json"]) == 0
     scores = json.loads(capsys.readouterr().out)
-    assert scores["none"] == {"hits": 2, "trials": 2, "interval": scores["none"]["interval"]}
+    assert (scores["none"]["hits"], scores["none"]["trials"]) == (2, 2)
     assert scores["x2"]["hits"] == 2
     assert scores["outside4"]["trials"] == 1
     assert main([*options, "--no-run", "--write", str(written)]) == 0

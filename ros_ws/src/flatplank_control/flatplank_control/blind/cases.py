@@ -15,7 +15,8 @@ from flatplank_control.blind.detectable import detectable, detectable_force
 from flatplank_control.blind.menu import KIN, MENU
 from flatplank_control.blind.noise import NOISES, RELATIVE, shown
 from flatplank_control.blind.outside import OUTSIDE
-from flatplank_control.blind.plan import STEP, runs_of
+from flatplank_control.blind.plan import STEP, Run, runs_of
+from flatplank_control.blind.second import Columns
 from flatplank_control.blind.worlds import COMBINED, WORLDS, Scatter
 
 RUNGS = {"x": "detectable size", "c": "size that is of no consequence"}
@@ -100,10 +101,9 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
     tables = []
     for c, run in zip(columns, runs, strict=True):
         dt = float(c["time"][1] - c["time"][0])
-        table = {n: c[n] for n in ("time", "plank_position", "wheel_angle")}
         for name, share in RELATIVE.items():
-            table[name] = shown(NOISES[case.noise], c[name], dt, random, share)
-        tables.append(MeasurementTable(table, _info(run, world.radius)))
+            c[name] = shown(NOISES[case.noise], c[name], dt, random, share)
+        tables.append(measured_table(c, run, world.radius))
     return tables, answer
 
 
@@ -115,10 +115,13 @@ def _answer(case: Case, name: str, size: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _info(run, radius: float) -> RunInfo:
+def measured_table(c: Columns, run: Run, radius: float) -> MeasurementTable:
+    """A run of a world as it is given to the analysis."""
+    names = ("time", "plank_position", "wheel_angle", *RELATIVE)
     s = run.setting
-    return RunInfo(
+    info = RunInfo(
         file=f"blind_{run.index:02d}.parquet", tire="BLIND", kappa=s.kappa, fz=s.fz,
         pressure=s.pressure, alpha_deg=s.alpha_deg, gamma_deg=s.gamma_deg, start=run.start,
         run_index=run.index, effective_rolling_radius=round(radius, 5), step_position=STEP,
     )  # fmt: skip
+    return MeasurementTable({n: c[n] for n in names}, info)

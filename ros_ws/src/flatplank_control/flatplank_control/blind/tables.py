@@ -91,20 +91,24 @@ def beside(points: Points) -> str:
     right = [p for p in strong if p["right"]]
     outside = [p for p in points if p["group"] == "outside"]
     nothing = [p for p in points if p["group"] == "none"]
-    rows = [
-        ["2 x and above: the right name first or in the group, whatever follows",
-         share(p["first_right"] for p in strong)],
-        ["2 x and above, right: by its own name", share(p["own_name"] for p in right)],
-        ["2 x and above, right: verdict `partly`", share(p["verdict"] == "partly" for p in right)],
-        ["one effect: something false named beside or instead", share(p["false"] for p in single)],
-        ["one effect, too small to be of consequence: named rightly or not at all",
-         share(p["right"] or p["silent"] for p in slight)],
-        ["outside the library: `none of these` or `partly`, place aside",
-         share(p["verdict"] in SILENT for p in outside)],
-        ["nothing hidden: verdict `at floor` or `tire law only`",
-         share(p["verdict"] in QUIET for p in nothing)],
-    ]  # fmt: skip
-    return table(["what", "campaigns"], [[text, str(value)] for text, value in rows])
+    rows = {
+        "2 x and above: the right name first or in the group, whatever follows": share(
+            p["first_right"] for p in strong
+        ),
+        "2 x and above, right: by its own name": share(p["own_name"] for p in right),
+        "2 x and above, right: verdict `partly`": share(p["verdict"] == "partly" for p in right),
+        "one effect: something false named beside or instead": share(p["false"] for p in single),
+        "one effect, too small to be of consequence: named rightly or not at all": share(
+            p["right"] or p["silent"] for p in slight
+        ),
+        "outside the library: `none of these` or `partly`, place aside": share(
+            p["verdict"] in SILENT for p in outside
+        ),
+        "nothing hidden: verdict `at floor` or `tire law only`": share(
+            p["verdict"] in QUIET for p in nothing
+        ),
+    }
+    return table(["what", "campaigns"], [[text, str(value)] for text, value in rows.items()])
 
 
 def sizes(points: Points) -> str:
