@@ -13,7 +13,8 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, Noise, Run, Setting, noise
+from flatplank_control.blind.noise import NOISES, RELATIVE, Noise, noise
+from flatplank_control.blind.plan import STEP, Run, Setting
 from flatplank_control.blind.worlds import PlantWorld, Scatter
 
 SLIPS = (-0.1, -0.02, 0.02, 0.1)

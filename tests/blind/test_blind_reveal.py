@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.data import Campaign as Folder
-from flatplank_analysis.discovery.score import seal, unseal
 from flatplank_control.cli import reveal
 from flatplank_control.sealed import generate
+from flatplank_control.sealed.seal import seal, unseal
 
 PLACE = {"coordinate": "plank position", "range": [2.0, 2.8]}
 
@@ -42,16 +42,31 @@ def test_the_form_of_the_force_law_is_no_false_name(tmp_path, capsys):
     assert "hidden: nothing" in capsys.readouterr().out
 
 
-def test_the_size_of_another_quantity_is_not_judged(tmp_path, capsys):
+def test_a_relative_is_told_and_is_not_right(tmp_path, capsys):
     hidden = {"name": "crosstalk_fz", "size": 0.015, "unit": "1", "class": ["runout_2"]}
     seal({"seed": 1, "effects": [hidden], "outside": None}, tmp_path)
     named = {"name": "runout_2", "size": 3e-4, "unit": "m", "interval": [2e-4, 4e-4], "class": []}
     _write(tmp_path, verdict="found", effects=[named])
-    assert reveal.main([str(tmp_path)]) == 0
+    assert reveal.main([str(tmp_path)]) == 1
     out = capsys.readouterr().out
     assert "hidden: crosstalk_fz, 0.015\n" in out
-    assert "found as runout_2, whose size is another quantity" in out and "%" not in out
-    _write(tmp_path, verdict="found", effects=[named | {"unit": "1"}])
+    assert "not found: crosstalk_fz; runout_2 was named, which is like it but not it" in out
+    assert "named without cause: runout_2" in out and "is not right" in out
+
+
+def test_a_group_is_right_and_the_size_of_another_quantity_is_not_judged(tmp_path, capsys):
+    hidden = {"name": "crosstalk_fz", "size": 0.015, "unit": "1", "class": []}
+    seal({"seed": 1, "effects": [hidden], "outside": None}, tmp_path)
+    named = {
+        "name": "runout_2", "size": 3e-4, "unit": "m", "interval": [2e-4, 4e-4],
+        "class": ["crosstalk_fz"],
+    }  # fmt: skip
+    _write(tmp_path, verdict="found group", effects=[named])
+    assert reveal.main([str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "one of the group of runout_2, whose size is another quantity" in out
+    assert "%" not in out
+    _write(tmp_path, verdict="found group", effects=[named | {"unit": "1"}])
     assert reveal.main([str(tmp_path)]) == 0
     assert "(-98 %), its interval misses the truth" in capsys.readouterr().out
 

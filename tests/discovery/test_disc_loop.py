@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop on the command line: compare, add, remove, the model file, the report, the score."""
+"""The loop on the command line: compare, add, remove, the model file, the report."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ import yaml
 from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import add, compare, diagnose, effects, remove, undo
-from flatplank_analysis.discovery import modelfile, score
+from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.errors import FlatplankError
+from flatplank_control.sealed import seal
+from flatplank_control.sealed.score import score
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 
@@ -129,9 +131,9 @@ def test_diagnose_writes_contract_and_page(folder, tmp_path, capsys):
         assert (page / f"{name}.png").stat().st_size > 2000
         assert (page / f"{name}.svg").read_text().startswith("<?xml")
     answer = {"effects": [{"name": "drive_backlash", "size": 5e-4, "unit": "m", "class": []}]}
-    score.seal(answer, tmp_path)
-    assert "drive_backlash" not in (tmp_path / score.NAME).read_text()
-    result = score.score(out, score.unseal(tmp_path))
+    seal.seal(answer, tmp_path)
+    assert "drive_backlash" not in (tmp_path / seal.NAME).read_text()
+    result = score(out, seal.unseal(tmp_path))
     assert result["right"] and result["first_right"] and not result["false"]
 
 
@@ -174,27 +176,3 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
         modelfile.write_atomic(path, "new")
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["m.yaml"]
-
-
-def test_score_counts_what_is_wrong():
-    answer = {"effects": [{"name": "wear", "size": 0.1, "unit": "1", "class": []}]}
-    named = {"name": "lag", "class": [], "size": 1.0, "interval": [0.5, 1.5]}
-    wrong = score.score({"verdict": "found", "effects": [named]}, answer)
-    assert not wrong["right"] and wrong["false"] == ["lag"]
-    alarm = score.score({"verdict": "found", "effects": [named]}, {"effects": []})
-    assert alarm["false_alarm"] and not alarm["right"]
-    for verdict, right in (("at floor", True), ("tire law only", True), ("partly", False)):
-        none = score.score({"verdict": verdict, "effects": []}, {"effects": []})
-        assert none["right"] is right
-    law = dict(named, name="tire_law")
-    assert score.score({"verdict": "tire law only", "effects": [law]}, {"effects": []})["right"]
-    beside = score.score({"verdict": "found", "effects": [law, dict(named, name="wear")]}, answer)
-    assert beside["right"] and beside["first_right"] and not beside["false"]
-    outside = {"effects": [], "outside": {"coordinate": "plank position", "range": [2.0, 2.8]}}
-    rest = {"where": [{"coordinate": "plank position", "range": [2.1, 2.6], "share": 0.5}]}
-    seen = score.score({"verdict": "none of these", "effects": [], "unexplained": rest}, outside)
-    assert seen["right"] and seen["outside_found"]
-    blind = score.score({"verdict": "none of these", "effects": [], "unexplained": {}}, outside)
-    assert not blind["right"]
-    with pytest.raises(FlatplankError, match="sealed"):
-        score.unseal("/nonexistent")

@@ -10,7 +10,8 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, Run, noise
+from flatplank_control.blind.noise import NOISES, RELATIVE, noise
+from flatplank_control.blind.plan import STEP, Run
 from flatplank_control.blind.third import DESIGNS
 from flatplank_control.blind.third_world import ThirdWorld
 from flatplank_control.blind.worlds import Scatter

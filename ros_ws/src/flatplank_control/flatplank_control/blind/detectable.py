@@ -3,7 +3,7 @@
 
 Computed by the generator from its own noise and its own tire, never by what diagnoses: the change
 of all forces by the effect, what a fit of the tire can imitate taken out, weighed with the
-covariance of the noise and of the tire's scatter from run to run.
+covariance of the noise and of the tire's scatter from run to run. No least size is put in.
 """
 
 from __future__ import annotations
@@ -20,24 +20,27 @@ from scipy.stats import norm
 
 import flatplank_hw.plant
 from flatplank_control.blind.menu import MENU
-from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, covariance, runs_of
+from flatplank_control.blind.noise import NOISES, RELATIVE, covariance
+from flatplank_control.blind.outside import Force
+from flatplank_control.blind.plan import STEP, runs_of
 from flatplank_control.blind.second import Columns
-from flatplank_control.blind.worlds import WORLDS, Scatter, World
+from flatplank_control.blind.worlds import WORLDS, Scatter
 
 COLUMNS = 100
 """effects that are looked at: the level is divided by it"""
 NEEDED = float((norm.isf(0.05 / COLUMNS / 2.0) + norm.isf(0.2)) ** 2)
 PLACES = np.arange(0.02, 4.1, 0.04)
 CHANNELS = ("fx", "fy", "fz")
-ROUNDS = 4
-NO_PART = ("page.py", "points.py", "journal.py", "rivals.py", "markdown.py")
+ROUNDS, CLOSE = 12, 0.02
+"""steps towards the size whose strength is the needed one, and how near is near enough"""
+VISIBLE, SHIFTS = 0.03, 2
+"""share of the change, but for a constant pull, that must be left beside a fit of the tire; how
+many forces may have a constant pull"""
+NO_PART = (
+    "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
+    "markdown.py",
+)  # fmt: skip
 """files of the kit that the campaigns do not depend on"""
-CLEAR = 1.5
-"""a size must be so far above the one of no consequence that noise does not carry it below"""
-
-
-VISIBLE = 0.03
-"""share of the change that must be left beside a fit of the tire"""
 
 
 def _blocks(runs: list[Columns]) -> np.ndarray:
@@ -51,36 +54,44 @@ def _blocks(runs: list[Columns]) -> np.ndarray:
 
 
 class _Lot:
-    """A world and a design without noise, with what a tire's fit and scatter can imitate."""
+    """A world and a design without noise, with what a fit of its tire can imitate."""
 
-    def __init__(self, world: World, design: str, noise: str, scatter: float) -> None:
-        self.world, self.runs = world, runs_of(design, np.random.default_rng(5))
-        self.plain = self.blocks(world, {})
+    def __init__(self, world: str, design: str) -> None:
+        self.world, self.runs = WORLDS[world](None), runs_of(design, np.random.default_rng(5))
+        self.columns = self.run({})
+        self.plain = _blocks(self.columns)
         columns = [
-            self.blocks(world.changed(change), {}) - self.plain for change in world.nuisances()
+            _blocks(self.run({}, self.world.changed(change))) - self.plain
+            for change in self.world.nuisances()
         ]
-        columns += self._shifts() + self._laws()
-        self.base = np.array(columns)
+        self.base = np.array(columns + self._laws() + self._shifts())
+
+    def run(self, sizes, world=None, scatter=None) -> list[Columns]:
+        scatter = scatter or Scatter.none(len(self.runs))
+        return (world or self.world).run(self.runs, sizes, np.random.default_rng(11), scatter)
+
+    def change(self, name: str, size: float) -> np.ndarray:
+        """By the effect alone: what stands around it is there without it, too."""
+        return _blocks(self.run({name: size})) - _blocks(self.run({name: 0.0}))
+
+    def pushed(self, force: Force) -> np.ndarray:
+        """By a force in the direction of travel."""
+        moved = [
+            c | {"fx": c["fx"] + force(c, run)}
+            for c, run in zip(self.columns, self.runs, strict=True)
+        ]
+        return _blocks(moved) - self.plain
+
+    def scattered(self) -> np.ndarray:
+        """By one per cent of grip and tread in every run."""
         gain = Scatter.none(len(self.runs))
         more = Scatter(gain.gain + 0.01, gain.delay, gain.bumps)
-        loose = (_blocks(world.run(self.runs, {}, _random(), more)) - self.plain) * scatter / 0.01
-        spacing = float(PLACES[1] - PLACES[0]) / 0.0309
-        noises = covariance(NOISES[noise], PLACES / 0.0309, spacing)
-        self.factors = [
-            [
-                cho_factor(RELATIVE[name] ** 2 * noises + np.outer(g, g))
-                for name, g in zip(CHANNELS, rows, strict=True)
-            ]
-            for rows in loose
-        ]
-
-    def blocks(self, world: World, sizes) -> np.ndarray:
-        return _blocks(world.run(self.runs, sizes, _random(), Scatter.none(len(self.runs))))
+        return _blocks(self.run({}, scatter=more)) - self.plain
 
     def _shifts(self) -> list[np.ndarray]:
         """A constant pull in each force."""
         out = []
-        for channel in range(2):
+        for channel in range(SHIFTS):
             one = np.zeros_like(self.plain)
             one[:, channel] = 1.0
             out.append(one)
@@ -98,34 +109,70 @@ class _Lot:
             out.append(one)
         return out
 
-    def strength(self, change: np.ndarray) -> float:
-        """Noncentrality of a change once the tire's fit has taken its part."""
-        columns = np.concatenate([self.base, change[None]])
-        m = len(columns)
-        products = np.zeros((m, m))
-        for r, factors in enumerate(self.factors):
-            for c, factor in enumerate(factors):
-                s = columns[:, r, c]
-                products += s @ cho_solve(factor, s.T)
-        scale = np.sqrt(np.maximum(np.diag(products), 1e-30))
-        work = products / np.outer(scale, scale)
-        inner = work[:-1, :-1] + 1e-9 * np.eye(m - 1)
-        left = work[-1, -1] - work[-1, :-1] @ np.linalg.solve(inner, work[:-1, -1])
-        # what a fit of the tire imitates but for a small rest is invisible
-        return float(left) * scale[-1] ** 2 if left > VISIBLE else 0.0
 
-
-def _random() -> np.random.Generator:
-    """Places and phases of the reference campaign."""
-    return np.random.default_rng(11)
+@lru_cache(maxsize=16)
+def _lot(world: str, design: str) -> _Lot:
+    return _Lot(world, design)
 
 
 @lru_cache(maxsize=64)
-def _lot(world: str, design: str, noise: str, scatter: float) -> _Lot:
-    return _Lot(WORLDS[world](None), design, noise, scatter)
+def _factors(world: str, design: str, noise: str, scatter: float) -> list[list]:
+    """Cholesky factors of the covariance, by run and channel."""
+    spacing = float(PLACES[1] - PLACES[0]) / 0.0309
+    noises = covariance(NOISES[noise], PLACES / 0.0309, spacing)
+    loose = _lot(world, design).scattered() * scatter / 0.01
+    return [
+        [
+            cho_factor(RELATIVE[name] ** 2 * noises + np.outer(g, g))
+            for name, g in zip(CHANNELS, rows, strict=True)
+        ]
+        for rows in loose
+    ]
 
 
-@lru_cache(maxsize=1024)
+def strength(change: np.ndarray, base: np.ndarray, factors: list[list]) -> float:
+    """Noncentrality of a change once the tire's fit has taken its part."""
+    columns = np.concatenate([base, change[None]])
+    m = len(columns)
+    products = np.zeros((m, m))
+    for r, row in enumerate(factors):
+        for c, factor in enumerate(row):
+            s = columns[:, r, c]
+            products += s @ cho_solve(factor, s.T)
+    scale = np.sqrt(np.maximum(np.diag(products), 1e-30))
+    work = products / np.outer(scale, scale)
+    # a constant pull is known to be free; of the rest a part must be left beside the tire
+    rest = _left(work[-SHIFTS - 1 :, -SHIFTS - 1 :])
+    left = _left(work)
+    return left * scale[-1] ** 2 if left > VISIBLE * rest else 0.0
+
+
+def _left(products: np.ndarray) -> float:
+    """What is left of the last column beside the others, of 1."""
+    inner = products[:-1, :-1] + 1e-9 * np.eye(len(products) - 1)
+    taken = np.linalg.solve(inner, products[:-1, -1])
+    return float(products[-1, -1] - products[-1, :-1] @ taken)
+
+
+def strength_of(
+    world: str, name: str, size: float, noise: str, scatter: float, design: str
+) -> float:
+    """Noncentrality of an effect of this size."""
+    lot = _lot(world, design)
+    change = lot.change(name, size)
+    return strength(change, lot.base, _factors(world, design, noise, scatter))
+
+
+def detectable_force(
+    world: str, force: Force, noise: str, scatter: float, design: str = "plain"
+) -> float:
+    """Factor with which a force of any form can be found."""
+    lot = _lot(world, design)
+    found = strength(lot.pushed(force), lot.base, _factors(world, design, noise, scatter))
+    return math.sqrt(NEEDED / found) if found > 0.0 else math.inf
+
+
+@lru_cache(maxsize=4096)
 def detectable(
     world: str, name: str, noise: str = "usual", scatter: float = 0.01, design: str = ""
 ) -> float:
@@ -165,18 +212,19 @@ def kit_version() -> str:
 
 def _computed(world: str, name: str, noise: str, scatter: float, design: str) -> float:
     item = MENU[name]
-    lot = _lot(world, design, noise, scatter)
     size = item.typical
     if item.least == item.most:
-        change = lot.blocks(lot.world, {name: size}) - lot.plain
-        return size if lot.strength(change) > NEEDED else math.inf
+        found = strength_of(world, name, size, noise, scatter, design)
+        return size if found > NEEDED else math.inf
     for _ in range(ROUNDS):
-        change = lot.blocks(lot.world, {name: size}) - lot.plain
-        found = lot.strength(change)
+        found = strength_of(world, name, size, noise, scatter, design)
         if found <= 0.0:
             return math.inf
         # plays and gaps do not grow in proportion: approach in steps
-        size *= float(np.clip(math.sqrt(NEEDED / found), 0.2, 5.0))
+        step = math.sqrt(NEEDED / found)
+        if abs(step - 1.0) < CLOSE:
+            break
+        size *= min(max(step, 0.2), 5.0)
         if size > 20.0 * item.most:
             return math.inf
-    return max(size, CLEAR * item.least)
+    return size

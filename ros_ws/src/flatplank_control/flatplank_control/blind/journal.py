@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 import json
 import multiprocessing
@@ -85,6 +86,19 @@ def of_this_code(
     here = [e for e in entries if (e["seed"], e.get("kit")) == (seed, kit_version())]
     old = {e["key"]: e for e in here} if any_code else {}
     return old | {e["key"]: e for e in here if e["code"] == code_version()}
+
+
+def publish(path: Path, header: dict[str, Any], entries: Iterable[dict[str, Any]]) -> None:
+    """A journal for the docs: what a page is made of, in one small file; the same bytes again."""
+    lines = [json.dumps(one, sort_keys=True) for one in (header, *entries)]
+    with path.open("wb") as raw, gzip.GzipFile("", "wb", 9, raw, 0) as stream:
+        stream.write(("\n".join(lines) + "\n").encode())
+
+
+def published(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Header and entries of a journal in the docs."""
+    header, *entries = map(json.loads, gzip.decompress(path.read_bytes()).splitlines())
+    return header, entries
 
 
 def run(

@@ -8,66 +8,68 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
+from flatplank_control.blind import tables
+from flatplank_control.blind.points import share
+from flatplank_control.blind.rival_scores import rival_scores
 
-from flatplank_analysis.discovery.score import QUIET, SILENT
-from flatplank_control.blind.journal import code_version
-from flatplank_control.blind.markdown import table
-from flatplank_control.blind.points import Share, confusion, points_of, share
-
-Points = Sequence[Mapping[str, Any]]
-GROUPS = {
-    "none": "nothing hidden: no effect named (target 95 %)",
-    "x1": "one effect, 1 x detectable: right class first, nothing false",
-    "x2": "one effect, 2 x detectable and above: the same (target 95 %)",
-    "pair": "two effects: both named, nothing false (target 85 %)",
-    "outside": "outside the library: said so, with place and period (target 90 %)",
+WORLDS = {
+    "plant": "the bristle plant of the simulated bench, without bus and hub",
+    "second": "a tire of cells that are carried through the patch, with a machine of its own, "
+    "several of whose faults have the form of the library's",
+    "forms": "the same cells on a machine whose faults have other forms: clearances with a Hertz "
+    "contact, an oil film and friction, wear and crosstalk that saturate, drifts that fade, creep "
+    "with two times, load that is let go with hysteresis; written without a look at the library",
+    "circle": "the tire of `second` whose grip is shared by both directions, for combined slip",
+    "third": "threads of rubber between belt and road, not alike along and across, on a carcass "
+    "with damping, on a bench of its own",
 }
 
 
-def group_of(entry: Mapping[str, Any]) -> str:
-    """Which row of the table an entry belongs to."""
-    case = entry["case"]
-    if case["group"] != "single":
-        return case["group"]
-    return "x1" if case["factor"] < 2.0 else "x2"
+def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str:
+    """The whole page in Markdown.
 
-
-def page(
-    entries: Sequence[Mapping[str, Any]], command: str, rivals: str = "", whole: int = 0
-) -> str:
-    """The whole page in Markdown; `whole`: campaigns in the list that was asked for."""
-    usable = [e for e in entries if e["diagnosis"] is not None]
-    hidden = sorted({"+".join(e["case"]["hidden"]) for e in entries if e["diagnosis"] is None})
-    scored = [(group_of(e), e["case"]["world"], points_of(e)) for e in usable]
-    points = [p for _, _, p in scored]
-    codes = Counter(e["code"] for e in usable)
+    header: command, commit, seed, whole (campaigns of the list), rivals (their entries).
+    """
+    points = tables.scored(entries)
+    not_asked = sorted(
+        {f"{'+'.join(e['case']['hidden'])} ({e['case']['world']})" for e in _invisible(entries)}
+    )
+    codes = Counter(e["code"] for e in entries)
     parts = [
         "# Blind test of the discovery",
-        f"Written by `{command}` from {len(usable)} campaigns{_part(len(entries), whole)}. "
-        f"Fingerprint of the code that "
-        f"diagnosed: {', '.join(f'{c} ({n} campaigns)' for c, n in codes.items())}; of the "
-        f"present code: {code_version()}. Nothing on this page is typed by hand.",
-        _WHAT,
+        f"Written by `{header['command']}` from {len(points)} campaigns"
+        f"{_part(len(entries), header['whole'])}. Nothing on this page is typed by hand; the "
+        "journal that it is written from is [beside it](discovery-blind.jsonl.gz).",
+        f"Commit {header['commit']}; seed {header['seed']}; fingerprint of the code that "
+        f"diagnosed {', '.join(f'{c} ({n})' for c, n in codes.items())}; worlds: "
+        f"{', '.join(sorted({p['world'] for p in points}))}.",
+        _what({p["world"] for p in points}),
         "## Scores",
-        _scores(scored),
+        tables.scores(points),
+        tables.beside(points),
         "## Sizes and held-out error",
-        _sizes(points),
-        "## By effect",
-        _by_effect(scored),
+        tables.sizes(points),
+        "## Power",
+        _POWER,
+        tables.power(points),
         "## Confusion matrix",
         "Rows: what was hidden. Columns: what was named first (in brackets a verdict, when "
         "nothing was named), with counts.",
-        _matrix(points),
+        tables.matrix(points),
     ]
-    if hidden:
+    if not_asked:
         parts.append(
-            "Not visible in the runs of its design, by the generator's own computation, and so "
-            f"not asked: {', '.join(hidden)}."
+            "Not visible in the runs of its design, by the generator's own computation, or only "
+            f"beyond its range, and so not asked: {', '.join(not_asked)}."
         )
-    if rivals:
-        parts += ["## Beside what one would do today", rivals]
+    if header["rivals"]:
+        parts += ["## Beside what one would do today", rival_scores(header["rivals"])]
     return "\n\n".join(parts) + "\n"
+
+
+def _invisible(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Campaigns that were not asked at a multiple of the detectable size."""
+    return [e for e in entries if e["diagnosis"] is None and e["case"]["rung"] == "x"]
 
 
 def _part(done: int, whole: int) -> str:
@@ -79,109 +81,51 @@ def _part(done: int, whole: int) -> str:
     )
 
 
-_WHAT = """Campaigns are made by two generators that share no formula with the models: the bristle
-plant of the simulated bench (without bus and hub), and a second tire of cells that are carried
-through the patch (other pressure, other friction curve, other machine). Answers are kept apart;
-what diagnoses sees the tables of the runs only. The *detectable size* of an effect is computed by
-the generator from its own noise (80 % power at a family-wise level of 5 % over 100 columns, a
-perfect fit of its own tire and any symmetric force law allowed), and is at least 1.5 times the
-size that is of no consequence.
-The two of a pair have three times their detectable size each.
-Nulls have no scatter or 3 % scatter of the tire from run to run, and four colours of noise.
-Intervals in brackets are Wilson's, 95 %. An extra `tire_law` is not counted as a false effect: it
-says that the force law is of another form, not that the machine has a fault. Where an effect of
-the same class is named in another unit than what was hidden, its size is not judged."""
+def _what(worlds: set[str]) -> str:
+    told = "\n".join(f"- `{w}`: {text}." for w, text in WORLDS.items() if w in worlds)
+    return f"{_WORLDS}\n\n{told}\n\n{_RULES}"
 
 
-def _scores(scored: Sequence[tuple[str, str, Mapping[str, Any]]]) -> str:
-    rows = []
-    worlds = sorted({w for _, w, _ in scored})
-    for key, text in GROUPS.items():
-        own = [(w, p) for g, w, p in scored if g == key]
-        cells = [str(share(p["right"] for _, p in own))]
-        cells += [str(share(p["right"] for w, p in own if w == world)) for world in worlds]
-        rows.append([text, *cells])
-    singles = [p for g, _, p in scored if g in ("x1", "x2")]
-    strong = [p for g, _, p in scored if g == "x2"]
-    rows.append(
-        [
-            "2 x and above: named first, whatever follows",
-            str(share(p["first_right"] for p in strong)),
-            *[""] * len(worlds),
-        ]
-    )
-    rows.append(
-        [
-            "one effect: something false named beside or instead",
-            str(share(p["false"] > 0 for p in singles)),
-            *[""] * len(worlds),
-        ]
-    )
-    outside = [p for g, _, p in scored if g == "outside"]
-    rows.append(
-        [
-            "outside the library: `none of these` or `partly`, place aside",
-            str(share(p["verdict"] in SILENT for p in outside)),
-            *[""] * len(worlds),
-        ]
-    )
-    nothing = [p for g, _, p in scored if g == "none"]
-    rows.append(
-        [
-            "nothing hidden: verdict `at floor` or `tire law only`",
-            str(share(p["verdict"] in QUIET for p in nothing)),
-            *[""] * len(worlds),
-        ]
-    )
-    return table(["what", "both", *worlds], rows)
+_WORLDS = """Answers are kept apart; what diagnoses sees the tables of the runs only. The
+campaigns are made in worlds that share no code with the models:"""
 
+_RULES = f"""**Strict** is what counts: a hidden effect is found when it is named by its own
+name, or stands in the class that the program itself gave (four names at most) under the verdict
+`found group`, and nothing else is named. **Lenient** also counts a relative that the answer's
+own list holds; it is what earlier pages showed. An extra `tire_law` is not counted as a false
+effect: it says that the force law is of another form, not that the machine has a fault.
 
-def _sizes(points: Points) -> str:
-    covered = share(c for p in points for c in p["covered"])
-    errors = np.abs([e for p in points for e in p["errors"]])
-    held = np.array([p["held_out"] for p in points if p["held_out"] is not None])
-    rows = [["90 % intervals that cover the truth (target 85 .. 95 %)", str(covered)]]
-    if len(errors):
-        rows.append(["median error of the size", f"{np.median(errors):.1%}"])
-        rows.append(["sizes within 15 %", str(share(errors < 0.15))])
-    if len(held):
-        rows.append(["held-out error over floor, median", f"{np.median(held):.2f}"])
-        rows.append(["held-out error at most 1.1 floors", str(share(held <= 1.1))])
-    return table(["what", "value"], rows)
+The *detectable size* is computed by the generator from its own noise and scatter (80 % power at
+a family-wise level of 5 % over 100 columns, a perfect fit of its own tire and any symmetric
+force law allowed). No least size is put in: effects are hidden at 1, 2 and 4 times it, and at
+1.5 and 3 times the size that is of no consequence where that is larger. Below {tables.CLEAR:g}
+times the latter nobody is asked to name an effect, and silence is no mistake. Of a pair each
+has three times the larger of the two. Forces outside the library have 1, 2 and 4 times the size
+at which a force of their own form could be found.
 
+Noise and scatter of the tire from run to run (0 to 3 %) are drawn for every campaign: white
+with slow parts, trends, 1 N and 30 N, and one like a measured signal (1/f, hum with harmonics
+that the sampling folds down, warming up, steps of the converter, outliers, a channel that
+stands still). The list belongs to the seed, too. Intervals in brackets are Wilson's, 95 %. A
+size in another unit than the hidden one counts as not covered."""
 
-def _by_effect(scored) -> str:
-    singles = [(g, p) for g, _, p in scored if g in ("x1", "x2")]
-    rows = []
-    for truth in sorted({p["truth"] for _, p in singles}):
-        cells = []
-        for key in ("x1", "x2"):
-            own = [p for g, p in singles if g == key and p["truth"] == truth]
-            cells.append(f"{sum(p['right'] for p in own)}/{len(own)}" if own else "-")
-        rows.append([truth, *cells])
-    return table(["hidden", "right at 1 x", "right at 2 x and above"], rows)
-
-
-def _matrix(points: Points) -> str:
-    verdicts = {*QUIET, *SILENT, "not decidable"}
-    rows = []
-    for truth, row in sorted(confusion(points).items()):
-        ordered = sorted(row.items(), key=lambda item: -item[1])
-        cells = [f"({n}) {c}" if n in verdicts else f"{n} {c}" for n, c in ordered]
-        rows.append([truth, str(sum(row.values())), ", ".join(cells)])
-    return table(["hidden", "campaigns", "named first"], rows)
+_POWER = """Strictly right over the ratio of the hidden size to the detectable size. The third
+column says how many detectable sizes the size of no consequence is: where it is large the
+search could see far smaller effects than it names. *80 % from*: the ratio from which on at
+least 80 % are right; the honest detectable size of this search is so many times the
+generator's."""
 
 
 def summary(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The scores for programs."""
-    usable = [e for e in entries if e["diagnosis"] is not None]
     out: dict[str, Any] = {}
-    for key in GROUPS:
-        s: Share = share(points_of(e)["right"] for e in usable if group_of(e) == key)
+    for key, own in tables.rows_of(tables.scored(entries)).items():
+        s = share(p["right"] for p in own)
         low, high = s.interval()
         out[key] = {
             "hits": s.hits,
             "trials": s.trials,
             "interval": None if math.isnan(low) else [round(low, 4), round(high, 4)],
+            "lenient": sum(p["kin_right"] for p in own),
         }
     return out

@@ -8,8 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flatplank_analysis.discovery.score import score
-from flatplank_control.sealed.sizes import comparable
+from flatplank_control.sealed.score import QUIET, score
 
 
 def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -17,11 +16,8 @@ def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
     diagnosis, answer = entry["diagnosis"], entry["answer"]
     found = score(diagnosis, answer)
     hidden = answer["effects"]
-    matched = [
-        m
-        for m, h in zip(found["effects"], hidden, strict=True)
-        if m["named"] and h["sized"] and comparable(m, h, diagnosis)
-    ]
+    matched = list(zip(found["effects"], hidden, strict=True))
+    sizes = [m for m, h in matched if m["named"] and h["sized"]]
     out = {
         "group": entry["case"]["group"],
         "truth": "+".join(entry["case"]["hidden"]) or "nothing",
@@ -31,15 +27,24 @@ def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:
         "all": all(m["named"] for m in found["effects"]),
         "first_right": found["first_right"],
         "outside_found": found["outside_found"],
-        "covered": [m["covered"] for m in matched],
-        "errors": [m["error"] for m in matched],
+        "named": sum(m["named"] for m in found["effects"]),
+        "unsized": sum(m["named"] and not h["sized"] for m, h in matched),
+        "sizes": [_size(m) for m in sizes],
+        "own_name": all(m.get("as") == m["name"] for m in found["effects"]),
         "held_out": None,
         "right": found["right"],
+        "kin_right": found["kin_right"],
+        "silent": diagnosis["verdict"] in QUIET and not found["false"],
     }
     floor = diagnosis["floor_rmse"]
     if out["all"] and hidden and floor:
         out["held_out"] = diagnosis["held_out_after"] / floor
     return out
+
+
+def _size(match: Mapping[str, Any]) -> dict[str, Any]:
+    own = match["as"] == match["name"]
+    return {k: match[k] for k in ("covered", "error", "comparable")} | {"own": own}
 
 
 @dataclass(frozen=True)

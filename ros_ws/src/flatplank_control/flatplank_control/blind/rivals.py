@@ -2,8 +2,10 @@
 """What a user would do today, on the same campaigns with the same base and the same candidates.
 
 `lmfit + BIC`: forward selection; the candidate whose column takes most of the error is fitted with
-lmfit and kept while BIC (independent noise, as the textbook has it) falls. `10 % rule`: the same
-loop, a term is kept when it cuts the RMSE of Fx by a tenth.
+lmfit and kept while BIC falls, with the number of samples that the correlation of what is left
+leaves. `10 % rule`: the same loop, a term is kept when it cuts the RMSE of Fx by a tenth. Both say
+which other candidates have nearly the same column, and compare what is left with the scatter of
+the repeats for their verdict.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import fnmatch
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,6 @@ import numpy as np
 
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.gram import solve
-from flatplank_analysis.discovery.score import LAW
 from flatplank_analysis.discovery.state import (
     Candidate,
     channel_weights,
@@ -33,16 +34,17 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_control.blind import journal
-from flatplank_control.blind.cases import Case, full, make
-from flatplank_control.blind.markdown import table
-from flatplank_control.blind.points import points_of, share
+from flatplank_control.blind.cases import Case, make
+from flatplank_control.blind.lists import full
+from flatplank_control.sealed.score import GROUP, LARGEST_CLASS, LAW
 
 MOST = 6
 """terms at most"""
 LEVELS = {"fx": 10.0, "fy": 8.0, "fz": 9.0}
 """weights of the channels that a user would choose [N]"""
-CUT = 0.10
-CLASSES = ("none/*", "single/*/x2/*", "outside/*", "pair/*")
+CUT, ALIKE, AT_FLOOR = 0.10, 0.95, 1.2
+"""share of the RMSE, correlation of columns, RMSE over the scatter of the repeats"""
+CLASSES = ("none/*", "single/*/c3/*", "outside/*/x4/*", "pair/*")
 """whose campaigns are judged in turn, for the rivals are slow"""
 
 
@@ -108,9 +110,17 @@ def _error(model: TireModel, fit: Fit) -> float:
     return float(np.sum((fit.residual(model.runs.measured) / level) ** 2))
 
 
+def samples_of(residual: np.ndarray) -> float:
+    """Independent samples in residuals (channels, runs, samples), from their neighbours."""
+    e = residual - residual.mean(axis=-1, keepdims=True)
+    alike = float(np.sum(e[..., 1:] * e[..., :-1]) / np.sum(e * e))
+    alike = min(max(alike, 0.0), 0.999)
+    return residual.size * (1.0 - alike) / (1.0 + alike)
+
+
 def bic_falls(model: TireModel, old: Fit, new: Fit) -> bool:
-    """BIC with independent noise of unknown size over all samples."""
-    n = model.runs.measured.size
+    """BIC with noise of unknown size, as correlated as what is left."""
+    n = samples_of(new.residual(model.runs.measured))
     grown = len(new.free) - len(old.free)
     return n * math.log(_error(model, new) / _error(model, old)) + grown * math.log(n) < 0.0
 
@@ -127,52 +137,103 @@ RIVALS: dict[str, tuple[Refit, Keep]] = {
 }
 
 
-def forward(model: TireModel, refit: Refit, keep: Keep) -> list[dict[str, Any]]:
-    """Named effects of a rival, in the order in which it kept them."""
+def forward(model: TireModel, refit: Refit, keep: Keep) -> dict[str, Any]:
+    """What a rival says; its effects in the order in which it kept them."""
     weight = channel_weights(model.runs, [LEVELS[c] for c in model.runs.channels])
     fitter = Fitter(model, weight)
     fit = fitter.fit(start_base(model))
     spread: dict[int, float] = {}
+    classes: list[list[str]] = []
     effects = list(library().values())
     while len(fit.terms) < MOST:
-        term = _best(model, fitter, fit, effects)
+        term, alike = _best(model, fitter, fit, effects)
         if term is None:
             break
         kept = refit(fitter, fit, term)
         if not keep(model, fit, kept.fit):
             break
         fit, spread = kept.fit, kept.spread
-    return [_told(i, t, spread.get(i, 0.0)) for i, t in enumerate(fit.terms)]
+        classes.append(alike)
+    named = [_told(i, t, spread.get(i, 0.0), classes[i]) for i, t in enumerate(fit.terms)]
+    return {
+        "effects": named, "unexplained": {}, "floor_rmse": None, "held_out_after": None,
+        "verdict": verdict(named, *_left(model, fit)),
+    }  # fmt: skip
 
 
-def _told(index: int, term: Term, error: float) -> dict[str, Any]:
+def _left(model: TireModel, fit: Fit) -> tuple[float, float]:
+    """RMSE of Fx and scatter of its repeats [N]."""
+    e = fit.residual(model.runs.measured)[0]
+    condition = model.runs.condition
+    apart, count = 0.0, 0
+    for c in np.unique(condition):
+        own = e[condition == c]
+        apart += float(np.sum((own - own.mean(axis=0)) ** 2))
+        count += (len(own) - 1) * own.shape[1]
+    return model.runs.rmse(e), math.sqrt(apart / max(count, 1))
+
+
+def verdict(named: Sequence[Mapping[str, Any]], left: float, floor: float) -> str:
+    """In the words of `flatplank diagnose`, as far as a rival can say them."""
+    faults = [n for n in named if n["name"] != LAW]
+    if left > AT_FLOOR * floor:
+        return "partly" if faults else "none of these"
+    if not faults:
+        return "tire law only" if named else "at floor"
+    return GROUP if any(n["class"] for n in faults) else "found"
+
+
+def _told(index: int, term: Term, error: float, alike: list[str]) -> dict[str, Any]:
     half = 1.645 * error
     return {
         "name": term.effect.identifier,
         "size": term.size,
-        "class": [],
+        "class": alike,
         "interval": [term.size - half, term.size + half],
         "unit": term.effect.main_parameter().unit,
     }
 
 
-def _best(model: TireModel, fitter: Fitter, fit: Fit, effects: Sequence[type]) -> Term | None:
-    """The candidate whose columns take most of the squared error, the base moving along."""
+def _best(
+    model: TireModel, fitter: Fitter, fit: Fit, effects: Sequence[type]
+) -> tuple[Term | None, list[str]]:
+    """The candidate whose columns take most of the squared error, the base moving along, and
+    the effects whose columns are nearly the same."""
     residual = fit.residual(model.runs.measured)
     weight = fitter.weight
     base = (fit.jacobian * weight).reshape(len(fit.jacobian), -1)
     inverse = solve(base @ base.T, base @ (residual * weight).ravel())[1]
     best: tuple[float, Candidate, np.ndarray] | None = None
+    columns: list[tuple[str, np.ndarray]] = []
+    direction = np.zeros(residual.size)
+    e = (residual * weight).ravel()
     for candidate in make_candidates(model, fit, effects, residual):
         s = (candidate.columns * weight).reshape(len(candidate.columns), -1)
-        e = (residual * weight).ravel()
         s = s - (s @ base.T) @ inverse @ base
         sizes, _ = solve(s @ s.T, s @ e)
         gain = float(2.0 * sizes @ (s @ e) - sizes @ (s @ s.T) @ sizes)
         term = term_of(candidate, sizes)
+        columns.append((term.effect.identifier, s))
         if gain > (best[0] if best else 0.0) and term.size != 0.0:
             best = (gain, candidate, sizes)
-    return term_of(best[1], best[2]) if best else None
+            direction = sizes @ s
+    if best is None:
+        return None, []
+    winner = term_of(best[1], best[2])
+    return winner, alike_with(direction, columns, winner.effect.identifier)
+
+
+def alike_with(
+    direction: np.ndarray, columns: Sequence[tuple[str, np.ndarray]], name: str
+) -> list[str]:
+    """Other effects whose columns imitate a direction, the nearest first."""
+    near: dict[str, float] = {}
+    for other, s in columns:
+        sizes, _ = solve(s @ s.T, s @ direction)
+        part = float(direction @ (sizes @ s)) / float(direction @ direction)
+        if other not in (name, LAW) and part > ALIKE**2:
+            near[other] = max(part, near.get(other, 0.0))
+    return sorted(near, key=lambda n: -near[n])[: LARGEST_CLASS - 1]
 
 
 def _spread(fitter: Fitter, fit: Fit) -> dict[int, float]:
@@ -189,20 +250,6 @@ def _spread(fitter: Fitter, fit: Fit) -> dict[int, float]:
     return out
 
 
-def _verdict(named: list[dict[str, Any]]) -> str:
-    if any(n["name"] != LAW for n in named):
-        return "found"
-    return "tire law only" if named else "at floor"
-
-
-def _points(entry: dict[str, Any], way: str) -> dict[str, Any]:
-    """What one way's answer is worth; a rival says no more than its names."""
-    said = entry["ways"][way]
-    if way in RIVALS:
-        said = said | {"verdict": _verdict(said["effects"])}
-    return points_of(dict(entry, diagnosis=said))
-
-
 def judge(case: Case, seed: int) -> dict[str, Any] | None:
     """Ours and both rivals on one campaign."""
     made = make(case, seed)
@@ -212,22 +259,17 @@ def judge(case: Case, seed: int) -> dict[str, Any] | None:
     entry: dict[str, Any] = {
         "key": case.key, "seed": seed, "code": journal.code_version(),
         "kit": journal.kit_version(),
-        "case": {"group": case.group, "hidden": list(case.hidden), "world": case.world,
-                 "factor": case.factor},
-        "answer": answer, "ways": {"ours": journal.diagnose(tables)},
+        "case": asdict(case), "answer": answer, "ways": {"ours": journal.diagnose(tables)},
     }  # fmt: skip
     model = TireModel(from_tables(tables))
     for name, (refit, keep) in RIVALS.items():
-        named = forward(model, refit, keep)
-        entry["ways"][name] = {
-            "effects": named, "unexplained": {}, "floor_rmse": None, "held_out_after": None,
-        }  # fmt: skip
+        entry["ways"][name] = forward(model, refit, keep)
     return entry
 
 
-def subset() -> list[Case]:
+def subset(seed: int) -> list[Case]:
     """The campaigns on which all are judged, the classes in turn."""
-    cases = list(full())
+    cases = full(seed)
     rows = zip_longest(*([c for c in cases if fnmatch.fnmatch(c.key, p)] for p in CLASSES))
     return [case for row in rows for case in row if case is not None]
 
@@ -239,10 +281,10 @@ def side_by_side(
     limit: int | None = None,
     any_code: bool = False,
     progress: journal.Progress = lambda _done, _all, _key: None,
-) -> str:
-    """Judge what the journal lacks, and the table in Markdown."""
+) -> list[dict[str, Any]]:
+    """Judge what the journal lacks; all entries."""
     known = journal.of_this_code(journal.read(path), seed, any_code)
-    cases = subset()[:limit]
+    cases = subset(seed)[:limit]
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", encoding="utf-8") as stream:
         for done, case in enumerate(cases, start=1):
@@ -254,40 +296,4 @@ def side_by_side(
                 stream.flush()
                 known[case.key] = entry
             progress(done, len(cases), case.key)
-    return scores(list(known.values()))
-
-
-def scores(entries: Sequence[Mapping[str, Any]]) -> str:
-    """One row per group and way; empty without entries."""
-    if not entries:
-        return ""
-    ways = ("ours", *RIVALS)
-    rows = []
-    for group in ("none", "single", "pair", "outside"):
-        own = [e for e in entries if e["case"]["group"] == group]
-        points = {w: [_points(e, w) for e in own] for w in ways}
-        cells = [str(share(p["right"] for p in points[w])) for w in ways]
-        rows.append([f"{group}: right", *cells])
-    points = {w: [_points(e, w) for e in entries] for w in ways}
-    hidden = {w: [p for p in points[w] if p["group"] in ("single", "pair")] for w in ways}
-    cells = [str(share(p["all"] for p in hidden[w])) for w in ways]
-    rows.append(["hidden effects all named", *cells])
-    rows.append(
-        [
-            "false terms per campaign",
-            *(f"{np.mean([p['false'] for p in points[w]]):.2f}" for w in ways),
-        ]
-    )
-    rows.append(
-        [
-            "90 % intervals that cover",
-            *(str(share(c for p in hidden[w] for c in p["covered"])) for w in ways),
-        ]
-    )
-    lines = [
-        f"{len(entries)} campaigns of the kit, the same base, the same candidates. A force law of "
-        f"another form (`{LAW}`) is not counted as false for anybody.",
-        "",
-        table(["", *ways], rows),
-    ]
-    return "\n".join(lines)
+    return list(known.values())

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from flatplank_control.blind.plan import LOAD, PRESSURE, STEP, Run
 from flatplank_control.blind.second_kernel import AT, NAMES, OUT, SAMPLE, run_one
@@ -35,6 +36,8 @@ class SecondTire:
     """[N]"""
     offset: float = -6e-4
     """slip offset of the rolling radius"""
+    circle: float = 0.0
+    """1: grip is shared by both directions, cell by cell"""
     lean: float = 1e-3
     """[rad] of the steering, seen by nobody"""
 
@@ -82,9 +85,14 @@ class SecondMachine:
     camber_share: float = 0.0
     steer_zero: float = 0.0
     """[rad]"""
+    load_waves: float = 0.0
+    """[N] more of the undulation of the load over the plank; the hub sees it"""
 
 
-def _numbers(tire: SecondTire, machine: SecondMachine, run: Run, gain: float, delay: float):
+def numbers_of(
+    tire: SecondTire, machine: SecondMachine, run: Run, gain: float, delay: float
+) -> np.ndarray:
+    """What the kernel gets of a run (len(NAMES),)."""
     s = run.setting
     load, over = s.fz / LOAD, s.pressure / PRESSURE - 1.0
     p = np.zeros(len(NAMES))
@@ -101,7 +109,7 @@ def _numbers(tire: SecondTire, machine: SecondMachine, run: Run, gain: float, de
         grip_speed=tire.grip_speed, carcass_x=tire.carcass_x * soft,
         carcass_y=tire.carcass_y * soft, nominal=s.fz, speed=0.03092,
         wheel_speed=0.0309 * (1.0 + tire.offset), delay=delay, step=STEP, kappa=s.kappa,
-        radius=RADIUS, start=math.radians(120.0 * (run.start - 1)),
+        circle=tire.circle, radius=RADIUS, start=math.radians(120.0 * (run.start - 1)),
         alpha=math.radians(s.alpha_deg) + tire.lean + machine.steer_zero,
         camber_slip=-machine.camber_share * math.sin(math.radians(s.gamma_deg)),
         ripple_period=0.05, wave_period=0.7, creep_time=8.0, play_hold=12.0,
@@ -128,9 +136,10 @@ def measure(
         # the share of the patch that stands on it
         cover = np.clip(np.minimum(end, x + tire.half) - np.maximum(start, x - tire.half), 0, None)
         friction *= 1.0 - loss * np.minimum(cover / reach, 1.0)
-    numbers = _numbers(tire, machine, run, gain, delay)
+    numbers = numbers_of(tire, machine, run, gain, delay)
     out = np.zeros((len(OUT), SAMPLES))
-    size = run_one(numbers, friction, bumps, out)
+    waves = np.array([machine.load_waves, 0.0, 0.5 * machine.load_waves, 0.0])
+    size = run_one(numbers, friction, bumps + waves, out)
     pinion, wheel, fx, fy, felt, shown = out[:, :size]
     columns = {
         "time": np.arange(size) * SAMPLE, "plank_position": pinion, "wheel_angle": wheel,
@@ -157,15 +166,20 @@ def _sensors(c: Columns, tire: SecondTire, machine: SecondMachine, run: Run, sha
     for (source, goal), amount in machine.mix.items():
         c[goal] = c[goal] + amount * true[source]
     c["fx"] += machine.drift * c["time"] + machine.drift_runs * (share - 0.5)
-    if machine.lag > 0.0:
-        keep = math.exp(-SAMPLE / machine.lag)
-        slow = c["fx"].copy()
-        for i in range(1, len(slow)):
-            slow[i] = keep * slow[i - 1] + (1.0 - keep) * 0.5 * (c["fx"][i] + c["fx"][i - 1])
-        c["fx"] = slow
+    c["fx"] = late(c["fx"], machine.lag)
     if machine.skew:
         for name in ("fx", "fy", "fz", "mx", "mz"):
             c[name] = np.interp(c["time"] - machine.skew, c["time"], c[name])
+
+
+def late(values: np.ndarray, time: float) -> np.ndarray:
+    """After a lag of first order [s], exact for straight lines between samples."""
+    if time <= 0.0:
+        return values
+    keep, ratio = math.exp(-SAMPLE / time), SAMPLE / time
+    middle = (1.0 - keep) / ratio
+    steps = (middle - keep) * values[:-1] + (1.0 - middle) * values[1:]
+    return np.append(values[0], lfilter([1.0], [1.0, -keep], steps, zi=[keep * values[0]])[0])
 
 
 def counted(columns: Columns) -> Columns:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_control.blind import third_bench, third_kernel
+from flatplank_control.blind import plan, third_bench, third_kernel
 from flatplank_control.blind.plan import LOAD, STEP, Run, Setting
 
 Columns = dict[str, np.ndarray]
@@ -22,12 +22,9 @@ SAMPLES = 2780
 COUNTS = 2.0 * math.pi / 32768.0
 """[rad] of the wheel's encoder; that of the plank counts the same on its pinion"""
 PINION = 0.05
-SLIPS = (-0.1, -0.02, 0.0, 0.02, 0.1)
 DESIGNS: Mapping[str, tuple[Setting, ...]] = {
-    "plain": tuple(Setting(k) for k in (-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1)),
-    "combined": tuple(Setting(k, alpha_deg=a) for a in (0.0, 5.0) for k in SLIPS),
-    "angles": tuple(Setting(k, alpha_deg=a) for a in (0.0, 2.0, 5.0) for k in SLIPS[::2]),
-    "wide_loads": tuple(Setting(k, fz) for fz in (1850.0, 3700.0, 5550.0) for k in SLIPS[::2]),
+    **{name: plan.DESIGNS[name] for name in ("plain", "combined", "wide_loads")},
+    "angles": tuple(Setting(k, alpha_deg=a) for a in (0.0, 2.0, 5.0) for k in plan.COARSE[::2]),
 }
 """conditions of a campaign; loads from half to one and a half of the usual one"""
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two worlds in which blind campaigns are made: the bristle plant and the second tire."""
+"""The worlds in which blind campaigns are made: the bristle plant, the second tire with its
+machine, the same tire on a machine whose faults have other forms, and for combined slip the second
+tire with a circle of grip and the third tire."""
 
 from __future__ import annotations
 
@@ -10,6 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from flatplank_control.blind import forms
 from flatplank_control.blind.menu import MENU
 from flatplank_control.blind.plan import STEP, Run
 from flatplank_control.blind.second import (
@@ -19,6 +22,7 @@ from flatplank_control.blind.second import (
     counted,
     measure,
 )
+from flatplank_control.blind.third_world import HIDES, ThirdWorld
 from flatplank_hw.plant.campaign import Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
 
@@ -115,7 +119,33 @@ class SecondWorld:
 
     def changed(self, change) -> SecondWorld:
         new = {name: getattr(self.tire, name) + step for name, step in change.items()}
-        return SecondWorld(replace(self.tire, **new), self.radius)
+        return replace(self, tire=replace(self.tire, **new))
+
+
+@dataclass(frozen=True)
+class FormsWorld(SecondWorld):
+    """The tire of cells on the machine of forms.py."""
+
+    def has(self, name: str) -> bool:
+        return name in forms.MENU_OF_FORMS
+
+    def run(self, runs, sizes, random, scatter) -> list[Columns]:
+        machine = forms.machine_of(sizes, random)
+        return [counted(c) for c in forms.runs_of_forms(self.tire, runs, machine, scatter)]
+
+
+@dataclass(frozen=True)
+class CircleWorld(SecondWorld):
+    """The tire of cells whose grip is shared by both directions."""
+
+    def has(self, name: str) -> bool:
+        return name in HIDES and super().has(name)
+
+    @classmethod
+    def drawn(cls, random: np.random.Generator | None = None) -> CircleWorld:
+        """Another tire; the usual one without a generator."""
+        tire = SecondTire() if random is None else SecondTire().drawn(random)
+        return cls(replace(tire, circle=1.0))
 
 
 @dataclass(frozen=True)
@@ -175,4 +205,9 @@ class PlantWorld:
 WORLDS: dict[str, Callable[[np.random.Generator | None], World]] = {
     "plant": PlantWorld.drawn,
     "second": lambda random: SecondWorld() if random is None else SecondWorld.drawn(random),
+    "forms": lambda random: FormsWorld() if random is None else FormsWorld.drawn(random),
+    "circle": CircleWorld.drawn,
+    "third": ThirdWorld.drawn,
 }
+COMBINED = ("circle", "third")
+"""worlds of combined slip and several loads, asked in a row of their own"""

@@ -6,17 +6,18 @@ from __future__ import annotations
 import argparse
 import fnmatch
 import json
+import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 from flatplank_control.blind import journal
-from flatplank_control.blind.cases import full
 from flatplank_control.blind.detectable import cache
+from flatplank_control.blind.lists import full
 from flatplank_control.blind.page import page, summary
 
-SEED = 2033
+SEED = 20261
 """of the table in the docs; nobody had looked at it while the search was worked on"""
 
 
@@ -24,12 +25,13 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="flatplank bench-blind", description=__doc__)
     p.add_argument("--small", action="store_true", help="five campaigns of five slips")
     p.add_argument("--seed", type=int, default=SEED)
-    p.add_argument("--repeats", type=int, default=5, help="campaigns per effect and size")
     p.add_argument("--jobs", type=int, default=1, help="processes")
     p.add_argument("--limit", type=int, help="only so many of the list, which is mixed")
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'pair/*'")
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
-    p.add_argument("--write", type=Path, metavar="FILE", help="the page, as in docs")
+    p.add_argument(
+        "--write", type=Path, metavar="FILE", help="the page and, beside it, its journal"
+    )
     p.add_argument(
         "--rivals", type=int, metavar="N", help="N of them side by side with today's ways"
     )
@@ -61,7 +63,7 @@ def main(argv: list[str]) -> int:
     """Exit code 0: all campaigns of the list are scored; 2: nothing to do."""
     o = parser().parse_args(argv)
     path = o.journal or cache() / f"seed{o.seed}.jsonl"
-    cases = [c for c in full(o.small, o.repeats) if fnmatch.fnmatch(c.key, o.only)][: o.limit]
+    cases = [c for c in full(o.seed, o.small) if fnmatch.fnmatch(c.key, o.only)][: o.limit]
     if not cases:
         print(
             f"bench-blind: --only '{o.only}' with --limit {o.limit} leaves no campaign; "
@@ -74,15 +76,20 @@ def main(argv: list[str]) -> int:
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = journal.run(cases, o.seed, path, o.jobs, show(time.monotonic()))
-    beside = _rivals(o, path) if o.rivals is not None else ""
+    beside = _rivals(o, path) if o.rivals is not None else []
     if o.json:
         print(json.dumps(summary(entries), indent=1))
         return 0
     command = " ".join(["./flatplank bench-blind", *argv])
-    text = page(entries, command, beside, len(cases))
+    header = {
+        "command": command, "commit": _commit(), "seed": o.seed, "whole": len(cases),
+        "rivals": beside,
+    }  # fmt: skip
+    text = page(entries, header)
     if o.write:
         from flatplank_analysis.discovery.modelfile import write_atomic
 
+        journal.publish(o.write.with_suffix(".jsonl.gz"), header, entries)
         write_atomic(o.write, text)
         print(f"{len(entries)} campaigns: {o.write}")
     else:
@@ -90,7 +97,17 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def _rivals(o: argparse.Namespace, path: Path) -> str:
+def _commit() -> str:
+    """Of the code that runs; with + when files differ from it."""
+    asked = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty=+"]
+    try:
+        done = subprocess.run(asked, capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.TimeoutExpired):
+        return "unknown"
+    return done.stdout.strip() or "unknown"
+
+
+def _rivals(o: argparse.Namespace, path: Path) -> list[dict]:
     from flatplank_control.blind.rivals import side_by_side
 
     return side_by_side(

@@ -19,7 +19,8 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, noise, runs_of
+from flatplank_control.blind.noise import NOISES, RELATIVE, noise
+from flatplank_control.blind.plan import STEP, runs_of
 from flatplank_control.blind.worlds import Scatter, SecondWorld
 
 SIZES = {"drive_backlash": 8e-4, "parasitic_force": 80.0, "wear": 0.2}

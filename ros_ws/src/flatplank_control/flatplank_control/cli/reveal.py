@@ -9,34 +9,37 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from flatplank_analysis.discovery.score import score, unseal
 from flatplank_analysis.wording import plain, quantity
-from flatplank_control.sealed.sizes import comparable
+from flatplank_control.sealed.score import score
+from flatplank_control.sealed.seal import unseal
 
 DIAGNOSIS = "diagnosis.json"
 
 
-def text_of(answer: dict, points: dict, diagnosis: Mapping[str, Any]) -> list[str]:
+def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
     """The answer and the score in words."""
     hidden = [f"{e['name']}, {quantity(e['size'], e['unit'], 4)}" for e in answer["effects"]]
     hidden += [_outside(answer["outside"])] if answer.get("outside") else []
     lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
-    for e, truth in zip(points["effects"], answer["effects"], strict=True):
-        if e["named"] and not comparable(e, truth, diagnosis):
-            lines.append(f"found as {e['as']}, whose size is another quantity")
-        elif e["named"]:
-            inside = "covers" if e["covered"] else "misses"
-            lines.append(
-                f"found as {e['as']}: {plain(e['size'], 4)} ({100 * e['error']:+.0f} %), "
-                f"its interval {inside} the truth"
-            )
-        else:
-            lines.append(f"not found: {e['name']}")
+    lines += [_effect(e) for e in points["effects"]]
     if points["outside_found"] is not None:
         lines.append(f"its place was {'' if points['outside_found'] else 'not '}found")
     if points["false"]:
         lines.append(f"named without cause: {', '.join(points['false'])}")
     return [*lines, "the diagnosis is right" if points["right"] else "the diagnosis is not right"]
+
+
+def _effect(e: Mapping[str, Any]) -> str:
+    """What became of one hidden effect."""
+    if not e["named"]:
+        kin = f"; {e['kin']} was named, which is like it but not it" if e["kin"] else ""
+        return f"not found: {e['name']}{kin}"
+    how = e["as"] if e["as"] == e["name"] else f"one of the group of {e['as']}"
+    if not e["comparable"]:
+        return f"found as {how}, whose size is another quantity"
+    inside = "covers" if e["covered"] else "misses"
+    off = "" if e["error"] is None else f" ({100 * e['error']:+.0f} %)"
+    return f"found as {how}: {plain(e['size'], 4)}{off}, its interval {inside} the truth"
 
 
 def _outside(what: Mapping[str, Any]) -> str:
@@ -75,5 +78,5 @@ def main(argv: list[str]) -> int:
     if o.json:
         print(json.dumps({"answer": answer, "score": points}, indent=1))
     else:
-        print("\n".join(text_of(answer, points, diagnosis)))
+        print("\n".join(text_of(answer, points)))
     return 0 if points["right"] else 1

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from flatplank_analysis.discovery.modelfile import ModelFile, save_model, write_atomic
 from flatplank_analysis.discovery.report.page import write_report
-from flatplank_analysis.discovery.score import score, unseal
 from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import quantity
 from flatplank_control.cli.reveal import DIAGNOSIS, text_of
 from flatplank_control.demo.steps import Teller
 from flatplank_control.sealed.generate import make_challenge
+from flatplank_control.sealed.score import score
+from flatplank_control.sealed.seal import unseal
 
 
 def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
@@ -41,5 +42,5 @@ def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
         teller.now(lines[-1].strip())
     page = write_report(result, folder / "report", session.campaign.path, model.history)
     answer = unseal(folder)
-    lines += [f"  {line}" for line in text_of(answer, score(data, answer), data)]
+    lines += [f"  {line}" for line in text_of(answer, score(data, answer))]
     return [*lines, f"diagnosis: {page}"]

@@ -13,13 +13,12 @@ from scipy.signal import lfilter
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.discovery.score import seal
 from flatplank_control.bench.campaign import SLIPS
-from flatplank_control.blind.cases import OUTSIDE_SIZES
 from flatplank_control.blind.outside import OUTSIDE, Force
 from flatplank_control.blind.plan import Run, Setting
 from flatplank_control.runner.measurement import START_ANGLES
 from flatplank_control.sealed.menu import MENU, Defects
+from flatplank_control.sealed.seal import seal
 from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
 
@@ -33,6 +32,8 @@ NOISE = 15.0
 """standard deviation of the slow noise of the forces [N]; thesis 6.3 finds 24 N at no slip"""
 NOISE_TIME = 0.3
 """it is correlated over so long [s]"""
+OUTSIDE_SIZES = (60.0, 120.0)
+"""of a force that is in no library [N]"""
 Progress = Callable[[int, int, str], None]
 
 

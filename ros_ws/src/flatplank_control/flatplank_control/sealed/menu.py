@@ -18,7 +18,7 @@ Defects = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Hidden:
-    """One entry: `defects(size)` switches it on; `names` are effects that count as found."""
+    """One entry: `defects(size)` switches it on; `names` are the effect and what is like it."""
 
     names: tuple[str, ...]
     """empty: no effect of the library, the answer is `none of these` or `partly`"""

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How a diagnosis is scored against an answer: strictly, by what the program itself said.
+
+A hidden effect is found when an entry of the diagnosis has its name, or when it stands in the
+class of an entry, the class has at most four names, and the verdict says that it is a group. What
+the answer calls relatives is told beside it (`kin`) and is not right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+LARGEST_CLASS = 4
+GROUP = "found group"
+NAMING = ("found", GROUP)
+LAW = "tire_law"
+"""no fault of the machine: it says that the force law is of another form, and is never false"""
+SILENT = ("none of these", "partly")
+"""verdicts that fit what is in no library"""
+QUIET = ("at floor", "tire law only")
+"""verdicts that fit where nothing is hidden"""
+
+Entry = Mapping[str, Any]
+Fits = Callable[[Entry, Entry], bool]
+
+
+def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
+    """Compare the JSON of a diagnosis with an answer.
+
+    right: everything hidden is found and nothing else is named; what is in no library is said to
+    be left, at its place; where nothing is hidden the verdict says so. kin_right: the same when a
+    relative counts, too. `present` of an answer holds effects that are true of the tire and are
+    not asked: naming them is neither right nor false. Sizes are judged effect by effect; in
+    another unit than the hidden one an interval does not cover.
+    """
+    hidden = list(answer.get("effects") or [])
+    outside = answer.get("outside")
+    free = {LAW, *map(str, answer.get("present") or [])}
+    everything = diagnosis.get("effects") or []
+    named = [n for n in everything if n["name"] not in free]
+    verdict = str(diagnosis.get("verdict"))
+
+    def strict(h: Entry, n: Entry) -> bool:
+        told = _class(n) if verdict == GROUP else _class(n) & {str(n["name"])}
+        return h["name"] in told
+
+    pairs, kin_pairs = _assign(hidden, named, strict), _assign(hidden, named, _kin)
+    false = _rest(named, pairs)
+    place = _covers(diagnosis, outside) if outside else None
+
+    def right(found: Sequence[Entry | None]) -> bool:
+        whole = None not in found and not _rest(named, found)
+        if outside:
+            return whole and verdict in SILENT and bool(place)
+        true_of_it = any(n["name"] != LAW for n in everything)
+        return whole and (bool(hidden) or verdict in QUIET or (true_of_it and verdict in NAMING))
+
+    return {
+        "right": right(pairs),
+        "kin_right": right(kin_pairs),
+        "first": named[0]["name"] if named else verdict,
+        "verdict": verdict,
+        "effects": [_match(*three) for three in zip(hidden, pairs, kin_pairs, strict=True)],
+        "false": [n["name"] for n in false],
+        "false_alarm": bool(not hidden and not outside and named),
+        "first_right": bool(named) and any(strict(h, named[0]) for h in hidden),
+        "outside_found": place,
+    }
+
+
+def _class(named: Entry) -> set[str]:
+    """The names that an entry stands for; none when they are too many to be an answer."""
+    names = {str(named["name"]), *map(str, named.get("class") or [])}
+    return names if len(names) <= LARGEST_CLASS else set()
+
+
+def _kin(hidden: Entry, named: Entry) -> bool:
+    return bool(_class(named) & {str(hidden["name"]), *map(str, hidden.get("class") or [])})
+
+
+def _assign(hidden: Sequence[Entry], named: Sequence[Entry], fits: Fits) -> list[Entry | None]:
+    """For each that is hidden the entry that names it, its own name before any other."""
+    out: list[Entry | None] = [None] * len(hidden)
+    free = list(named)
+    for same in (True, False):
+        for i, h in enumerate(hidden):
+            choice = [n for n in free if fits(h, n) and (h["name"] == n["name"]) >= same]
+            if out[i] is None and choice:
+                out[i] = choice[0]
+                free.remove(choice[0])
+    return out
+
+
+def _rest(named: Sequence[Entry], found: Sequence[Entry | None]) -> list[Entry]:
+    return [n for n in named if not any(n is f for f in found)]
+
+
+def _match(hidden: Entry, named: Entry | None, kin: Entry | None) -> dict[str, Any]:
+    out: dict[str, Any] = {"name": hidden["name"], "named": named is not None}
+    if named is None:
+        return out | {"kin": kin["name"] if kin else None}
+    truth, size = float(hidden["size"]), float(named["size"])
+    low, high = (float(v) for v in named["interval"])
+    units = {hidden.get("unit"), named.get("unit")} - {None}
+    comparable = len(units) < 2
+    return out | {
+        "as": named["name"],
+        "truth": truth,
+        "size": size,
+        "comparable": comparable,
+        "error": (size - truth) / truth if truth and comparable else None,
+        "covered": comparable and low <= truth <= high,
+    }
+
+
+def _covers(diagnosis: Entry, outside: Entry) -> bool:
+    """True when the diagnosis points at the place (or period) of what is in no library."""
+    rest = diagnosis.get("unexplained") or {}
+    period, found = outside.get("period"), rest.get("period")
+    if period:
+        return bool(found) and abs(float(found) / float(period) - 1.0) < 0.05
+    for place in rest.get("where") or []:
+        if place["coordinate"] == outside.get("coordinate"):
+            low, high = (float(v) for v in outside["range"])
+            return float(place["range"][0]) < high and float(place["range"][1]) > low
+    return False

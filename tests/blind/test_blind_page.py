@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Points, shares and the page of the blind kit."""
+
+from __future__ import annotations
+
+import pytest
+
+from flatplank_control.blind import tables
+from flatplank_control.blind.page import page, summary
+from flatplank_control.blind.points import Share, points_of
+from flatplank_control.blind.rival_scores import rival_scores
+
+HEADER = {"command": "the command", "commit": "abc", "seed": 1, "whole": 3, "rivals": []}
+
+
+def test_wilson():
+    low, high = Share(19, 20).interval()
+    assert (low, high) == pytest.approx((0.7639, 0.9911), abs=1e-3)
+    assert str(Share(0, 0)) == "-"
+
+
+def entry(group, hidden, named, verdict="found", outside=None, where=()):
+    effects = [
+        {"name": n, "size": s, "class": [], "interval": [0.9 * s, 1.1 * s]} for n, s in named
+    ]
+    answer = {"outside": outside, "effects": []}
+    if outside is None:
+        more = {"sized": True, "unit": "1", "detectable": 0.5, "consequence": 0.01}
+        answer["effects"] = [{"name": n, "size": 1.0, "class": [], **more} for n in hidden]
+    return {
+        "key": f"{group}/{'+'.join(hidden)}", "seed": 1, "code": "c", "kit": "k", "answer": answer,
+        "case": {"group": group, "hidden": list(hidden), "world": "second", "factor": 2.0,
+                 "rung": "x"},
+        "diagnosis": {"verdict": verdict, "effects": effects, "floor_rmse": 10.0,
+                      "held_out_after": 10.5, "unexplained": {"where": list(where)}},
+    }  # fmt: skip
+
+
+def test_points():
+    good = points_of(entry("single", ["wear"], [("wear", 1.05)]))
+    assert good["right"] and good["sizes"][0]["covered"] and good["held_out"] == 1.05
+    assert not points_of(entry("single", ["wear"], [("wear", 1.0), ("road_play", 1.0)]))["right"]
+    assert points_of(entry("single", ["wear"], [("wear", 1.0), ("tire_law", 1.0)]))["right"]
+    assert not points_of(entry("none", [], [("wear", 1.0)]))["right"]
+    assert points_of(entry("none", [], [], "tire law only"))["right"]
+    assert not points_of(entry("pair", ["wear", "road_play"], [("wear", 1.0)]))["right"]
+    place = {"coordinate": "plank position", "range": [2.0, 2.5]}
+    found = entry("outside", ["bump"], [], "none of these", place, [place])
+    assert points_of(found)["right"]
+    elsewhere = dict(place, range=[3.0, 3.5])
+    assert not points_of(entry("outside", ["bump"], [], "partly", place, [elsewhere]))["right"]
+
+
+def test_sizes_of_unlike_units_are_not_covered_and_not_left_out():
+    one = entry("single", ["wear"], [("wear", 1.05)])
+    one["diagnosis"]["effects"][0]["unit"] = "m"
+    for unit, covered in (("m", True), ("1", False)):
+        one["answer"]["effects"][0]["unit"] = unit
+        (size,) = points_of(one)["sizes"]
+        assert size["covered"] is covered and points_of(one)["right"]
+    text = page([one], HEADER)
+    assert "| 90 % intervals that cover the truth, all (goal 85 .. 95 %) | 0/1 = 0%" in text
+    assert "counted as not covering | 0/1 = 0%" in text
+
+
+def test_the_page_says_what_the_journal_says():
+    entries = [
+        entry("single", ["wear"], [("wear", 1.05)]),
+        entry("single", ["wear"], [("road_play", 1.0)]),
+        entry("none", [], [], "at floor"),
+    ]
+    text = page(entries, HEADER)
+    assert "| wear | 2 | road_play 1, wear 1 |" in text or "wear 1, road_play 1" in text
+    assert "1/2 = 50 %" in text.replace("50%", "50 %")
+    assert summary(entries)["x2"]["hits"] == 1
+
+
+def test_strict_and_lenient_stand_side_by_side():
+    """Rack backlash hidden, road play named: what the answer's own list let pass."""
+    twin = entry("single", ["rack_backlash"], [("road_play", 1.0)])
+    twin["answer"]["effects"][0]["class"] = ["road_play", "drive_backlash"]
+    text = page([twin], HEADER)
+    (row,) = [line for line in text.splitlines() if line.startswith("| " + tables.ROWS["x2"][0])]
+    cells = [c.strip() for c in row.strip("|").split("|")]
+    assert cells[1].startswith("0/1") and cells[-1].startswith("1/1")
+    assert summary([twin])["x2"] | {"interval": None} == {
+        "hits": 0, "trials": 1, "interval": None, "lenient": 1,
+    }  # fmt: skip
+
+
+def test_a_size_below_what_is_of_consequence_is_not_asked_and_is_shown():
+    small = entry("single", ["wear"], [], "at floor")
+    small["answer"]["effects"][0] |= {"consequence": 0.8}
+    assert summary([small])["x2"]["trials"] == 0
+    text = page([small], HEADER)
+    assert "too small to be of consequence: named rightly or not at all | 1/1" in text
+    (row,) = [line for line in text.splitlines() if line.startswith("| wear | 0.5")]
+    assert "| 1.6 .. 1.6 |" in row and "0/1" in row
+
+
+def test_the_power_curve_says_from_where_it_is_reached():
+    def one(ratio, right):
+        made = entry("single", ["wear"], [("wear", 1.0)] if right else [], "found")
+        made["answer"]["effects"][0]["detectable"] = 1.0 / ratio
+        return made
+
+    entries = [
+        one(1.0, False),
+        *(one(2.0, True) for _ in range(4)),
+        one(2.0, False),
+        one(4.0, True),
+    ]
+    (row,) = [r for r in page(entries, HEADER).splitlines() if r.startswith("| wear | 0.25")]
+    cells = [c.strip() for c in row.strip("|").split("|")]
+    assert cells[3:] == ["0/1", "4/5", "1/1", "-", "-", "1.5 x"]
+    assert tables.reached([Share(1, 1), Share(0, 1)]) is None
+
+
+def test_rivals_are_scored_by_the_same_rule():
+    one = entry("single", ["wear"], [("wear", 1.05)])
+    near = {"name": "zero_drift", "size": 1.0, "interval": [0.9, 1.1], "class": ["wear"]}
+    said = {"effects": [near], "unexplained": {}, "floor_rmse": None, "held_out_after": None}
+    one["ways"] = {
+        "ours": one.pop("diagnosis"), "a rival": said | {"verdict": "found group"},
+        "another": said | {"verdict": "found"},
+    }  # fmt: skip
+    text = rival_scores([one])
+    (row,) = [line for line in text.splitlines() if line.startswith("| one effect: right")]
+    assert [c.strip()[:3] for c in row.strip("|").split("|")][1:] == ["1/1", "1/1", "0/1"]
+    assert text in page([one | {"diagnosis": one["ways"]["ours"]}], HEADER | {"rivals": [one]})

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The score: what the program itself said, not what the answer would let pass."""
+
+from __future__ import annotations
+
+import pytest
+
+from flatplank_analysis.errors import FlatplankError
+from flatplank_control.sealed.score import score
+from flatplank_control.sealed.seal import unseal
+
+RACK = {
+    "name": "rack_backlash", "size": 5e-4, "unit": "m", "class": ["drive_backlash", "road_play"],
+}  # fmt: skip
+
+
+def named(name, *others, size=5e-4, unit="m"):
+    interval = [0.9 * size, 1.1 * size]
+    return {"name": name, "class": list(others), "size": size, "unit": unit, "interval": interval}
+
+
+def said(verdict, *effects, **more):
+    return {"verdict": verdict, "effects": list(effects), **more}
+
+
+def test_a_relative_of_what_is_hidden_is_not_right():
+    """The answer of seed 7331: road play named alone where the rack has backlash."""
+    points = score(said("found", named("road_play")), {"effects": [RACK]})
+    assert not points["right"] and points["kin_right"] and not points["first_right"]
+    assert points["false"] == ["road_play"]
+    assert points["effects"] == [{"name": "rack_backlash", "named": False, "kin": "road_play"}]
+
+
+def test_the_class_that_the_program_gives_is_right_when_it_says_that_it_is_a_group():
+    answer = {"effects": [RACK]}
+    group = named("road_play", "rack_backlash", "drive_backlash")
+    assert score(said("found group", group), answer)["right"]
+    assert score(said("found group", group), answer)["effects"][0]["as"] == "road_play"
+    assert not score(said("found", group), answer)["right"]
+    assert not score(said("partly", group), answer)["right"]
+    many = named("road_play", "rack_backlash", "a", "b", "c")
+    assert not score(said("found group", many), answer)["right"]
+    assert score(said("found", named("rack_backlash")), answer)["right"]
+    # a class of five is no answer, even when it begins with the right name
+    assert not score(said("found group", named("rack_backlash", *"abcd")), answer)["right"]
+
+
+def test_one_name_is_not_counted_for_two():
+    both = {"effects": [RACK, dict(RACK, name="road_play")]}
+    group = named("drive_backlash", "rack_backlash", "road_play")
+    points = score(said("found group", group), both)
+    assert [e["named"] for e in points["effects"]] == [True, False]
+    pair = said("found group", group, named("rack_backlash"))
+    points = score(pair, both)
+    assert [e["as"] for e in points["effects"]] == ["rack_backlash", "drive_backlash"]
+    assert points["right"]
+
+
+def test_a_size_in_another_unit_is_not_covered():
+    hidden = {"name": "crosstalk_fz", "size": 0.25, "unit": "1", "class": []}
+    group = named("runout_2", "crosstalk_fz", size=0.25)
+    (one,) = score(said("found group", group), {"effects": [hidden]})["effects"]
+    assert one["named"] and not one["comparable"] and not one["covered"] and one["error"] is None
+    group["unit"] = "1"
+    (one,) = score(said("found group", group), {"effects": [hidden]})["effects"]
+    assert one["comparable"] and one["covered"] and one["error"] == 0.0
+
+
+def test_what_is_wrong_is_counted():
+    answer = {"effects": [{"name": "wear", "size": 0.1, "unit": "1", "class": []}]}
+    lag, law, wear = named("lag"), named("tire_law"), named("wear")
+    wrong = score(said("found", lag), answer)
+    assert not wrong["right"] and wrong["false"] == ["lag"]
+    alarm = score(said("found", lag), {"effects": []})
+    assert alarm["false_alarm"] and not alarm["right"]
+    for verdict, right in (("at floor", True), ("tire law only", True), ("partly", False)):
+        assert score(said(verdict), {"effects": []})["right"] is right
+    assert score(said("tire law only", law), {"effects": []})["right"]
+    beside = score(said("found", law, wear), answer)
+    assert beside["right"] and beside["first_right"] and not beside["false"]
+
+
+def test_what_is_in_no_library_is_found_at_its_place():
+    outside = {"effects": [], "outside": {"coordinate": "plank position", "range": [2.0, 2.8]}}
+    rest = {"where": [{"coordinate": "plank position", "range": [2.1, 2.6], "share": 0.5}]}
+    seen = score(said("none of these", unexplained=rest), outside)
+    assert seen["right"] and seen["outside_found"]
+    assert not score(said("none of these", unexplained={}), outside)["right"]
+    assert not score(said("found", unexplained=rest), outside)["right"]
+
+
+def test_no_seal_is_one_line():
+    with pytest.raises(FlatplankError, match="sealed"):
+        unseal("/nonexistent")
