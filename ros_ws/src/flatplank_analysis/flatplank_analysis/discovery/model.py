@@ -24,6 +24,22 @@ class Lane:
     """effect and its parameter values, in the order in which they act"""
 
 
+@dataclass(frozen=True)
+class Form:
+    """How far a model is off systems of another form, as shares of the largest signal: measured,
+    the floor cannot show it. A model that has it calls it `form`."""
+
+    mean: float = 0.0
+    """root mean square of the mean residual"""
+    stretch: float = 0.0
+    """the same within 5 cm of a place"""
+
+
+def form_of(model: Model) -> Form:
+    """What is known of the form of a model."""
+    return getattr(model, "form", Form())
+
+
 class Model(Protocol):
     """Anything that predicts the measured channels."""
 
