@@ -15,7 +15,7 @@ from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_control.blind.detectable import detectable
 from flatplank_control.blind.menu import MENU, PAIRS
 from flatplank_control.blind.outside import OUTSIDE
-from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, noise, runs_of
+from flatplank_control.blind.plan import NOISES, RELATIVE, STEP, Run, noise, runs_of
 from flatplank_control.blind.worlds import WORLDS, Scatter
 
 OUTSIDE_SIZES = (60.0, 120.0)
@@ -139,7 +139,7 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
         dt = float(c["time"][1] - c["time"][0])
         for name, share in RELATIVE.items():
             c[name] = c[name] + noise(NOISES[case.noise], len(c["time"]), dt, random, share)
-        tables.append(MeasurementTable(_shown(c), _info(run, world.radius)))
+        tables.append(measured_table(c, run, world.radius))
     return tables, answer
 
 
@@ -147,6 +147,11 @@ def _answer(name: str, size: float) -> dict[str, Any]:
     item = MENU[name]
     first, *others = item.names
     return {"name": first, "size": size, "unit": item.unit, "class": others, "sized": item.sized}
+
+
+def measured_table(c: dict[str, np.ndarray], run: Run, radius: float) -> MeasurementTable:
+    """A run of a world as it is given to the analysis."""
+    return MeasurementTable(_shown(c), _info(run, radius))
 
 
 def _shown(c: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
