@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -38,6 +38,12 @@ class Form:
 def form_of(model: Model) -> Form:
     """What is known of the form of a model."""
     return getattr(model, "form", Form())
+
+
+def starts_of(model: Model) -> Sequence[Mapping[str, float]]:
+    """Other start values of the base, by name, for a base that fits nowhere from its nulls; a
+    model that has them calls them `starts`."""
+    return getattr(model, "starts", ())
 
 
 class Model(Protocol):

@@ -15,7 +15,7 @@ from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
-from flatplank_analysis.discovery.model import Model
+from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.rivals import Rival, Suspect, indifferent, rivals, suspects
 from flatplank_analysis.discovery.screen import Screen, Screened
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
@@ -167,6 +167,7 @@ class _Searcher:
         self.began = time.perf_counter()
         self.fitter = Fitter(model, channel_weights(model.runs, _rough_levels(model)))
         self.looked_at = looks(effects, model)
+        self.starts = 1
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -176,7 +177,7 @@ class _Searcher:
         self.say("fit of the base", 0.0)
         fit = self.first_fit()
         fitted = time.perf_counter() - self.began
-        step = self.step_of(fit, [], update=True)
+        step = self.elsewhere(self.step_of(fit, [], update=True))
         first = time.perf_counter() - self.began
         steps = [step]
         for number in range(self.options.most):
@@ -189,7 +190,23 @@ class _Searcher:
         self.say("effects that could stand in for what was found", 0.9)
         step.found = self.classed(step)
         seconds = time.perf_counter() - self.began
-        return Search(self.model, self.effects, steps, seconds, self.looked_at, fitted, first)
+        return Search(
+            self.model, self.effects, steps, seconds, self.looked_at, fitted, first, self.starts
+        )
+
+    def elsewhere(self, step: Step) -> Step:
+        """The same step; where its base fits nowhere the best one from several other tires."""
+        if not invariants.far_off(step.state):
+            return step
+        fits = [step.state.fit]
+        for other in starts_of(self.model):
+            self.say("other starts of the base", 0.17)
+            base = start_base(self.model, {**self.options.start, **other})
+            fits.append(self.fitter.fit(base, self.options.terms))
+        self.starts = len(fits)
+        errors = [invariants.error_of(self.fitter, f) for f in fits]
+        best = fits[errors.index(min(errors))]
+        return step if best is fits[0] else self.step_of(best, [])
 
     def first_fit(self) -> Fit:
         base = start_base(self.model, self.options.start)

@@ -128,7 +128,7 @@ def _round(value: float) -> float | None:
 def undecidable(runs: RunSet) -> str:
     """Why a campaign cannot be decided, or an empty text."""
     if runs.contradicted:
-        return runs.contradicted[0]
+        return "; ".join(runs.contradicted)
     if runs.runs < LEAST_RUNS:
         return f"{runs.runs} runs: at least {LEAST_RUNS} independent runs are needed"
     if not runs.repeated:

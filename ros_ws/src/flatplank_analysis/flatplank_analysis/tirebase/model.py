@@ -17,6 +17,7 @@ from flatplank_analysis.tirebase import kernel
 from flatplank_analysis.tirebase.data import TireRuns
 from flatplank_analysis.tirebase.grid import SPEED
 from flatplank_analysis.tirebase.parameters import base_parameters
+from flatplank_analysis.tirebase.starts import other_starts
 
 CHUNK = 48
 """lanes computed at once"""
@@ -35,6 +36,7 @@ class TireModel:
         self.data = data
         self.runs: RunSet = data.runs
         self.parameters = base_parameters(data)
+        self.starts = other_starts(self.parameters)
         self._names = [p.name for p in self.parameters]
         self._reference = float(np.median(data.nominal))
         self._pressure = float(np.median(data.pressure))

@@ -152,7 +152,7 @@ class Session:
         before: a step without the last of the extra terms, whose error is not raised.
         """
         if self.model.runs.contradicted:
-            raise FlatplankError(self.model.runs.contradicted[0], self.campaign.path)
+            raise FlatplankError("; ".join(self.model.runs.contradicted), self.campaign.path)
         if not self.model.runs.repeated:
             why = verdict.undecidable(self.model.runs)
             raise FlatplankError(why, self.campaign.path, "repeat one condition")
