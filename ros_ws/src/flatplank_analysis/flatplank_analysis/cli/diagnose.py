@@ -87,6 +87,12 @@ def text_of(result: Diagnosis) -> str:
             f"error of Fx: {result.rmse_before:.1f} N before, {result.rmse_after:.1f} N after, "
             f"floor {result.floor:.1f} N; held out {result.held_out_after:.1f} N"
         )
+    if result.limits is not None:
+        lines.append(
+            f"what counts: a mean rest of more than {result.limits.rest:.1f} N, within 5 cm "
+            f"{result.limits.stretch:.0f} N; to be found, an error up to "
+            f"{result.limits.error:.1f} N"
+        )
     for found in result.found:
         d = found.decision
         effect, unit = d.term.effect, d.term.effect.main_parameter().unit
@@ -98,8 +104,16 @@ def text_of(result: Diagnosis) -> str:
             f"  check: {effect.check}",
             f"  removed by: {effect.removes}",
         ]
-        if found.alike:
-            lines.append(f"  cannot be told apart here: {', '.join(found.alike)}")
+        if found.told:
+            lines.append(f"  cannot be told apart here: {', '.join(r.name for r in found.told)}")
+        for rival in found.told:
+            other = rival.term.effect
+            size = quantity(rival.term.size, other.main_parameter().unit, 4)
+            lines += [
+                f"  or {rival.name}: {size}",
+                f"    check: {other.check}",
+                f"    removed by: {other.removes}",
+            ]
     if result.verdict in ("none of these", "partly"):
         for m in result.maps[:3]:
             lines.append(f"left over {m.coordinate}: {m.words()}")

@@ -168,11 +168,12 @@ def _reasons(d: Decision, explained: float) -> Iterator[str]:
         yield "not the same size in every condition"
     if d.interval[0] * d.interval[1] <= 0.0 and not d.term.effect.generic:
         yield "its interval covers zero"
-    if _at_edge(d.term):
+    if at_edge(d.term):
         yield "at the end of its physical range"
 
 
-def _at_edge(term: Term) -> bool:
+def at_edge(term: Term) -> bool:
+    """True when the size stands at an end of its physical range."""
     p = term.effect.main_parameter()
     value = term.named()[p.name]
     width = p.upper - p.lower

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,6 +22,28 @@ class Lane:
     """(parameters,)"""
     effects: tuple[tuple[type[Effect], np.ndarray], ...] = ()
     """effect and its parameter values, in the order in which they act"""
+
+
+@dataclass(frozen=True)
+class Form:
+    """How far a model is off systems of another form, as shares of the largest signal: measured,
+    the floor cannot show it. A model that has it calls it `form`."""
+
+    mean: float = 0.0
+    """root mean square of the mean residual"""
+    stretch: float = 0.0
+    """the same within 5 cm of a place"""
+
+
+def form_of(model: Model) -> Form:
+    """What is known of the form of a model."""
+    return getattr(model, "form", Form())
+
+
+def starts_of(model: Model) -> Sequence[Mapping[str, float]]:
+    """Other start values of the base, by name, for a base that fits nowhere from its nulls; a
+    model that has them calls them `starts`."""
+    return getattr(model, "starts", ())
 
 
 class Model(Protocol):

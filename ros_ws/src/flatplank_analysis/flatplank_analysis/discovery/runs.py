@@ -53,6 +53,8 @@ class RunSet:
     itself from run to run, so the repeats do not show it"""
     facts: Mapping[str, np.ndarray] = field(default_factory=dict)
     """numbers per run that effects may want (start angle, nominal load ...), shape (runs,)"""
+    contradicted: tuple[str, ...] = ()
+    """signs of columns or records that physics contradicts, in words: nothing is fitted then"""
 
     def __post_init__(self) -> None:
         shape = self.measured.shape

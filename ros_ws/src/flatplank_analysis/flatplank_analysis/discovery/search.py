@@ -10,12 +10,13 @@ from functools import cached_property
 
 import numpy as np
 
-from flatplank_analysis.discovery import heldout
+from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
-from flatplank_analysis.discovery.model import Model
+from flatplank_analysis.discovery.model import Model, starts_of
+from flatplank_analysis.discovery.rivals import Rival, Suspect, indifferent, rivals, suspects
 from flatplank_analysis.discovery.screen import Screen, Screened
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
 from flatplank_analysis.discovery.state import (
@@ -29,9 +30,8 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.errors import FlatplankError
 
-NEARLY_ALIKE = 0.8
-ALIKE = 0.03
-"""share of a drop that is no evidence between two effects: the law of the model is no better"""
+LARGEST_CLASS = 4
+"""names of an effect and its class together; more are no answer"""
 COLD = 2
 """refits, those with the largest drops, that may be repeated from the start values of the base"""
 Progress = Callable[[str, float], None]
@@ -42,10 +42,25 @@ class Found:
     """An effect that was accepted."""
 
     decision: Decision
-    alike: tuple[str, ...]
-    """cannot be told apart from it with these runs"""
-    weakly: tuple[str, ...]
-    """can hardly be told apart"""
+    suspects: tuple[Suspect, ...] = ()
+    """effects that might stand in for it"""
+    rivals: tuple[Rival, ...] = ()
+    """the suspects once each was refitted in its place, the likeliest first"""
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Its class: what the runs cannot tell from it."""
+        return tuple(r.name for r in self.rivals if not r.excluded)
+
+    @property
+    def told(self) -> list[Rival]:
+        """Its class as it is told: the likeliest ones. With more than these it is no answer."""
+        return [r for r in self.rivals if not r.excluded][:LARGEST_CLASS]
+
+    @property
+    def weakly(self) -> tuple[str, ...]:
+        """What can hardly be told from it."""
+        return tuple(r.name for r in self.rivals if r.excluded and r.near)
 
 
 @dataclass
@@ -78,6 +93,8 @@ class Search:
     """seconds that the first fit took"""
     first_ranking: float
     """seconds until the first ranking was there"""
+    starts: int = 1
+    """from how many tires the base was fitted"""
     polished: State | None = None
     """the end of the search with all pieces of the law set free: what they take is no fault"""
 
@@ -150,6 +167,7 @@ class _Searcher:
         self.began = time.perf_counter()
         self.fitter = Fitter(model, channel_weights(model.runs, _rough_levels(model)))
         self.looked_at = looks(effects, model)
+        self.starts = 1
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -159,7 +177,7 @@ class _Searcher:
         self.say("fit of the base", 0.0)
         fit = self.first_fit()
         fitted = time.perf_counter() - self.began
-        step = self.step_of(fit, [], update=True)
+        step = self.elsewhere(self.step_of(fit, [], update=True))
         first = time.perf_counter() - self.began
         steps = [step]
         for number in range(self.options.most):
@@ -169,8 +187,26 @@ class _Searcher:
                 break
             step = self.backward(after)
             steps.append(step)
+        self.say("effects that could stand in for what was found", 0.9)
+        step.found = self.classed(step)
         seconds = time.perf_counter() - self.began
-        return Search(self.model, self.effects, steps, seconds, self.looked_at, fitted, first)
+        return Search(
+            self.model, self.effects, steps, seconds, self.looked_at, fitted, first, self.starts
+        )
+
+    def elsewhere(self, step: Step) -> Step:
+        """The same step; where its base fits nowhere the best one from several other tires."""
+        if not invariants.far_off(step.state):
+            return step
+        fits = [step.state.fit]
+        for other in starts_of(self.model):
+            self.say("other starts of the base", 0.17)
+            base = start_base(self.model, {**self.options.start, **other})
+            fits.append(self.fitter.fit(base, self.options.terms))
+        self.starts = len(fits)
+        errors = [invariants.error_of(self.fitter, f) for f in fits]
+        best = fits[errors.index(min(errors))]
+        return step if best is fits[0] else self.step_of(best, [])
 
     def first_fit(self) -> Fit:
         base = start_base(self.model, self.options.start)
@@ -214,9 +250,11 @@ class _Searcher:
                 continue
             # from both places: the one may end in a corner of the law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
-            fit = min(fits, key=lambda f: f.chi2)
+            fit = invariants.no_worse(self.fitter, state.fit, fits)
+            if not invariants.acts(fit.terms[-1]):
+                continue
             decision = replace(decision, held_out_gain=heldout.gain(state, fit, index))
-            taken = Found(decision, *self.alike(step, decision))
+            taken = Found(decision, tuple(suspects(self.model, state, step.screen, decision)))
             return self.step_of(fit, [*step.found, taken], near=best.fit)
         return None
 
@@ -272,38 +310,18 @@ class _Searcher:
         named = [p for p in good if not p[0].term.effect.generic]
         if named:
             best = named[0][0]
-            near = best.drop - _indifferent(best)
+            near = best.drop - indifferent(best)
             named.sort(key=lambda p: (p[0].drop < near, p[0].term.effect.rarity, -p[0].drop))
         free = [p for p in good if p[0].term.effect.generic]
         return (named + free)[:3]
 
-    def alike(self, step: Step, decision: Decision) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Names that look like the effect, once the model has taken its part.
-
-        Two effects are told apart when the one leaves of the other's drop more than the
-        dispersion can account for, and more than the form of the model's law may be wrong by.
-        """
-        mine = screens.settings_of(step.screen, decision.term.effect.identifier)
-        same: list[str] = []
-        weak: list[str] = []
-        if not mine:
-            return (), ()
-        drop = max(decision.drop, 1e-9)
-        for other in screens.best_per_effect(step.screen):
-            if other.identifier == mine[0].identifier or other.visible < screens.VISIBLE / 3:
-                continue
-            if other.candidate.effect.generic:
-                continue
-            rho = min(
-                screens.likeness(step.screen, mine[0], other),
-                screens.likeness(step.screen, other, mine[0]),
-            )
-            left = drop * (1.0 - rho**2)
-            if rho > NEARLY_ALIKE and left < _indifferent(decision):
-                same.append(other.identifier)
-            elif rho > NEARLY_ALIKE:
-                weak.append(other.identifier)
-        return tuple(same), tuple(weak)
+    def classed(self, step: Step) -> list[Found]:
+        """The effects of a step, each with what could stand in for it."""
+        offset = len(self.options.terms)
+        return [
+            replace(f, rivals=rivals(self.fitter, step.state, i, f.decision, f.suspects))
+            for i, f in enumerate(step.found, offset)
+        ]
 
     def backward(self, step: Step) -> Step:
         """Drop accepted effects that are not needed any more; refresh the tests of the others.
@@ -334,7 +352,7 @@ class _Searcher:
             judge = Judge(state, less.chi2, step.screen.usual)
             looked = self.looked_at[found.decision.term.effect.identifier]
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
-            out.append(Found(decision, found.alike, found.weakly))
+            out.append(replace(found, decision=decision))
         return out
 
 
@@ -347,11 +365,6 @@ def _needed(decision: Decision, explained: float) -> bool:
     """True when an effect still explains something beside the others."""
     least = SHARE * max(explained - decision.drop, 0.0)
     return decision.drop > least and decision.p_repeats < decision.level
-
-
-def _indifferent(decision: Decision) -> float:
-    """Difference of gains that is no evidence between two effects."""
-    return max(EVIDENCE * max(decision.dispersion, 1.0), ALIKE * decision.drop)
 
 
 def _nearly(decision: Decision) -> bool:

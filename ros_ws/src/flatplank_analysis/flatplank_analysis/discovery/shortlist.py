@@ -81,6 +81,11 @@ def negligible(item: Screened) -> bool:
 
 def line_search(model: Model, state: State, item: Screened) -> Term:
     """Size with the smallest whitened chi2 once the base has moved along."""
+    return profile(model, state, item)[0]
+
+
+def profile(model: Model, state: State, item: Screened) -> tuple[Term, float]:
+    """The same with the drop of the chi2 that one linear step of the base promises there."""
     effect, fit = item.candidate.effect, state.whitened.fit
     width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
     terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]
@@ -97,4 +102,5 @@ def line_search(model: Model, state: State, item: Screened) -> Term:
     for i in range(n, n + len(terms)):
         left = scores[:n] - products[:n, i]
         errors.append(products[i, i] - 2.0 * scores[i] - float(left @ inverse @ left))
-    return terms[int(np.argmin(errors))]
+    best = int(np.argmin(errors))
+    return terms[best], -errors[best]

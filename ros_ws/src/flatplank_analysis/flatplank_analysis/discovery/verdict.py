@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.discovery import decide, where
+from flatplank_analysis.discovery import decide, invariants, where
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.search import Found, Search, Step, polish
-from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.search import LARGEST_CLASS, Found, Search, Step, polish
 
 AT_FLOOR = "at floor"
 FOUND = "found"
@@ -25,9 +24,6 @@ NONE = "none of these"
 UNDECIDED = "not decidable"
 VERDICTS = (AT_FLOOR, FOUND, GROUP, LAW, PARTLY, NONE, UNDECIDED)
 LEAST_RUNS = 6
-LARGEST_CLASS = 4
-LEFT = 1e-3
-"""p-value below which a mean residual is said to be left: every channel is asked at every step"""
 
 
 @dataclass(frozen=True)
@@ -53,6 +49,8 @@ class Diagnosis:
     detectable: dict[str, tuple[float, str]]
     """smallest size found with 80 % power, by effect, with unit"""
     seconds: float
+    limits: invariants.Limits | None = None
+    """what counts in the first channel"""
     search: Search | None = None
     notes: tuple[str, ...] = field(default_factory=tuple)
 
@@ -67,6 +65,13 @@ class Diagnosis:
             "rmse_after": _round(self.rmse_after),
             "held_out_before": _round(self.held_out_before),
             "held_out_after": _round(self.held_out_after),
+            "limits": {
+                "rest": _round(self.limits.rest),
+                "stretch": _round(self.limits.stretch),
+                "error_found": _round(self.limits.error),
+            }
+            if self.limits
+            else None,
             "unexplained": {
                 "rmse": _round(self.unexplained),
                 "varying": _round(self.varying),
@@ -102,12 +107,18 @@ def effect_dict(found: Found) -> dict[str, Any]:
         "size": _round(d.term.size),
         "unit": effect.main_parameter().unit,
         "interval": [_round(d.interval[0]), _round(d.interval[1])],
-        "class": list(found.alike),
+        "class": [r.name for r in found.told],
         "weakly": list(found.weakly),
+        "advice": [_advice(effect), *(_advice(r.term.effect) for r in found.told)],
         "held_out_gain": _round(d.held_out_gain),
         "p_value": float(f"{d.p_value:.3g}"),
         "parameters": {k: _round(v) for k, v in d.term.named().items()},
     }
+
+
+def _advice(effect: type[Effect]) -> dict[str, str]:
+    """How to check an effect at the machine, and what removes it."""
+    return {"name": effect.identifier, "check": effect.check, "removes": effect.removes}
 
 
 def _round(value: float) -> float | None:
@@ -116,6 +127,8 @@ def _round(value: float) -> float | None:
 
 def undecidable(runs: RunSet) -> str:
     """Why a campaign cannot be decided, or an empty text."""
+    if runs.contradicted:
+        return "; ".join(runs.contradicted)
     if runs.runs < LEAST_RUNS:
         return f"{runs.runs} runs: at least {LEAST_RUNS} independent runs are needed"
     if not runs.repeated:
@@ -127,15 +140,20 @@ def undecidable(runs: RunSet) -> str:
 
 def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosis:
     """Judge where a search ended."""
-    last, first = search.last, search.steps[0]
     runs = search.model.runs
+    verdict, reason = _unsettled(search)
+    if verdict:
+        search = replace(search, steps=search.steps[:1])
+    elif invariants.rest(search.last.state, bool(search.last.found)):
+        search.polished = polish(search)
+    last, first = search.last, search.steps[0]
     levels = last.state.floors[0]
     residual = last.state.residual[0]
-    if not undecidable(runs) and _open(last.state, bool(last.found)):
-        search.polished = polish(search)
-    verdict, reason = _verdict(search, last)
+    if not verdict:
+        verdict, reason = _verdict(search, last)
+    counts = invariants.limits(last.state)
     maps = where.make_maps(runs, residual, levels.floor)
-    found_events = where.events(runs, residual, levels.floor)
+    found_events = where.events(runs, residual, counts.stretch)
     period, share = _period(runs, residual, verdict)
     notes = list(_notes(runs, search))
     return Diagnosis(
@@ -156,62 +174,50 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         next_run=next_run or {},
         detectable=smallest(last, search.looked_at),
         seconds=search.seconds,
+        limits=counts,
         search=search,
         notes=tuple(notes),
     )
 
 
-def _verdict(search: Search, last: Step) -> tuple[str, str]:
+def _unsettled(search: Search) -> tuple[str, str]:
+    """Why nothing can be named at all; two empty texts when something can."""
     why = undecidable(search.model.runs)
     if why:
         return UNDECIDED, why
+    off = invariants.far_off(search.last.state)
+    if not off:
+        return "", ""
+    tried = ", ".join(f.decision.term.effect.identifier for f in search.last.found)
+    beside = f", and beside it {tried}" if tried else ""
+    return UNDECIDED, (
+        f"the base is far off in every condition, worst {off}; tried: {search.starts} starts of "
+        f"the base{beside}; most likely the sign or the unit of a column or of a key is wrong"
+    )
+
+
+def _verdict(search: Search, last: Step) -> tuple[str, str]:
     level = last.state.floors[0]
-    left = _open(last.state, bool(last.found))
+    left = invariants.rest(last.state, bool(last.found))
     polished = search.polished
-    lawful = bool(left) and polished is not None and not _open(polished, bool(last.found))
-    slight = lawful and _slight(last.state)
+    lawful = polished is not None and not invariants.rest(polished, bool(last.found))
     named = [f for f in last.found if not f.decision.term.effect.generic]
     if not last.found:
         if not left:
-            return AT_FLOOR, f"nothing is left beyond the floor of {level.floor:.1f}"
-        if slight:
-            return AT_FLOOR, f"{left}; a slightly other force law takes it"
+            return AT_FLOOR, f"nothing that counts is left beyond the floor of {level.floor:.1f}"
         if lawful:
             return LAW, f"{left}; a force law of another form takes it, the machine is fine"
         return NONE, f"{left}; no effect of the library explains it"
-    if left and not lawful:
-        return PARTLY, left
-    if not named:
+    if not named and (lawful or not left):
         return LAW, "the machine is fine; the force law is of another form"
+    if left:
+        return PARTLY, left + ("; a force law of another form takes it" if lawful else "")
     crowd = max(len(f.alike) for f in named)
-    rest = "; the rest is the form of the force law" if left else ""
     if crowd + 1 > LARGEST_CLASS:
         return GROUP, "more than four effects look alike in these runs: no answer, see next run"
     if crowd:
-        return GROUP, "some effects cannot be told apart with these runs" + rest
-    return FOUND, "down to the floor" + rest
-
-
-def _slight(state: State) -> bool:
-    """True when what is left would pass as the form of the law without further talk."""
-    main = state.floors[0]
-    worst = where.worst_bin(state.runs, state.residual[0], main.floor)
-    return main.unexplained < 0.5 * main.floor and worst < 4.0
-
-
-def _open(state: State, found: bool) -> str:
-    """What is beyond the floor, in words; empty at the floor."""
-    names = state.runs.channels
-    for name, level in zip(names, state.floors, strict=True):
-        if level.unexplained > 0.3 * level.floor and level.p_value < LEFT:
-            return f"{level.unexplained:.1f} is left in {name} (floor {level.floor:.1f})"
-    main = state.floors[0]
-    worst = where.worst_bin(state.runs, state.residual[0], main.floor)
-    if worst > 2.0:
-        return f"a stretch of 5 cm in {names[0]} is {worst:.1f} floors off"
-    if not found and main.varying >= 0.6 * main.floor:
-        return f"{main.varying:.1f} in {names[0]} differs between repeats in an ordered way"
-    return ""
+        return GROUP, "some effects cannot be told apart with these runs"
+    return FOUND, "down to the floor"
 
 
 def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, float]:
@@ -229,9 +235,11 @@ def _notes(runs: RunSet, search: Search) -> Sequence[str]:
             "one step position in all runs: plank position and distance since the step are one "
             "coordinate; measure a second step position first"
         )
-    bound = search.last.state.fit.at_bound
+    state = search.last.state
+    fits = (state.fit, state.whitened.fit)
+    bound = dict.fromkeys(t for f in fits for t in invariants.at_ends(state.fitter, f))
     if bound:
-        out.append("at a bound: " + ", ".join(bound))
+        out.append("at an end of its range: " + ", ".join(bound))
     return out
 
 

@@ -41,7 +41,7 @@ class Map:
 
 @dataclass(frozen=True)
 class Event:
-    """A stretch in which the residual is beyond two floors."""
+    """A stretch in which the mean residual is beyond what counts."""
 
     coordinate: str
     start: float
@@ -125,8 +125,8 @@ def _half(edges: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
     return float(edges[i]), float(edges[j]), float(total[j] - total[i])
 
 
-def events(runs: RunSet, residual: np.ndarray, floor: float, width: float = 0.05) -> list[Event]:
-    """Stretches of a place coordinate where the mean residual exceeds two floors."""
+def events(runs: RunSet, residual: np.ndarray, limit: float, width: float = 0.05) -> list[Event]:
+    """Stretches of a place coordinate where the mean residual exceeds a limit, the worst first."""
     mean = runs.mean(residual)
     out: list[Event] = []
     for name, c in runs.coordinates.items():
@@ -139,7 +139,7 @@ def events(runs: RunSet, residual: np.ndarray, floor: float, width: float = 0.05
             cell = ((x - low) / width).astype(int)
             count = np.bincount(cell)
             level = np.sqrt(np.bincount(cell, mean[i] ** 2) / np.maximum(count, 1))
-            for k in np.flatnonzero((level > 2.0 * floor) & (count > 2)):
+            for k in np.flatnonzero((level > limit) & (count > 2)):
                 found.setdefault(int(k), []).append((i, float(level[k])))
         out += _joined(name, found, low, width, runs.condition_names)
     return sorted(out, key=lambda e: -e.level)
@@ -156,12 +156,6 @@ def _joined(name, found, low, width, labels) -> list[Event]:
         start, end = low + chain[0] * width, low + (chain[-1] + 1) * width
         out.append(Event(name, start, end, level, tuple(labels[i] for i in who)))
     return out
-
-
-def worst_bin(runs: RunSet, residual: np.ndarray, floor: float) -> float:
-    """Largest mean residual over 5 cm of a place, in floors."""
-    found = events(runs, residual, floor)
-    return max((e.level / max(floor, 1e-30) for e in found), default=0.0)
 
 
 def period_of(

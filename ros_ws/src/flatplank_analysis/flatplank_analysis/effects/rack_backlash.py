@@ -5,15 +5,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.effects.base import Motion, TireEffect
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.effects.base import Motion, Tire, TireEffect
 from flatplank_analysis.effects.lost_motion import lost_motion
 
 
 @dataclass(frozen=True)
 class RackBacklash(TireEffect):
-    """After a change of the slip the plank goes along with the wheel until the teeth have
-    crossed the gap.
+    """The plank goes along with the tire until the teeth have crossed the gap: after a change of
+    the slip, or, where the bearings hold it, once the force is beyond their friction.
 
     Source: thesis 6.3: about 0.64 mm, together with the drive the plateau of 0.75 mm
     """
@@ -39,10 +42,40 @@ class RackBacklash(TireEffect):
         matters=1e-4,
         note="lost motion of the plank",
     )
+    rest: float = param(
+        0.0,
+        unit="1",
+        bounds=(-1.0, 1.0),
+        note="held plank: where in the gap a run starts, -1 braking side, +1 driving side",
+    )
+    at: float = param(
+        0.0, unit="N", bounds=(-150.0, 150.0), note="held plank: force at which it moves"
+    )
+    held_fast: float = param(
+        0.0, unit="1", bounds=(0.0, 1.0), note="1: the friction of the bearings holds the plank"
+    )
+
+    @classmethod
+    def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        return [{"held_fast": 0.0}, {"held_fast": 1.0}, {"held_fast": 1.0, "at": 50.0}]
+
+    @classmethod
+    def scanned(cls, runs: RunSet) -> int:
+        return 3
+
+    @classmethod
+    def held(cls) -> tuple[str, ...]:
+        return ("held_fast",)
 
     @classmethod
     def starts(cls) -> tuple[float, ...]:
         return (1.0, 2.5)
 
     def motion(self, motion: Motion) -> None:
-        motion.travel += lost_motion(motion, self.gap)
+        motion.travel += lost_motion(motion, self.gap * (1.0 - self.held_fast))
+
+    def tire(self, tire: Tire) -> None:
+        own = self.per_run
+        tire.x.play += own.gap * own.held_fast
+        tire.x.play_rest += own.rest * own.held_fast
+        tire.x.play_at += own.at * own.held_fast

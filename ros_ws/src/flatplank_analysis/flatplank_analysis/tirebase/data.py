@@ -263,6 +263,7 @@ def _assemble(
     common = Common(position, turn, grids, groups)
     load, load_mean = _load(stack.get("fz"), nominal, common)
     channels, measured = _channels(stack, load_mean)
+    signs = wrong_signs(tables)
     slip = radius[:, None] * (angle - angle[:, :1]) - (position - position[:, :1])
     runs = RunSet(
         names=tuple(t.info.name for t in tables),
@@ -279,6 +280,7 @@ def _assemble(
         ),
         roughness=1.0 + (START_ROUGH - 1.0) * (position < START_TRAVEL),
         facts=facts,
+        contradicted=tuple(str(sign) for sign in signs),
     )
     return TireRuns(
         runs=runs,
@@ -299,7 +301,7 @@ def _assemble(
         signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
         load_mean=load_mean,
         grids=grids,
-        signs=wrong_signs(tables),
+        signs=signs,
     )
 
 

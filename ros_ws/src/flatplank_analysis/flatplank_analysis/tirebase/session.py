@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.data import Campaign
-from flatplank_analysis.discovery import nextrun, screen, verdict
+from flatplank_analysis.discovery import invariants, nextrun, screen, verdict
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
@@ -144,8 +144,15 @@ class Session:
             }
         return {}
 
-    def fit(self, model: ModelFile | None, extra: Sequence[Term] = ()) -> Step:
-        """Fit the model file's model as it is, with floor and ranking; needs repeats."""
+    def fit(
+        self, model: ModelFile | None, extra: Sequence[Term] = (), before: Step | None = None
+    ) -> Step:
+        """Fit the model file's model as it is, with floor and ranking; needs repeats.
+
+        before: a step without the last of the extra terms, whose error is not raised.
+        """
+        if self.model.runs.contradicted:
+            raise FlatplankError("; ".join(self.model.runs.contradicted), self.campaign.path)
         if not self.model.runs.repeated:
             why = verdict.undecidable(self.model.runs)
             raise FlatplankError(why, self.campaign.path, "repeat one condition")
@@ -160,6 +167,8 @@ class Session:
             self.model, channel_weights(runs, [max(f.floor, 1e-9) for f in state.floors])
         )
         fit = fitter.fit(fit.base, fit.terms, known=fit)
+        if before:
+            fit = invariants.no_worse(fitter, before.state.fit, [fit])
         state = make_state(self.model, fitter, fit, list(self.effects.values()))
         return Step(state, screen.screen(state), [])
 
@@ -179,7 +188,7 @@ class Session:
             )  # fmt: skip
         start = self.best_start(before, known[0])
         refitted = self.begun(self.file_of(model, before.state.fit), before)
-        after = self.fit(refitted, [start])
+        after = self.fit(refitted, [start], before)
         numbers = self.numbers(after) | {
             "rmse_before": _number(self.rmse(before)),
             "floor_before": _number(before.state.floors[0].floor),

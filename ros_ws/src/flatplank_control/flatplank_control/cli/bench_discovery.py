@@ -20,6 +20,7 @@ from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
 from flatplank_control.blind.noise import NOISES, RELATIVE, noise
+from flatplank_control.blind.nulls import lines_of_form, lines_of_nulls
 from flatplank_control.blind.plan import STEP, runs_of
 from flatplank_control.blind.worlds import Scatter, SecondWorld
 
@@ -105,7 +106,25 @@ def main(argv: list[str]) -> int:
     """Exit code 0: all numbers are as wanted; 1: not."""
     p = argparse.ArgumentParser(prog="flatplank bench-discovery", description=__doc__)
     p.add_argument("--json", action="store_true", help="print JSON for programs")
+    p.add_argument(
+        "--nulls",
+        type=int,
+        metavar="N",
+        help="instead: N campaigns of the plant with nothing "
+        "hidden at each of five noise levels, how many are at the floor",
+    )
+    p.add_argument(
+        "--form",
+        type=int,
+        metavar="N",
+        help="instead: how far the base is off N tires of every "
+        "world, the form band of the decision",
+    )
     o = p.parse_args(argv)
+    if o.nulls or o.form:
+        for line in lines_of_nulls(o.nulls) if o.nulls else lines_of_form(o.form):
+            print(line, flush=True)
+        return 0
     found = {}
     for count in WANTED:
         found[count] = measure(count)

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What holds of every answer of the search, whatever the data.
+
+The verdict, the search and the verbs ask here; `broken` says what of it an answer does not keep.
+
+1. One more effect never raises the fitted error.
+2. `found` and `found group`: the error is at the floor and nothing of consequence is left.
+3. Where the base is far off in every condition, nothing is named.
+4. Something is left only when it is significant and of consequence.
+5. What the signs of the columns contradict is not fitted at all (`RunSet.contradicted`).
+6. A number at an end of its range is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
+from flatplank_analysis.discovery.model import form_of
+from flatplank_analysis.discovery.state import State
+
+if TYPE_CHECKING:
+    from flatplank_analysis.discovery.verdict import Diagnosis
+
+AT_FLOOR = 1.1
+"""error over floor and form band, at most, where an effect is said to be found"""
+WORTH = 0.3
+"""share of the floor below which a mean residual is of no consequence"""
+STRETCH = 2.0
+"""floors that the mean residual may reach within 5 cm"""
+VARYING = 0.6
+"""share of the floor that may differ between repeats in an ordered way where nothing is found"""
+LEFT = 1e-3
+"""p-value below which a mean residual is said to be left: every channel is asked at every step"""
+FAR_FLOORS, FAR_FORCE, LOADED = 5.0, 0.1, 0.05
+"""a base is far off in a condition: beyond so many floors and that share of what is measured
+there; conditions with less than a share of the largest signal are not asked"""
+TILTS = (1.0, 0.3, 0.1, 0.01)
+"""weights of the other channels with which a fit is tried that must not raise the first one"""
+NEAR_END = 1e-3
+"""share of its range within which a number is said to be at an end of it"""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What counts in a channel, in its unit: the larger of a share of the floor and of what the
+    form of the model is known to miss on systems of another form."""
+
+    rest: float
+    """mean residual"""
+    stretch: float
+    """mean residual within 5 cm of a place"""
+    error: float
+    """whole error where something is said to be found"""
+
+
+def limits(state: State, channel: int = 0) -> Limits:
+    """What counts in a channel of a state."""
+    runs, floor = state.runs, state.floors[channel].floor
+    form = form_of(state.model)
+    largest = largest_of(state)[channel]
+    steps = runs.input_noise[channel] if runs.input_noise else 0.0
+    return Limits(
+        rest=max(WORTH * floor, form.mean * largest),
+        stretch=float(np.hypot(STRETCH * floor, form.stretch * largest)),
+        error=AT_FLOOR * float(np.sqrt(floor**2 + (form.mean * largest) ** 2 + steps**2)),
+    )
+
+
+def largest_of(state: State) -> np.ndarray:
+    """Largest mean of the repeats (channels,); channels of one unit share it."""
+    runs = state.runs
+    own = np.abs(runs.mean(runs.measured)).max(axis=(1, 2))
+    units = runs.units or runs.channels
+    return np.array([max(own[i] for i, v in enumerate(units) if v == u) for u in units])
+
+
+def rest(state: State, found: bool) -> str:
+    """What is left beyond the floor, in words; empty when it is nothing of consequence.
+
+    found: effects were found that are said to explain the error.
+    """
+    names, main = state.runs.channels, state.floors[0]
+    for c, (name, level) in enumerate(zip(names, state.floors, strict=True)):
+        if level.unexplained > limits(state, c).rest and level.p_value < LEFT:
+            return f"{level.unexplained:.1f} is left in {name} (floor {level.floor:.1f})"
+    allowed = limits(state)
+    events = where.events(state.runs, state.residual[0], allowed.stretch)
+    if events:
+        level = events[0].level
+        return f"a stretch of 5 cm in {names[0]} is {level / main.floor:.1f} floors off"
+    if not found and main.varying >= VARYING * main.floor:
+        return f"{main.varying:.1f} in {names[0]} differs between repeats in an ordered way"
+    error = state.runs.rmse(state.residual[0])
+    if found and error > allowed.error:
+        return f"the error of {error:.1f} in {names[0]} is more than {AT_FLOOR:g} floors"
+    return ""
+
+
+def far_off(state: State) -> str:
+    """The condition in which a base that fits nowhere is worst, in words; empty when it fits."""
+    runs = state.runs
+    level = np.sqrt([np.sum(np.mean(runs.measured[:, g] ** 2, axis=(1, 2))) for g in runs.groups])
+    error = np.sqrt([np.sum(np.mean(state.residual[:, g] ** 2, axis=(1, 2))) for g in runs.groups])
+    floor = float(np.sqrt(sum(f.floor**2 for f in state.floors)))
+    asked = level > LOADED * level.max()
+    far = (error > FAR_FLOORS * floor) & (error > FAR_FORCE * level)
+    if not far[asked].all():
+        return ""
+    worst = int(np.argmax(np.where(asked, error / np.maximum(level, 1e-30), -1.0)))
+    return f"{error[worst]:.0f} of {level[worst]:.0f} in {runs.condition_names[worst]}"
+
+
+def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
+    """The best of some fits with one term more than `old`, whose first channel it does not raise.
+
+    When all of them do, the fit goes on from the old one with the term at its null, the other
+    channels weighing less and less; at last that is the answer as it is.
+    """
+    best = min(fits, key=lambda f: f.chi2)
+    limit = error_of(fitter, old)
+    if error_of(fitter, best) <= limit:
+        return best
+    terms = [*old.terms, at_null(best.terms[-1])]
+    for tilt in TILTS:
+        weight = fitter.weight * tilt
+        weight[0] = fitter.weight[0]
+        fit = Fitter(fitter.model, weight).fit(old.base, terms)
+        if error_of(fitter, fit) <= limit:
+            return fit
+    return fitter.fit(old.base, terms, iterations=0)
+
+
+def error_of(fitter: Fitter, fit: Fit) -> float:
+    """Fitted error of the first channel."""
+    runs = fitter.model.runs
+    return runs.rmse(fit.residual(runs.measured)[0])
+
+
+def at_null(term: Term) -> Term:
+    """The same term where it does nothing."""
+    nulls = {p.name: p.null for p in term.effect.linear()}
+    return replace(term, values=term.effect.vector(term.named() | nulls))
+
+
+def acts(term: Term) -> bool:
+    """False where a term does nothing."""
+    return any(term.named()[p.name] != p.null for p in term.effect.linear())
+
+
+def broken(result: Diagnosis) -> list[str]:
+    """What an answer does not keep, in words; empty when it keeps everything."""
+    search = result.search
+    if search is None:
+        return [] if not result.found else ["something is named without a search"]
+    out, last = [], search.last.state
+    errors = [s.state.runs.rmse(s.state.residual[0]) for s in search.steps]
+    for one, other, e, f in zip(search.steps, search.steps[1:], errors, errors[1:], strict=False):
+        grown = len(other.found) > len(one.found)
+        if grown and f > e * (1.0 + 1e-9):
+            out.append(f"the error rises from {e:.3f} to {f:.3f}")
+    if result.rmse_after > result.rmse_before * (1.0 + 1e-9):
+        out.append(f"the error rises from {result.rmse_before:.3f} to {result.rmse_after:.3f}")
+    if result.verdict.startswith("found"):
+        left = rest(last, True)
+        out += [f"{result.verdict}, and {left}"] if left else []
+    if result.verdict == "found" and any(f.alike for f in result.found):
+        out.append("found, and something could stand in for it")
+    if result.found and far_off(last):
+        out.append("something is named on a base that is far off everywhere")
+    if result.verdict in ("none of these", "partly") and not rest(last, bool(result.found)):
+        out.append(f"{result.verdict}, and nothing of consequence is left")
+    told = " ".join(result.notes)
+    ends = [t for f in (last.fit, last.whitened.fit) for t in at_ends(last.fitter, f)]
+    return out + [f"not told: {t}" for t in ends if t not in told]
+
+
+def at_ends(fitter: Fitter, fit: Fit) -> list[str]:
+    """Numbers of a fit at an end of their range, with the range, in words."""
+    task = Task(fitter, fit.base, fit.terms)
+    out = []
+    for entry, z in zip(task.entries, task.pack(fit.base, fit.terms), strict=True):
+        p, value = entry.parameter, float(z) * entry.scale
+        width = p.upper - p.lower
+        near = NEAR_END * (width if np.isfinite(width) else entry.scale)
+        if min(value - p.lower, p.upper - value) > near:
+            continue
+        owner = "" if entry.term < 0 else f"{fit.terms[entry.term].effect.identifier}."
+        out.append(f"{owner}{p.name} = {value:.5g} (range {p.lower:.5g} to {p.upper:.5g})")
+    return out

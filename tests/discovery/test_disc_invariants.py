@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What always holds of a diagnosis: the cases in which it did not.
+
+Every diagnosis that any test here makes is asked by `conftest.py`, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from ball import Drag, Wind, throw
+from bristles import Truth, campaign, save
+from test_disc_signs import turned
+from third_campaigns import session, tables
+
+from flatplank_analysis.cli import compare
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.discovery import invariants, verdict
+from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.model import Form
+from flatplank_analysis.discovery.modelfile import ModelFile
+from flatplank_analysis.discovery.search import run_search
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+from flatplank_control.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
+from flatplank_control.blind.nulls import session_of as made
+from flatplank_control.blind.plan import DESIGNS
+from flatplank_control.blind.worlds import SecondWorld
+
+
+@pytest.fixture(scope="module")
+def found():
+    """A search that found the drag of the air."""
+    search = run_search(throw(1, 0.02), [Drag, Wind])
+    return search, verdict.diagnose(search)
+
+
+@pytest.mark.parametrize("level", [LEVELS[0], LEVELS[-1]])
+def test_nothing_hidden_is_at_the_floor_at_every_noise(level):
+    result = made(nothing_hidden("plant", 71, level, design="small")).diagnose()
+    assert (result.verdict, result.found) == (verdict.AT_FLOOR, ()), result.reason
+
+
+@pytest.mark.long
+@pytest.mark.timeout(5400)
+def test_fifty_campaigns_with_nothing_hidden_are_at_the_floor():
+    others = [
+        f"{level:g} N: {result.verdict}: {result.reason}"
+        for level, result in diagnosed(10)
+        if result.verdict != verdict.AT_FLOOR
+    ]
+    assert others == []
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1200)
+def test_the_form_band_is_what_tires_of_other_form_show():
+    *_, most = lines_of_form(3)
+    mean, band, stretch, widest = (float(w.strip("(),%")) for w in most.split() if "%" in w)
+    assert 0.5 * band < mean <= band and 0.5 * widest < stretch <= widest, most
+
+
+def test_an_effect_that_makes_it_worse_goes_on_from_where_it_does_nothing(found):
+    search, _ = found
+    first = search.steps[0].state
+    useless = Term(Wind, np.array([1.5]))
+    spoilt = first.fitter.fit(first.fit.base, [useless], iterations=0)
+    assert invariants.error_of(first.fitter, spoilt) > invariants.error_of(first.fitter, first.fit)
+    fit = invariants.no_worse(first.fitter, first.fit, [spoilt])
+    assert [t.effect for t in fit.terms] == [Wind]
+    assert invariants.error_of(first.fitter, fit) <= invariants.error_of(first.fitter, first.fit)
+
+
+def test_what_is_not_kept_is_said(found):
+    search, good = found
+    assert invariants.broken(good) == []
+    bare = replace(search, steps=search.steps[:1])
+    cases = {
+        "the error rises": replace(good, rmse_after=1.01 * good.rmse_before),
+        "found, and ": replace(good, search=bare),
+        "nothing of consequence is left": replace(good, verdict=verdict.PARTLY),
+    }
+    for told, result in cases.items():
+        assert any(told in line for line in invariants.broken(result)), told
+
+
+def state_of(unexplained, floors, largest, form, p=1e-9):
+    """As much of a state as the limits ask for; nothing but a mean residual in two channels."""
+    levels = [
+        SimpleNamespace(floor=f, unexplained=u, p_value=p, varying=0.0)
+        for f, u in zip(floors, unexplained, strict=True)
+    ]
+    measured = np.full((2, 2, 4), largest)
+    runs = SimpleNamespace(
+        channels=("fx", "fy"), units=("N", "N"), input_noise=(), coordinates={},
+        measured=measured, mean=lambda values: values, rmse=lambda values: 0.0,
+    )  # fmt: skip
+    return SimpleNamespace(
+        runs=runs, floors=levels, residual=np.zeros((2, 2, 4)), model=SimpleNamespace(form=form)
+    )
+
+
+def test_what_is_significant_and_of_no_consequence_is_not_left():
+    """0.7 N of Fy beside a floor of 2.3 N, on a tire of 3700 N."""
+    form = TireModel.form
+    assert invariants.rest(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, form), False) == ""
+    left = invariants.rest(state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form), False)
+    assert left == "7.0 is left in fy (floor 2.3)"
+    # and of consequence, but not significant
+    assert invariants.rest(state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form, 0.1), False) == ""
+    # a model of no other form: a share of the floor
+    assert invariants.rest(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, Form()), False) != ""
+
+
+def test_a_base_that_fits_nowhere_names_nothing():
+    ball = throw(1, 0.02)
+    ball.runs.measured[:] *= -1.0
+    ball.starts = ({"g": 6.0}, {"g": 14.0})
+    result = verdict.diagnose(run_search(ball, [Drag, Wind]))
+    assert (result.verdict, result.found) == (verdict.UNDECIDED, ())
+    assert "3 starts" in result.reason and "sign or the unit" in result.reason
+    assert any(name in result.reason for name in ball.runs.condition_names)
+    assert result.rmse_after == result.rmse_before
+
+
+@pytest.fixture(scope="module")
+def wrong():
+    """A combined campaign with the sign of the side slip as in SAE."""
+    return turned(tables("combined", seed=17), "alpha_deg")
+
+
+def test_a_wrong_sign_is_told_before_any_fit(wrong, tmp_path, capsys):
+    data = from_tables(wrong)
+    result = Session(Campaign("made", []), data, TireModel(data), library()).diagnose()
+    assert (result.verdict, result.search) == (verdict.UNDECIDED, None)
+    assert "sign of alpha_deg or fy" in result.reason
+    assert "turn: [alpha_deg]" in result.reason and "\n" not in result.reason
+    with pytest.raises(FlatplankError, match=r"turn: \[alpha_deg\]"):
+        compare.main([str(save(wrong, tmp_path))])
+
+
+def test_a_number_at_an_end_of_its_range_is_told(found):
+    search, _ = found
+    state = search.last.state
+    low, high = Wind.parameters()[0].lower, Wind.parameters()[0].upper
+    near = Term(Wind, np.array([high - 2e-4 * (high - low)]))
+    fit = state.fitter.fit(state.fit.base, [near], iterations=0)
+    assert invariants.at_ends(state.fitter, fit) == ["wind.a = 1.9992 (range -2 to 2)"]
+    inside = replace(fit, terms=(Term(Wind, np.array([0.5 * high])),))
+    assert invariants.at_ends(state.fitter, inside) == []
+
+
+@pytest.mark.parametrize("name", ["nonuniformity_1", "speed_droop"])
+def test_add_never_raises_the_error(name, tmp_path):
+    folder = save(campaign(Truth(seed=73, slips=(-0.05, 0.01, 0.05), repeats=2)), tmp_path)
+    opened = Session.open(str(folder))
+    _, _, numbers = opened.add(ModelFile(), name)
+    assert numbers["rmse"] <= numbers["rmse_before"] * (1.0 + 1e-6)
+
+
+HARD = {
+    "a large run-out": ("plain", {"runout_1": 1.5e-3}, 0.01),
+    "three loads, nothing hidden": ("loads", {}, 0.02),
+    "three loads, carcass": ("loads", {"carcass_load": 0.8}, 0.01),
+    "three at once": (
+        "plain", {"road_play": 1.15e-3, "drive_brake_asymmetry": 0.08, "worn_patch": 0.25}, 0.01,
+    ),
+    "a load loss": ("plain", {"load_loss_braking": 0.02}, 0.01),
+}  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("case", HARD)
+def test_hard_campaigns_keep_what_always_holds(case):
+    """Which names are right is asked by the blind kit; here that nothing is said against the
+    numbers that stand beside it (`conftest.py` asks)."""
+    design, hidden, scatter = HARD[case]
+    runs = tables(design, 75, scatter, world=SecondWorld, designs=DESIGNS, **hidden)
+    result = made(runs).diagnose()
+    assert result.rmse_after <= result.rmse_before
+    if not hidden:
+        assert result.found == (), result.reason
+
+
+@pytest.mark.long
+@pytest.mark.timeout(1800)
+def test_a_combined_campaign_keeps_what_always_holds():
+    result = session("combined", 76, scatter=0.01).diagnose()
+    assert result.found == (), result.reason
