@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A node that was started for somebody: it says when it listens, and ends when that one is gone."""
+"""A node that was started for somebody says when it listens, and ends with that one."""
 
 from __future__ import annotations
 

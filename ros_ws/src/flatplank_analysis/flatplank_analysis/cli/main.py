@@ -87,6 +87,5 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-
 if __name__ == "__main__":
     sys.exit(main())
