@@ -59,7 +59,7 @@ def main(seconds: float = 60.0, burners: int = 0) -> None:
         strict = {"ethercat_bus": {"wait_for_nodes": False}}
         setup = BenchSetup(kind="emulated", data=folder, parameters=strict)
         with BenchProcesses(setup, log=Path(folder) / "nodes.log") as bench, BenchClient() as c:
-            c.wait_connected(bench.running, timeout=60.0)
+            c.wait_connected(bench)
             c.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
             roll(c)
             wait(c, 1.5)

@@ -62,7 +62,7 @@ def bench_rate(cycles: int, domain: int) -> float:
         setup = BenchSetup(pace="hold", data=folder)
         log = Path(folder) / "nodes.log"
         with BenchProcesses(setup, log=log) as bench, BenchClient() as client:
-            client.wait_connected(bench.running, timeout=60.0)
+            client.wait_connected(bench)
             return _rolling(client, cycles)
 
 

@@ -101,7 +101,7 @@ def watch(server: int, address: str, minutes: float) -> None:
         for page in pages:
             reach(page, address)
         start_bench(pages[0])
-        client.wait_connected(NODES, timeout=90.0)
+        client.wait_connected(NODES, 120.0)
         client.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
         client.call(StartRecording, "/recorder/start", name="p", record="tire: TOY", at_once=True)
         spin(client, 10.0)

@@ -41,7 +41,7 @@ def run(rate_hz: int, batch: int, seconds: float) -> None:
     with tempfile.TemporaryDirectory() as folder:
         setup = BenchSetup(pace="realtime", rate_hz=rate_hz, batch=batch, data=folder)
         with BenchProcesses(setup, log=Path(folder) / "nodes.log") as bench, BenchClient() as c:
-            c.wait_connected(bench.running, timeout=60.0)
+            c.wait_connected(bench)
             c.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
             roll(c)
             wait(c, 1.5)

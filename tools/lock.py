@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write requirements/lock*.txt: every package, exact version, for each Python that we support.
 
-    python3 tools/lock.py [PYTHON ...]      default: python3.10 ... python3.13 as found on PATH
+    .venv/bin/python tools/lock.py              new packages; versions that are locked stay
+    .venv/bin/python tools/lock.py --upgrade    everything anew
 
-Each interpreter resolves by itself (`pip install --dry-run`); where they disagree the line
-carries a marker.
+A lock has a section per group of packages; each section holds what the ones above it do not have.
+Where the Pythons disagree the line carries a marker.
 """
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,67 +20,66 @@ from pathlib import Path
 
 REQUIREMENTS = Path(__file__).resolve().parent.parent / "requirements"
 VERSIONS = ("3.10", "3.11", "3.12", "3.13")
+AFTER_ROS = {"main": ("runtime",), "panel": ("panel",), "test": ("test",)}
 LOCKS = {
-    "lock.txt": (("ros", "build", "runtime", "test"), VERSIONS),
-    "lock-jazzy.txt": (("jazzy", "build", "runtime", "test"), ("3.12",)),
+    "lock.txt": ({"workspace": ("ros", "build"), **AFTER_ROS}, VERSIONS),
+    "lock-jazzy.txt": ({"workspace": ("jazzy", "build"), **AFTER_ROS}, ("3.12",)),
 }
+Package = tuple[str, str]
+"""canonical name, exact version"""
 
 
-def resolve(python: str, inputs: tuple[str, ...]) -> dict[str, str]:
-    """What this interpreter's pip would install: {canonical name: exact version}."""
-    with tempfile.TemporaryDirectory() as scratch:
-        subprocess.run([python, "-m", "venv", f"{scratch}/venv"], check=True)
-        report = Path(scratch, "report.json")
-        command = [f"{scratch}/venv/bin/python", "-m", "pip", "install", "--quiet", "--dry-run"]
-        command += ["--ignore-installed", "--report", str(report)]
-        for name in inputs:
-            command += ["-r", str(REQUIREMENTS / f"{name}.in")]
-        subprocess.run(command, check=True)
-        found = json.loads(report.read_text())["install"]
-    packages = (item["metadata"] for item in found)
-    return {re.sub(r"[-_.]+", "-", p["name"]).lower(): p["version"] for p in packages}
+def resolve(python: str, inputs: list[str], keep: Path | None) -> set[Package]:
+    """What a Python would get for these inputs, with the versions of a lock where it has them."""
+    command = [sys.executable, "-m", "uv", "pip", "compile", "--quiet", "--python-version", python]
+    command += ["--no-header", "--no-annotate", "--no-strip-extras"]
+    command += [str(REQUIREMENTS / f"{name}.in") for name in inputs]
+    command += ["--constraints", str(keep)] if keep else []
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    pairs = (re.split(r"==|\s*;", line)[:2] for line in text.splitlines())
+    return {(re.sub(r"\[.*", "", name), version.strip()) for name, version in pairs}
 
 
-def merge(resolved: dict[str, dict[str, str]]) -> list[str]:
-    """Lines of the lock: one per package and version, with a marker unless all agree."""
-    users: dict[tuple[str, str], list[str]] = defaultdict(list)
-    for python, packages in resolved.items():
-        for name, version in packages.items():
-            users[name, version].append(python)
+def lines_of(users: dict[Package, list[str]], versions: tuple[str, ...]) -> list[str]:
+    """Lines of a section: one per package and version, with a marker unless all agree."""
     lines = []
     for (name, version), pythons in sorted(users.items()):
-        if len(pythons) == len(resolved):
-            lines.append(f"{name}=={version}")
-        else:
-            marker = " or ".join(f'python_version == "{p}"' for p in pythons)
-            lines.append(f"{name}=={version} ; {marker}")
+        marker = " or ".join(f'python_version == "{p}"' for p in pythons)
+        everywhere = len(pythons) == len(versions)
+        lines.append(f"{name}=={version}" + ("" if everywhere else f" ; {marker}"))
     return lines
 
 
-def interpreters(given: list[str]) -> dict[str, str]:
-    """{"3.11": path} of the interpreters to resolve with."""
-    ask = "import sys; print('%d.%d' % sys.version_info[:2])"
-    found = {}
-    for candidate in given or [f"python{v}" for v in VERSIONS]:
-        if path := shutil.which(candidate):
-            run = subprocess.run([path, "-c", ask], capture_output=True, text=True)
-            if run.returncode == 0:
-                found[run.stdout.strip()] = path
-    return found
+def sections(
+    groups: dict[str, tuple[str, ...]], versions: tuple[str, ...], keep: Path | None
+) -> list[str]:
+    """All sections of a lock, each under its header."""
+    inputs: list[str] = []
+    before: dict[str, set[Package]] = defaultdict(set)
+    lines = []
+    for group, names in groups.items():
+        inputs += names
+        users: dict[Package, list[str]] = defaultdict(list)
+        for python in versions:
+            for package in resolve(python, inputs, keep) - before[python]:
+                users[package].append(python)
+                before[python].add(package)
+        lines += [f"# {group}: {', '.join(f'{name}.in' for name in names)}"]
+        lines += lines_of(users, versions)
+    return lines
 
 
 def main() -> int:
-    pythons = interpreters(sys.argv[1:])
-    if missing := [v for v in VERSIONS if v not in pythons]:
-        print(f"lock: no interpreter for Python {', '.join(missing)}: name them as arguments")
-        return 1
-    for file, (inputs, versions) in LOCKS.items():
-        lines = merge({v: resolve(pythons[v], inputs) for v in versions})
-        header = (
-            f"# Made by tools/lock.py from {', '.join(f'{i}.in' for i in inputs)}; do not edit.\n"
-        )
-        (REQUIREMENTS / file).write_text(header + "\n".join(lines) + "\n")
-        print(f"{file}: {len(lines)} lines")
+    for file, (groups, versions) in LOCKS.items():
+        lock = REQUIREMENTS / file
+        with tempfile.TemporaryDirectory() as scratch:
+            keep = None
+            if "--upgrade" not in sys.argv:
+                keep = Path(scratch, "keep.txt")
+                keep.write_text(lock.read_text())
+            lines = sections(groups, versions, keep)
+        lock.write_text("\n".join(["# Made by tools/lock.py; do not edit.", *lines]) + "\n")
+        print(f"{file}: {len(lines) - len(groups)} lines")
     return 0
 
 

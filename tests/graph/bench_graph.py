@@ -152,6 +152,6 @@ def graph(tmp_path: Path, monkeypatch, without=frozenset(), **setup):
     )
     with processes, BenchClient() as client:
         bench = Graph(processes, client, data)
-        client.wait_connected(processes.running, timeout=60.0)
+        client.wait_connected(processes)
         yield bench
     assert not processes.running

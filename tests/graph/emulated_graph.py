@@ -160,7 +160,7 @@ def emulated_graph(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     setup = BenchSetup(kind="emulated", data=str(tmp_path / "data"))
     nodes = BenchProcesses(setup, environment=environment, log=tmp_path / "nodes.log")
     with nodes, BenchClient() as client:
-        client.wait_connected(nodes.running, timeout=90.0)
+        client.wait_connected(nodes)
         yield EmulatedGraph(client, nodes)
     assert not nodes.running
 

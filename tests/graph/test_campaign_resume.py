@@ -68,7 +68,7 @@ def resumed(folder: Path, monkeypatch, text: str, kill_in: int) -> None:
         with pytest.raises(BenchError, match="the runner has gone"):
             measure(text, simulated=True, folder=str(data), say=Kill(bench, kill_in))
         bench.processes.start_node("measurement_runner")
-        bench.client.wait_connected(["measurement_runner"], timeout=90.0)
+        bench.client.wait_connected(bench.processes)
         measure(text, simulated=True, folder=str(data), resume=True)
     journal = Journal(data / "resumed.journal.jsonl", plan.name, plan.digest)
     assert all(journal.finished(run.key) for run in plan.runs)

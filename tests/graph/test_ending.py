@@ -28,7 +28,7 @@ def test_every_node_ends_in_order_however_often_it_is_interrupted(
     log = tmp_path / "nodes.log"
     with BenchProcesses(setup, environment=environment, log=log) as bench:
         with BenchClient() as client:
-            client.wait_connected(bench.running, timeout=90.0)
+            client.wait_connected(bench)
         nodes = dict(bench.running)
         while left := [node for node in nodes.values() if node.poll() is None]:
             for node in left:

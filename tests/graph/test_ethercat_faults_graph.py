@@ -77,7 +77,7 @@ class FaultyGraph:
     def everybody_speaks(self) -> None:
         """Samples of everybody come again; the graph itself goes on counting who was killed for
         some seconds."""
-        self.graph.client.wait_connected(self.graph.nodes.running, timeout=60.0)
+        self.graph.client.wait_connected(self.graph.nodes)
         for kind in (EncoderState, HubState, DriveStatus):
             self.graph.until(kind, lambda _: True, 1.0)
         self.cycles(AFTER)
@@ -275,7 +275,7 @@ def start_again(bench: FaultyGraph) -> None:
     """The bus and what is behind it; nothing is enabled by that."""
     nodes = bench.graph.nodes
     nodes.start_node("ethercat_bus")
-    bench.graph.client.wait_connected(nodes.running, timeout=60.0)
+    bench.graph.client.wait_connected(nodes)
     bench.find_emulator()
     bench.cycles(AFTER)
     wheel = bench.witness()

@@ -38,7 +38,7 @@ def test_a_killed_node_stops_the_wheel_within_100_ms_and_the_next_measurement_wo
         assert len(run.table(check=False)["time"]) > 100
         bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)
         bench.processes.start_node(name)
-        bench.client.wait_connected(bench.processes.running, timeout=60.0)
+        bench.client.wait_connected(bench.processes)
         if name == "wheel_drive":
             # the drive's own watchdog has tripped: it wants an explicit reset
             with pytest.raises(BenchError, match="reset it first"):
@@ -55,7 +55,7 @@ def test_a_killed_recorder_leaves_a_bag_that_is_mended_at_the_next_start(tmp_pat
         bench.kill("recorder")
         assert bench.wheel_turns(), "a recorder is not needed to hold the slip"
         bench.processes.start_node("recorder")
-        bench.client.wait_connected(["recorder"], timeout=60.0)
+        bench.client.wait_connected(bench.processes)
         assert load_record(bench.data / "cut").status == "interrupted"
         assert (bench.data / "cut" / "metadata.yaml").is_file()
         bench.call(PlankSwitch, "/simulated_plant/plank", direction=0, fast=True)

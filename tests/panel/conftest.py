@@ -173,7 +173,7 @@ def operator(visitor, observer):
         # a slower bus leaves the machine of a test some room; nothing here depends on the rate
         who.fill("Bus rate [Hz]", 100)
         who.click("Start bench")
-        observer.client.wait_connected(["wheel_drive", "recorder", "simulated_plant"], 90.0)
+        observer.client.wait_connected(["wheel_drive", "recorder", "simulated_plant"], 120.0)
     observer.fresh()
     who.word_is("bench", "running", 60.0)
     yield who

@@ -90,7 +90,7 @@ def stops_and_starts(who, observer, data):
     wait_for(lambda: np.isnan(who.number("fz")), what="no number of a bench that is gone")
     who.fill("Bus rate [Hz]", 100)
     who.click("Start bench")
-    observer.client.wait_connected(NODES, 90.0)
+    observer.client.wait_connected(NODES, 120.0)
     observer.fresh()
     before = observer.inputs.cycle
     observer.wait(lambda: observer.inputs.cycle > before + 25, what="the bus makes cycles")

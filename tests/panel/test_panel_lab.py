@@ -44,7 +44,7 @@ def test_a_campaign_asks_goes_on_and_is_stopped(visitor, observer, tmp_path):
         who.click("Stop bench")
         wait_for(lambda: not observer.running, 60.0, "the bench has stopped")
     with bench_by_hand(tmp_path) as names:
-        observer.client.wait_connected(names, 90.0)
+        observer.client.wait_connected(names, 120.0)
         who.word_is("bench", "running", 60.0)
         who.tab("Measure")
         who.fill("Folder below the data folder", "by_hand")

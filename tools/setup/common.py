@@ -5,12 +5,16 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
+import os
 import re
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+import traceback
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,11 +22,16 @@ ROOT = Path(__file__).resolve().parents[2]
 VENV = ROOT / ".venv"
 WORKSPACE = ROOT / "ros_ws"
 CACHE = ROOT / ".cache"
+TIMES = CACHE / "setup-times.json"
+"""how long the last making of the environment took [s], for those who tell it"""
 JAZZY = Path("/opt/ros/jazzy")
 HAS_JAZZY = (JAZZY / "setup.bash").exists()
 LOCK = ROOT / "requirements" / ("lock-jazzy.txt" if HAS_JAZZY else "lock.txt")
 SYSTEM_PATH = ("/usr/local/bin", "/usr/bin", "/bin")
-NO_NETWORK = r"name resolution|NewConnectionError|ProxyError|Network is unreachable|Read timed out"
+NO_NETWORK = (
+    r"name resolution|NewConnectionError|ProxyError|Network is unreachable|Read timed out"
+    r"|dns error|error sending request|Request failed after"
+)
 PATH_LIKE = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH")
 
 
@@ -70,6 +79,31 @@ def run(command: list[str], log: Path, env: dict[str, str] | None = None) -> Non
         ).returncode
     if code:
         raise SetupError(explain(log))
+
+
+def side_by_side(*jobs: Callable[[], object]) -> None:
+    """Do all jobs to their end; then the first failure, if any, is raised."""
+    with ThreadPoolExecutor(len(jobs)) as pool:
+        running = [pool.submit(job) for job in jobs]
+    for job in running:
+        job.result()
+
+
+def one_line(error: BaseException) -> str:
+    """A failure in words for the user."""
+    if isinstance(error, OSError) and error.strerror:
+        place = f"{error.filename}: " if error.filename else ""
+        return f"{place}{error.strerror}; the folder of the project must be writable, with space"
+    words = " ".join(str(error).split())
+    return words if isinstance(error, SetupError) else f"{type(error).__name__}: {words}"
+
+
+def trace_of(error: BaseException) -> str:
+    """Path of a file with the whole trace."""
+    handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")
+    with os.fdopen(handle, "w") as file:
+        file.write("".join(traceback.format_exception(error)))
+    return path
 
 
 def explain(log: Path) -> str:

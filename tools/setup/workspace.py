@@ -22,7 +22,6 @@ from common import (
     Stamp,
     run,
     say,
-    ticking,
 )
 from system import missing_for_build
 from virtual import site_packages
@@ -31,6 +30,13 @@ MESSAGES = "flatplank_msgs"
 READ_BY_BUILD = ("*.xml", "*.txt", "setup.*", "msg/*.msg", "srv/*.srv", "action/*.action")
 LINKED = ("launch/**/*", "config/**/*")
 CMAKE_ARGUMENTS = ("-DBUILD_TESTING=OFF", "--no-warn-unused-cli")
+if not HAS_JAZZY:
+    CMAKE_ARGUMENTS += ("-DFLATPLANK_PYTHON_ONLY=ON",)  # no C++ program can use the wheels
+QUICKLY = {
+    "PYTHONWARNINGS": "ignore",
+    # colcon's own would build one file at a time while the computer is busy
+    "MAKEFLAGS": f"-j{len(os.sched_getaffinity(0))}",
+}
 
 
 def ros_setup() -> dict[str, str]:
@@ -82,32 +88,39 @@ def package_stamps() -> dict[str, Stamp]:
     return stamps
 
 
-def build_workspace(stale: list[str]) -> list[str]:
-    """Build the stale packages, without a compiler all but the messages. What was built."""
-    lacking, without = missing_for_build(), []
-    if MESSAGES in stale and lacking:
-        say(f"no {', '.join(lacking)}: {MESSAGES} is not built, so no ROS graph; the rest works")
-        stale = [name for name in stale if name != MESSAGES]
-        without = ["--packages-ignore", MESSAGES]  # else the others wait for its files
-    if not stale:
-        return []
-    unfinished = WORKSPACE / "build" / "flatplank.unfinished"
+def without_compiler(stale: list[str]) -> list[str]:
+    """The stale packages that can be built here."""
+    lacking = missing_for_build() if MESSAGES in stale else []
+    if not lacking:
+        return stale
+    say(f"no {', '.join(lacking)}: {MESSAGES} is not built, so no ROS graph; the rest works")
+    return [name for name in stale if name != MESSAGES]
+
+
+def build(packages: list[str]) -> None:
+    """Build packages of the workspace; the messages by themselves, since they take longest."""
+    if not packages:
+        return
+    label = "messages" if packages == [MESSAGES] else "packages"
+    unfinished = WORKSPACE / "build" / f"flatplank-{label}.unfinished"
     forget_interrupted(unfinished)
     unfinished.parent.mkdir(exist_ok=True)
-    unfinished.write_text("\n".join(stale))
+    unfinished.write_text("\n".join(packages))
     python = str(VENV / "bin" / "python")
-    command = [python, "-m", "colcon", "build", "--symlink-install", *without]
-    command += ["--packages-select", *stale]
+    command = [python, "-m", "colcon", "--log-base", str(CACHE / f"colcon-{label}"), "build"]
+    command += ["--symlink-install", "--packages-select", *packages]
+    # else these would wait for the files of the messages
+    command += [] if MESSAGES in packages else ["--packages-ignore", MESSAGES]
     command += ["--cmake-args", f"-DPython3_EXECUTABLE={python}", *CMAKE_ARGUMENTS]
-    env = os.environ | ros_setup() | {"PYTHONWARNINGS": "ignore"}
-    with ticking(f"step 3 of 3, ROS workspace: {' '.join(stale)}"):
-        try:
-            run(command, CACHE / "colcon.log", env)
-        except SetupError:
-            unfinished.unlink()  # an error of the sources leaves whole files behind
-            raise
+    env = os.environ | ros_setup() | QUICKLY
+    try:
+        run(command, CACHE / f"colcon-{label}.log", env)
+    except SetupError:
+        unfinished.unlink()  # an error of the sources leaves whole files behind
+        raise
     unfinished.unlink()
-    return stale
+    for name in packages:
+        package_stamps()[name].write()
 
 
 def forget_interrupted(unfinished: Path) -> None:

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A node that was started for somebody ends when that one is gone."""
+"""A node that was started for somebody says when it listens, and ends with that one."""
 
 from __future__ import annotations
 
 import ctypes
 import os
 import signal
+from pathlib import Path
 
 END_WITH_PARENT = "FLATPLANK_END_WITH_PARENT"
 """environment: id of the process that the node belongs to"""
+
+STARTED = "FLATPLANK_STARTED"
+"""environment: file that the node makes as soon as it listens"""
 
 _PR_SET_PDEATHSIG = 1
 
@@ -21,3 +25,9 @@ def end_with_parent() -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != int(parent):
         raise SystemExit(f"the process {parent} that started this node is gone")
+
+
+def tell_started() -> None:
+    """Make the file that the environment names, if any."""
+    if file := os.environ.get(STARTED):
+        Path(file).touch()

@@ -4,8 +4,8 @@
 A verb is an entry point of the group `flatplank.verbs`: a module with `main(argv) -> exit code`.
 With this package alone there are the verbs of the analysis; the bench's packages add theirs.
 Exit codes: 0 done, 1 the input or the bench is at fault (one line on stderr says how), 2 nothing
-could be used or the command line is wrong, 130 stopped by Ctrl-C. A verb may give others their own
-meaning.
+could be used or the command line is wrong, 70 the program is at fault (the line names a file with
+the trace), 130 stopped by Ctrl-C. A verb may give others their own meaning.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from __future__ import annotations
 import ast
 import os
 import sys
+from collections.abc import Callable
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.cli.failures import told
 
 GROUP = "flatplank.verbs"
 
@@ -50,27 +51,40 @@ def main(argv: list[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     known = verbs()
     if not arguments or arguments[0] in ("help", "-h", "--help"):
-        print(listing(known))
-        return 0
+        return guard("help", lambda: print(listing(known)) or 0)
     name, rest = arguments[0], arguments[1:]
     if name not in known:
         near = get_close_matches(name, known, 1)
         hint = f"did you mean {near[0]}?" if near else "`flatplank help` lists them"
         print(f"flatplank: no verb {name!r}: {hint}", file=sys.stderr)
         return 2
+    return guard(name, lambda: int(known[name].load()(rest) or 0))
+
+
+def guard(name: str, work: Callable[[], int]) -> int:
+    """Exit code of `work`; whatever it raises becomes one line on stderr."""
     try:
-        return int(known[name].load()(rest) or 0)
+        code = work()
+        sys.stdout.flush()  # a full disk is told here, not while Python ends
+        return code
     except KeyboardInterrupt as end:
         why = f" ({end})" if str(end) else ""
         print(f"flatplank {name}: stopped{why}", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # the reader (`| head`) has gone; keep the interpreter from complaining about it at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 0
-    except (FlatplankError, ValueError, FileNotFoundError) as error:
-        print(f"flatplank {name}: {' '.join(str(error).split())}", file=sys.stderr)
-        return 1
+    except Exception as error:
+        line, code = told(name, error)
+        print(f"flatplank {line}", file=sys.stderr)
+        if isinstance(error, OSError):
+            _drop_output()
+        return code
+
+
+def _drop_output() -> None:
+    """What stdout cannot take any more must not be tried again when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -25,12 +25,12 @@ def lost_motion(motion: Motion, gap: np.ndarray) -> np.ndarray:
     ahead = np.cumsum(extra, axis=-1)
     gap = np.ascontiguousarray(np.broadcast_to(gap, (*slip.shape[:-1], 1))[..., 0], dtype=float)
     lost = np.empty_like(slip)
-    _distance(ahead, gap, lost)
+    distance(ahead, gap, lost)
     return np.diff(lost, axis=-1, prepend=0.0)
 
 
 @njit(cache=True)
-def _distance(ahead, gap, lost):
+def distance(ahead, gap, lost):
     """Distance of a follower that is dragged through a gap; (lanes, runs, samples)."""
     for i in range(ahead.shape[0]):
         for r in range(ahead.shape[1]):

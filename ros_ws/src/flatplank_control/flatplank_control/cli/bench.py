@@ -9,11 +9,13 @@ import argparse
 import signal
 import sys
 import threading
+import time
 from pathlib import Path
 
 from flatplank_control.bench.node_specs import DRIVEN
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.starting import Start
 from flatplank_control.calibration.book import Book, book_for
 from flatplank_control.speed_map.use import with_road
 from flatplank_hw.params import nearest
@@ -95,10 +97,24 @@ def main(argv: list[str]) -> int:
         print(
             f"bench: {names}\nbags go to {Path(setup.data).resolve()}; Ctrl-C ends it", flush=True
         )
-        while not over.wait(0.5):
-            ended = processes.ended()
-            if ended:
-                what = ", ".join(f"{name} (exit code {code})" for name, code in ended.items())
-                print(f"flatplank bench: ended by itself: {what}", file=sys.stderr)
-                return 1
-    return 0
+        why = watch(processes, over)
+    if why:
+        print(f"flatplank bench: {why}", file=sys.stderr)
+    return int(bool(why))
+
+
+def watch(processes: BenchProcesses, over: threading.Event) -> str:
+    """Tell how many nodes are up, then wait; why the bench cannot go on, empty at Ctrl-C."""
+    start = Start(processes.running, time.monotonic())
+    while not over.wait(0.2):
+        if why := processes.why_ended():
+            return why
+        if start.missing:
+            before, now, vitals = str(start), time.monotonic(), processes.vitals()
+            for name in [name for name, seen in vitals.items() if seen.started]:
+                start.heard(name, "", now)
+            if str(start) != before:
+                print(start, flush=True)
+            if why := start.hopeless(vitals, now):
+                return why
+    return ""

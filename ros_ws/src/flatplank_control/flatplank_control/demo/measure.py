@@ -35,8 +35,7 @@ def on_the_graph(folder: Path, seed: int, teller: Teller) -> float:
         os.environ.setdefault(key, value)
     setup = BenchSetup(pace="hold", seed=seed, data=str(folder))
     with BenchProcesses(setup, log=folder.parent / "nodes.log") as bench, BenchClient() as client:
-        client.wait_connected(bench.running)
-        teller.now(f"{len(bench.running)} nodes are up")
+        client.wait_connected(bench, say=teller.now)
         radius = _radius(client, folder, teller)
         teller.now(f"effective rolling radius by (5.22): {radius:.4f} m")
         kappa, start = SLIP_ON_GRAPH

@@ -16,6 +16,9 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from flatplank_analysis.errors import FlatplankError
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.starting import STALL_TIMEOUT_S, Start
 from flatplank_control.nodes.interrupt import Interrupt
 from flatplank_msgs.action import RunMeasurement
 
@@ -25,9 +28,11 @@ SERVER_GONE = 10.0
 """[s of wall clock]"""
 LISTEN = 0.05
 """Longest wait for one message while something is awaited [s of wall clock]."""
+ANSWER_TIMEOUT_S = 5.0
+"""A node that was asked whether it is connected is asked anew after this [s of wall clock]."""
 
 
-class BenchError(Exception):
+class BenchError(FlatplankError):
     """The bench does not answer or says no."""
 
 
@@ -68,28 +73,54 @@ class BenchClient:
             raise BenchError(f"{name}: no answer within {timeout:g} s")
         return future.result()
 
-    def wait_connected(self, nodes: Iterable[str], timeout: float = 30.0) -> None:
-        """Until every node says that its topics have somebody at the other end."""
-        end = time.monotonic() + timeout
-        for name in nodes:
-            while True:
-                left = end - time.monotonic()
-                if left <= 0.0:
-                    raise BenchError(f"{name}: not connected after {timeout:g} s")
-                if self._is_connected(name, min(left, 3.0)):
-                    break
-                self.spin(0.05)
+    def wait_connected(
+        self,
+        nodes: BenchProcesses | Iterable[str],
+        timeout: float = STALL_TIMEOUT_S,
+        say: Say = lambda _text: None,
+    ) -> None:
+        """Until every node says that its topics have somebody at the other end.
 
-    def _is_connected(self, name: str, timeout: float) -> bool:
-        """False as well when a request went to a node that died meanwhile."""
+        Of a bench that was started here, it is known whether a node still gets on; BenchError says
+        which one has ended or hangs. `timeout`: longest time without any progress [s]. `say` gets
+        how many are up, whenever that changes.
+        """
+        ours = nodes if isinstance(nodes, BenchProcesses) else None
+        start = Start(list(ours.running if ours else nodes), time.monotonic(), timeout)
+        asked: dict[str, tuple[Any, float]] = {}
+        said = ""
+        while start.missing:
+            for name in start.missing:
+                self._ask_connected(name, asked, start)
+            if said != str(start):
+                said = str(start)
+                say(said)
+            if not start.missing:
+                return
+            if ours and (reason := ours.why_ended()):
+                raise BenchError(f"{reason}; {start}")
+            if reason := start.hopeless(ours.vitals() if ours else {}, time.monotonic()):
+                raise BenchError(reason)
+            self.spin(LISTEN)
+
+    def _ask_connected(self, name: str, asked: dict[str, Any], start: Start) -> None:
+        """Ask a node that is there, hear its answer, ask again when it went astray."""
         service = f"/{name}/connected"
-        try:
-            return self.call(Trigger, service, timeout=timeout).success
-        except BenchError:
-            client = self._clients.pop(service, None)
-            if client is not None:
-                self.node.destroy_client(client)
-            return False
+        client = self._clients.get(service)
+        if client is None:
+            client = self._clients[service] = self.node.create_client(Trigger, service)
+        now = time.monotonic()
+        future, since = asked.get(name, (None, now))
+        if future is not None and future.done():
+            answer = future.result()
+            start.heard(name, "" if answer.success else answer.message, now)
+            del asked[name]
+        elif future is not None and now - since > ANSWER_TIMEOUT_S:
+            # the request may have gone to a node that died meanwhile
+            self.node.destroy_client(self._clients.pop(service))
+            del asked[name]
+        elif future is None and client.service_is_ready():
+            asked[name] = client.call_async(Trigger.Request()), now
 
     def spin(self, seconds: float) -> None:
         """Let messages come for a while [s of wall clock]."""

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+import tempfile
+import traceback
 from collections.abc import Callable
 from inspect import iscoroutinefunction
 from typing import Any
@@ -22,7 +25,7 @@ from std_srvs.srv import Trigger
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.params import SHELL_KEYS
-from flatplank_hw.parent import end_with_parent
+from flatplank_hw.parent import end_with_parent, tell_started
 from flatplank_hw.realtime import prepare_threads
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
@@ -207,11 +210,20 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     end_with_parent()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = make()
+        return _live(make, told_to_end)
     except (ParameterException, InvalidParameterTypeException) as error:
         print(f"not started: {' '.join(str(error).split())}", file=sys.stderr)
-        rclpy.try_shutdown()
         return 1
+    except Exception as error:
+        print(f"ended by {type(error).__name__}: {_told(error)}", file=sys.stderr)
+        return 70
+    finally:
+        rclpy.try_shutdown()
+
+
+def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
+    """The node from its making to its end; the exit code."""
+    node = make()
     failed = False
     if isinstance(node, LifecycleNode) and node.get_parameter("autostart").value:
         ok = TransitionCallbackReturn.SUCCESS
@@ -219,6 +231,8 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
     executor = StreamExecutor()
     executor.add_node(node)
     prepare_node(node)
+    if not failed:
+        tell_started()
     try:
         while not failed and rclpy.ok() and not told_to_end:
             executor.spin_once(timeout_sec=LOOK_AT_SIGNALS)
@@ -228,5 +242,16 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
         finish = getattr(node, "finish", None)
         if finish is not None:
             finish()
-        rclpy.try_shutdown()
     return 1 if failed else 0
+
+
+def _told(error: Exception) -> str:
+    """The error on one line, with the file of its trace."""
+    words = " ".join(str(error).split())
+    try:
+        handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write("".join(traceback.format_exception(error)))
+    except OSError:
+        return words
+    return f"{words}; its trace is in {path}"

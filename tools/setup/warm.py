@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Run under .venv at the end of the set-up: `warm.py kernels` compiles the inner loops into their
+caches, `warm.py modules` leaves the byte code of what bench and demo import.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+
+def kernels() -> None:
+    """Machine code of the simulated plant and of the analysis."""
+    from flatplank_analysis.kernels import compile_all
+    from flatplank_hw.plant import Plant, PlantConfig
+
+    Plant(PlantConfig.load("toyo"), seed=1, rate_hz=250).step()
+    compile_all()
+
+
+def modules() -> None:
+    """What the nodes and the demo import."""
+    from flatplank_control.bench.setup import BenchSetup
+
+    for node in BenchSetup().nodes():
+        import_module(f"{node.package}.nodes.{node.executable}")
+    for name in ("cli.demo", "nodes.client"):
+        import_module(f"flatplank_control.{name}")
+
+
+if __name__ == "__main__":
+    {"kernels": kernels, "modules": modules}[sys.argv[1]]()
