@@ -84,9 +84,9 @@ def test_round_trip_keeps_everything(tmp_path: Path) -> None:
     ("old", "new", "says"),
     [
         ("PDX1                     = 1.0", "", "missing PDX1"),
-        ("WIDTH                    = 0.205", "PKX1 = 15", "PKX1 stands twice, first in line 21"),
-        ("'meter'", "'mm'", "unit of LENGTH is mm"),
-        ("'radians'", "'degree'", "unit of ANGLE is degree"),
+        ("WIDTH                    = 0.205", "PKX1 = 15", "PKX1 is 15 in line 21 and 16 here"),
+        ("PDX1                     = 1.0", "PKX1 = 15", "PKX1 stands twice, first in line"),
+        ("'meter'", "'cubit'", "unit of LENGTH is cubit"),
         ("= 61 ", "= 6 ", "not Magic Formula 6.1"),
         ("2.0e+05", "2,0e5", "is not a number"),
         ("FNOMIN                   = 4000", "FNOMIN = 0", "FNOMIN = 0 is not positive"),
@@ -126,4 +126,70 @@ def test_shipped_sets(name: str) -> None:
     plain = state.to_json()
     assert plain["sigma_y"] is None
     assert math.isnan(state.sigma_y)
-    assert set(plain) == {"fx", "fy", "mz", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
+    wanted = {"fx", "fy", "mz", "mx", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
+    assert set(plain) == wanted
+
+
+FIELD = """[UNITS]
+LENGTH = 'mm'
+FORCE = 'kN'
+ANGLE = 'degrees'
+MASS = 'kg'
+TIME = 'second'
+PRESSURE = 'bar'
+[MODEL]
+FITTYP = 62
+LONGVL = 16700
+VXLOW =
+[DIMENSION]
+UNLOADED_RADIUS = 313.5
+WIDTH =
+[OPERATING_CONDITIONS]
+NOMPRES = 2.2
+[INERTIA]
+MASS =
+[VERTICAL]
+FNOMIN = 4
+VERTICAL_STIFFNESS =
+[LONGITUDINAL_COEFFICIENTS]
+PCX1 = 1.6
+PDX1 = 1
+PDX2 = -.1
+PKX1 = 16
+[LATERAL_COEFFICIENTS]
+PCY1 = 1.3
+PDY1 = 1
+PKY1 = -15
+PKY2 = 2
+"""
+
+
+def test_what_the_tools_of_the_field_write_is_read(tmp_path: Path) -> None:
+    """A key in two sections, empty values, other units, no vertical stiffness."""
+    path = tmp_path / "field.tir"
+    path.write_text(FIELD)
+    tir = read_tir(path)
+    assert tir.values["UNLOADED_RADIUS"] == pytest.approx(0.3135)
+    assert tir.values["FNOMIN"] == 4000.0
+    assert tir.values["NOMPRES"] == pytest.approx(2.2e5)
+    assert "WIDTH" not in tir.values
+    state = tire_state(tir, 4000, 0.05, vx=16.7)
+    # row of the independent solver, set "book"
+    assert state.fx == pytest.approx(2702.570925, rel=1e-9)
+    assert math.isnan(state.re)
+    assert state.to_json()["re"] is None
+    said = " | ".join(tir.warnings())
+    assert "VERTICAL_STIFFNESS is missing: R_e" in said
+    assert "converted to SI from LENGTH mm, FORCE kN, PRESSURE bar" in said
+    assert "per radian" in said
+    assert "not in the file, taken with their defaults: " in said
+    assert "PKX2" in said
+
+
+def test_what_is_written_again_has_the_units_of_the_file(tmp_path: Path) -> None:
+    changed = parse_tir(FIELD).replaced({"FNOMIN": 4500.0, "VERTICAL_STIFFNESS": 2e5})
+    write_tir(changed, tmp_path / "again.tir")
+    again = read_tir(tmp_path / "again.tir")
+    assert again.sections["VERTICAL"]["FNOMIN"].value == "4.5"
+    assert again.values["VERTICAL_STIFFNESS"] == pytest.approx(2e5)
+    assert again.sections["UNITS"]["MASS"].value == "'kg'"

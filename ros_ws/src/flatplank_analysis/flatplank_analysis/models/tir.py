@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tire property files (`.tir`): read, check, write.
 
-Unknown sections and keys are kept, in their order, and written again. Lengths, forces and angles
-must be in m, N, rad. A key given twice or a missing one is an error of one line.
+Read is what the tools of the field write: a key may stand in two sections (MASS in [UNITS] and in
+[INERTIA]), a value may be empty, other units are converted, what is missing takes its documented
+default and a remark names it. Unknown sections and keys are kept, in their order, and written
+again. A contradiction is an error of one line.
 """
 
 from __future__ import annotations
@@ -14,16 +16,14 @@ from pathlib import Path
 
 from ..errors import FlatplankError
 from .magic_formula import DEFAULTS, REQUIRED, SECTION_OF, Coefficients
+from .tir_units import UNITS, factor
 
-UNITS: dict[str, frozenset[str]] = {
-    "LENGTH": frozenset({"meter", "metre", "m"}),
-    "FORCE": frozenset({"newton", "n"}),
-    "ANGLE": frozenset({"radians", "radian", "rad"}),
-    "MASS": frozenset({"kg", "kilogram"}),
-    "TIME": frozenset({"second", "sec", "s"}),
-    "PRESSURE": frozenset({"pascal", "pa"}),
-}
 FORMULAS = {60, 61, 62}
+LISTED = (
+    "LONGITUDINAL_COEFFICIENTS", "LATERAL_COEFFICIENTS", "ALIGNING_COEFFICIENTS",
+    "SCALING_COEFFICIENTS",
+)  # fmt: skip
+"""sections whose missing coefficients a remark names"""
 _LINE = re.compile(r"^\s*([A-Za-z_]\w*)\s*=\s*('[^']*'|\"[^\"]*\"|[^$!]*)")
 
 
@@ -45,14 +45,31 @@ class TirFile:
 
     @property
     def entries(self) -> dict[str, Entry]:
-        """All entries, whatever their section."""
-        return {k: e for section in self.sections.values() for k, e in section.items()}
+        """Entries that have a value; a key of two sections as its own section has it."""
+        out: dict[str, Entry] = {}
+        for name, section in self.sections.items():
+            for key, entry in section.items():
+                if entry.value and (key not in out or SECTION_OF.get(key) == name):
+                    out[key] = entry
+        return out
+
+    @property
+    def units(self) -> dict[str, float]:
+        """Factor to SI of each quantity that [UNITS] names; unknown units count as SI."""
+        given = self.sections.get("UNITS", {})
+        return {
+            q: names.get(_text(given[q]).lower(), 1.0) for q, names in UNITS.items() if q in given
+        }
 
     @property
     def values(self) -> dict[str, float]:
-        """The coefficients of the Magic Formula that the file gives."""
-        given = self.entries
-        return {k: _number(k, e, self.path) for k, e in given.items() if k in SECTION_OF}
+        """The coefficients of the Magic Formula that the file gives [SI]."""
+        units, given = self.units, self.entries
+        return {
+            k: factor(k, units) * _number(k, e, self.path)
+            for k, e in given.items()
+            if k in SECTION_OF
+        }
 
     @property
     def coefficients(self) -> Coefficients:
@@ -60,12 +77,15 @@ class TirFile:
         return Coefficients(self.values)
 
     def replaced(self, values: Mapping[str, float]) -> TirFile:
-        """The same file with other or more coefficients."""
+        """The same file with other or more coefficients, given in SI."""
+        units = self.units
         sections = {name: dict(entries) for name, entries in self.sections.items()}
         home = {key: name for name, entries in sections.items() for key in entries}
         for key, value in values.items():
-            section = home.get(key) or SECTION_OF.get(key, "USER")
-            sections.setdefault(section, {})[key] = Entry(repr(float(value)))
+            own = SECTION_OF.get(key, "USER")
+            section = own if key in sections.get(own, {}) else home.get(key, own)
+            number = float(value) / factor(key, units)
+            sections.setdefault(section, {})[key] = Entry(repr(number))
         return TirFile(sections, self.kept, self.path)
 
     def warnings(self, vx: float = 0.03) -> list[str]:
@@ -87,10 +107,9 @@ def read_tir(path: str | Path) -> TirFile:
 
 
 def parse_tir(text: str, path: str = "") -> TirFile:
-    """Take the text of a file apart; a key that stands twice is an error."""
+    """Take the text of a file apart; a key with two values in one section is an error."""
     sections: dict[str, dict[str, Entry]] = {}
     kept: dict[str, list[str]] = {}
-    seen: dict[str, int] = {}
     name = ""
     for number, line in enumerate(text.splitlines(), start=1):
         stripped = line.strip()
@@ -105,14 +124,16 @@ def parse_tir(text: str, path: str = "") -> TirFile:
             kept.setdefault(name, []).append(stripped)
             continue
         key = match[1].upper()
-        if key in seen:
+        section, value = sections.setdefault(name, {}), match[2].strip()
+        before = section.get(key)
+        if before is not None and before.value and value and before.value != value:
             raise FlatplankError(
-                f"{key} stands twice, first in line {seen[key]}",
+                f"{key} stands twice, first in line {before.line}",
                 f"{path} line {number}",
                 "remove one of the two",
             )
-        seen[key] = number
-        sections.setdefault(name, {})[key] = Entry(match[2].strip(), number)
+        if before is None or value:
+            section[key] = Entry(value, number)
     return TirFile(sections, {k: tuple(v) for k, v in kept.items()}, path)
 
 
@@ -121,12 +142,13 @@ def check_tir(tir: TirFile) -> None:
     entries = tir.entries
     for unit, names in UNITS.items():
         entry = tir.sections.get("UNITS", {}).get(unit)
-        if entry and _text(entry).lower() not in names:
+        if entry and _text(entry) and _text(entry).lower() not in names:
             raise FlatplankError(
                 f"unit of {unit} is {_text(entry)}",
                 f"{tir.path} line {entry.line}",
-                f"convert the file to {sorted(names, key=len)[-1]}",
+                f"known are {', '.join(names)}",
             )
+    _refuse_two_values(tir)
     version = entries.get("FITTYP")
     if version and _number("FITTYP", version, tir.path) not in FORMULAS:
         raise FlatplankError(
@@ -147,6 +169,22 @@ def check_tir(tir: TirFile) -> None:
                 f"{tir.path} line {entries[key].line}",
                 "give it in SI units",
             )
+
+
+def _refuse_two_values(tir: TirFile) -> None:
+    """A coefficient with other values in two sections: nobody knows which one holds."""
+    found: dict[str, Entry] = {}
+    for section in tir.sections.values():
+        for key, entry in section.items():
+            if key not in SECTION_OF or not entry.value:
+                continue
+            other = found.setdefault(key, entry)
+            if _number(key, other, tir.path) != _number(key, entry, tir.path):
+                raise FlatplankError(
+                    f"{key} is {other.value} in line {other.line} and {entry.value} here",
+                    f"{tir.path} line {entry.line}",
+                    "remove one of the two",
+                )
 
 
 def write_tir(tir: TirFile, path: str | Path) -> None:
@@ -182,10 +220,22 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
     ):
         if not given.get(stiffness, 0.0) > 0.0:
             yield f"{stiffness} is missing: {length} is not known"
+    if not c.VERTICAL_STIFFNESS > 0.0:
+        yield "VERTICAL_STIFFNESS is missing: R_e and the contact length are not known"
+    angle = tir.sections.get("UNITS", {}).get("ANGLE")
+    if angle and _text(angle).lower().startswith("deg"):
+        yield "ANGLE is in degrees: coefficients are per radian all the same, as tools write them"
+    others = [f"{q} {_text(tir.sections['UNITS'][q])}" for q, f in tir.units.items() if f != 1.0]
+    if others:
+        yield f"converted to SI from {', '.join(others)}"
     if "FITTYP" not in tir.entries:
         yield "FITTYP is missing: taken as Magic Formula 6.1"
     if not any(given.get(key) for key in ("RBX1", "RBY1")):
         yield "RBX1 and RBY1 are missing: combined slip does not reduce the forces"
+    absent = [k for k in DEFAULTS if k not in given and DEFAULTS[k] == DEFAULTS[k]]
+    plain = [k for k in absent if SECTION_OF[k] in LISTED]
+    if plain:
+        yield f"not in the file, taken with their defaults: {', '.join(plain)}"
     unknown = [k for k in tir.sections.get("", {}) if k not in DEFAULTS]
     if unknown:
         yield f"keys before the first section are kept but not used: {', '.join(unknown)}"

@@ -202,7 +202,9 @@ def shipped_record(name: str) -> TireRecord:
 def record_of_tir(tir: TirFile, path: str) -> TireRecord:
     """The record that a `.tir` holds."""
     c = tir.coefficients
-    contact = {"vertical_stiffness": c.VERTICAL_STIFFNESS, "pressure_effect": c.PFZ1}
+    contact: dict[str, float] = {}
+    if math.isfinite(c.VERTICAL_STIFFNESS):
+        contact = {"vertical_stiffness": c.VERTICAL_STIFFNESS, "pressure_effect": c.PFZ1}
     if c.Q_RA1:
         contact |= {"q_ra1": c.Q_RA1, "q_ra2": c.Q_RA2}
     return TireRecord(

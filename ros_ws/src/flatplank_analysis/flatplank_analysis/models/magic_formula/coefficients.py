@@ -58,7 +58,6 @@ REQUIRED: tuple[str, ...] = (
     "UNLOADED_RADIUS",
     "FNOMIN",
     "NOMPRES",
-    "VERTICAL_STIFFNESS",
     "PCX1",
     "PDX1",
     "PKX1",
@@ -66,10 +65,12 @@ REQUIRED: tuple[str, ...] = (
     "PDY1",
     "PKY1",
 )
-"""Without these no force can be computed."""
+"""Without these no force can be computed; the vertical stiffness tells only R_e, a and rho."""
 
 _NOT_ZERO = {"Q_RE0": 1.0, "PKY4": 2.0, "LONGVL": 16.7}
-_UNKNOWN = {"LATERAL_STIFFNESS": float("nan"), "LONGITUDINAL_STIFFNESS": float("nan")}
+_UNKNOWN = dict.fromkeys(
+    ("VERTICAL_STIFFNESS", "LATERAL_STIFFNESS", "LONGITUDINAL_STIFFNESS"), float("nan")
+)
 
 DEFAULTS: dict[str, float] = {
     name: 1.0 if section == "SCALING_COEFFICIENTS" else 0.0 for name, section in SECTION_OF.items()
