@@ -10,7 +10,7 @@ from flatplank_control.blind.page import page, summary
 from flatplank_control.blind.points import Share, points_of
 from flatplank_control.blind.rival_scores import rival_scores
 
-HEADER = {"command": "the command", "commit": "abc", "seed": 1, "whole": 3, "rivals": []}
+HEADER = {"command": "the command", "seed": 1, "whole": 3, "rivals": []}
 
 
 def test_wilson():
@@ -28,7 +28,8 @@ def entry(group, hidden, named, verdict="found", outside=None, where=()):
         more = {"sized": True, "unit": "1", "detectable": 0.5, "consequence": 0.01}
         answer["effects"] = [{"name": n, "size": 1.0, "class": [], **more} for n in hidden]
     return {
-        "key": f"{group}/{'+'.join(hidden)}", "seed": 1, "code": "c", "kit": "k", "answer": answer,
+        "key": f"{group}/{'+'.join(hidden)}", "seed": 1, "code": "c", "kit": "k",
+        "commit": "abc", "answer": answer,
         "case": {"group": group, "hidden": list(hidden), "world": "second", "factor": 2.0,
                  "rung": "x"},
         "diagnosis": {"verdict": verdict, "effects": effects, "floor_rmse": 10.0,

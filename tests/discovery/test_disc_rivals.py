@@ -13,8 +13,9 @@ from flatplank_analysis.discovery.rivals import Rival, indifferent
 from flatplank_analysis.discovery.search import LARGEST_CLASS, Found
 from flatplank_analysis.discovery.verdict import GROUP
 from flatplank_control.blind.cases import measured_table
+from flatplank_control.blind.noise import NOISES, noise
 from flatplank_control.blind.nulls import session_of
-from flatplank_control.blind.plan import NOISES, noise, runs_of
+from flatplank_control.blind.plan import runs_of
 from flatplank_control.blind.worlds import WORLDS, Scatter
 
 

@@ -38,7 +38,7 @@ VISIBLE, SHIFTS = 0.03, 2
 many forces may have a constant pull"""
 NO_PART = (
     "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
-    "markdown.py",
+    "markdown.py", "nulls.py",
 )  # fmt: skip
 """files of the kit that the campaigns do not depend on"""
 

@@ -2,7 +2,8 @@
 """Campaigns of the second tire on a machine whose faults have other forms (forms_kernel.py).
 
 Machine and sensors were written without a look at the library of effects. The sizes mean what
-the menu says in the first order: a gap is the way from stop to stop, a drift what it comes to.
+the menu says in the first order: a gap is the way from stop to stop, a drift what it comes to, a
+wave its first harmonic.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from flatplank_control.blind.second import (
 )
 from flatplank_control.blind.second_kernel import AT, OUT, SAMPLE
 
-LEVELS = {"fx": 2500.0, "fy": 2500.0, "fz": 250.0, "mx": 120.0, "mz": 25.0}
+LEVELS = {"fx": 2500.0, "fy": 1500.0, "fz": 120.0, "mx": 8.0, "mz": 12.0}
 """of a channel at which its crosstalk bends [N, N m]"""
 BEND = 3.0
 """how far what saturates over the runs has come to its end with the last"""
@@ -117,9 +118,8 @@ def _sensors(c: Columns, tire: SecondTire, machine: FormsMachine, run: Run, shar
     c["fx"] -= (tire.rolling + machine.rolling_share * more) * rolls
     crest = np.cos(angle - 0.3) + 0.3 * np.cos(2.0 * angle - 0.6)
     c["fx"] += machine.uneven * s.fz / LOAD * crest * rolls
-    rub = np.tanh(1.5 * np.cos(angle - 1.1)) / math.tanh(1.5)
-    c["fx"] += machine.parasitic * rub
-    c["fz"] += 0.8 * machine.parasitic * np.tanh(1.5 * np.cos(angle + 0.4)) / math.tanh(1.5)
+    c["fx"] += machine.parasitic * _rubbing(angle - 1.1)
+    c["fz"] += 0.8 * machine.parasitic * _rubbing(angle + 0.4)
     c["mx"] = 0.05 * own_fy + 6.0 * np.sin(c["plank_position"] / 0.25)
     c["mz"] = -0.02 * own_fy + 0.004 * own_fx + 4.0 * np.cos(c["plank_position"] / 0.31)
     true = {k: c[k].copy() for k in LEVELS}
@@ -136,6 +136,11 @@ def _sensors(c: Columns, tire: SecondTire, machine: FormsMachine, run: Run, shar
         clock = t - machine.skew * (1.0 + 0.2 * (t / t[-1] - 0.5))
         for name in LEVELS:
             c[name] = np.interp(clock, t, c[name])
+
+
+def _rubbing(angle: np.ndarray) -> np.ndarray:
+    """A wave that levels off; its first harmonic is 1."""
+    return np.tanh(1.5 * np.cos(angle)) / 1.01087
 
 
 Form = Callable[[float, Random], Mapping[str, Any]]
@@ -178,7 +183,8 @@ MENU_OF_FORMS: dict[str, Form] = {
     "runout_1": _kernel("out_1"),
     "runout_2": _kernel("out_2"),
     "drive_brake_asymmetry": _kernel("brake_grip"),
-    "carcass_softening": _kernel("softening"),
+    # what is added at 4 kN
+    "carcass_softening": lambda s, r: {"kernel": {"softening": s / 0.79810}},
     "carcass_creep": _kernel("creep"),
     "carcass_load": _field("load_power"),
     "carcass_pressure": _field("pressure_share"),

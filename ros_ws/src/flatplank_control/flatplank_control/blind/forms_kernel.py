@@ -90,16 +90,14 @@ def in_clearance(at, gap, force, h):
 
 @njit(cache=True, nogil=True)
 def triangle(u):
-    """A wave of amplitude 1 with rounded corners and straight flanks; u in turns."""
-    s = math.sin(2.0 * math.pi * u)
-    return math.asin(0.96 * s) / math.asin(0.96)
+    """A wave with rounded corners and straight flanks; u in turns, its first harmonic is 1."""
+    return math.asin(0.96 * math.sin(2.0 * math.pi * u)) / 1.16104
 
 
 @njit(cache=True, nogil=True)
 def lobed(angle, order):
-    """A wave of amplitude 1 with a sharp crest and a flat trough, mean 0."""
-    c = math.cos(order * angle)
-    return (c + 0.25 * math.cos(2.0 * order * angle)) / 1.25
+    """A wave with a sharp crest and a flat trough; its first harmonic is 1."""
+    return math.cos(order * angle) + 0.25 * math.cos(2.0 * order * angle)
 
 
 @njit(cache=True, nogil=True)
@@ -111,7 +109,8 @@ def run_forms(p, q, friction, bumps, out):
     own = p.copy()
     pinion = wheel = speed = last_ripple = 0.0
     plate = side_at = sunk = slide = late = 0.0
-    flank = 0.0
+    # rolling resistance leaves the gear nearer to its braking side
+    flank = -0.3 * q[DRIVE_GAP]
     rack = -0.5 * q[RACK_GAP]
     short = long = 0.0
     total = out.shape[1] * SUB
@@ -135,7 +134,7 @@ def run_forms(p, q, friction, bumps, out):
         last_ripple = wave
         # gear of the wheel: in the gap only the oil takes the follower along
         before = flank
-        limit = 0.5 * q[DRIVE_GAP] + pressed(fx)
+        limit = q[DRIVE_GAP] + pressed(fx)
         moved = (1.0 - OIL) * (turned - free)
         room = max(limit - math.copysign(1.0, moved) * flank, 0.0)
         flank += moved * room / (room + 0.15 * q[DRIVE_GAP] + 1e-9)
@@ -153,9 +152,10 @@ def run_forms(p, q, friction, bumps, out):
         radial = q[OUT_1] * lobed(angle - 0.7, 1.0) + q[OUT_2] * lobed(angle - 0.2, 2.0)
         load += VERTICAL * radial * (1.0 + radial / 0.02)
         brake = min(fx, 0.0)
-        # the slide sticks by 80 N before it lets go of the load
-        slide = min(max(slide, brake - 80.0), brake + 80.0)
-        load *= 1.0 + q[LOSS] * min(slide, 0.0) / p[NOMINAL]
+        # the slide sticks by 150 N before it lets go of the load; its lever grows
+        slide = min(max(slide, brake - 150.0), brake + 150.0)
+        lever = (1.0 - min(slide, 0.0) / 2000.0) / 2.0
+        load *= 1.0 + q[LOSS] * lever * min(slide, 0.0) / p[NOMINAL]
         sunk += (q[SINK_GAP] * 2.0 / math.pi * math.atan(fx / 300.0) - sunk) * h / 0.4
         load += VERTICAL * sunk
         crest = 1.0 + 0.15 * math.sin(pinion / 0.9)
@@ -168,7 +168,7 @@ def run_forms(p, q, friction, bumps, out):
         side_at = in_clearance(side_at, q[SIDE_GAP], fy, h)
         side = (p[CAMBER_SLIP] - math.tan(p[ALPHA])) * road - (side_at - before)
         k = min(int(max(pinion, 0.0) * 500.0), friction.shape[0] - 1)
-        grip = friction[k] * (1.0 - 0.5 * q[BRAKE_GRIP] * (1.0 - math.tanh(fx / 400.0)))
+        grip = friction[k] * (1.0 - q[BRAKE_GRIP] * (1.0 - math.exp(brake / 1200.0)))
         # the carcass gives way towards a limit, and creeps with two times
         own[CARCASS_X] = p[CARCASS_X] / (1.0 + q[SOFTENING] * (1.0 - math.exp(-abs(fx) / 2500.0)))
         short += (0.6 * q[CREEP] * fx / p[CARCASS_X] - short) * h / 3.0

@@ -7,6 +7,7 @@ import gzip
 import hashlib
 import json
 import multiprocessing
+import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
@@ -44,6 +45,17 @@ def code_version() -> str:
     return digest.hexdigest()[:12]
 
 
+@lru_cache(maxsize=1)
+def commit() -> str:
+    """Of the files that run; with + when some differ from it."""
+    asked = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty=+"]
+    try:
+        done = subprocess.run(asked, capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.TimeoutExpired):
+        return "unknown"
+    return done.stdout.strip() or "unknown"
+
+
 def diagnose(tables: list) -> dict[str, Any]:
     """The diagnosis of tables; it sees nothing else."""
     data = from_tables(tables)
@@ -56,7 +68,7 @@ def diagnose(tables: list) -> dict[str, Any]:
 def solve(case: Case, seed: int) -> dict[str, Any]:
     """One line of the journal."""
     entry = {"key": case.key, "seed": seed, "code": code_version(), "kit": kit_version()}
-    entry["case"] = asdict(case)
+    entry |= {"commit": commit(), "case": asdict(case)}
     made = make(case, seed)
     if made is None:
         return entry | {"answer": None, "diagnosis": None}

@@ -101,7 +101,7 @@ MENU: dict[str, Item] = {
     ),
     "measured_load": Item(
         "1", 0.5, 0.3, 1.0, None,
-        lambda s, r: {"kernel": {"felt": s, "uneven": 40.0}}, sized=False,
+        lambda s, r: {"kernel": {"felt": s, "uneven": 40.0}},
     ),
     "load_loss_braking": Item(
         "1", 0.04, 0.01, 0.2,
@@ -121,19 +121,19 @@ MENU: dict[str, Item] = {
     ),
     "nonuniformity_1": Item(
         "N", 40.0, 5.0, 500.0, None,
-        lambda s, r: {"uneven": (s, 0.0, 0.0)}, sized=False,
+        lambda s, r: {"uneven": (s, 0.0, 0.0)},
     ),
     "nonuniformity_2": Item(
-        "N", 40.0, 5.0, 500.0, None, lambda s, r: {"uneven": (0.0, s, 0.0)}, sized=False,
+        "N", 40.0, 5.0, 500.0, None, lambda s, r: {"uneven": (0.0, s, 0.0)},
     ),
     "nonuniformity_3": Item(
-        "N", 40.0, 5.0, 500.0, None, lambda s, r: {"uneven": (0.0, 0.0, s)}, sized=False,
+        "N", 40.0, 5.0, 500.0, None, lambda s, r: {"uneven": (0.0, 0.0, s)},
     ),
     "load_undulation": Item(
         "1", 0.02, 5e-3, 0.2, None, _waving,
     ),
     "worn_patch": Item(
-        "1", 0.1, 0.01, 0.6, _plant_patch, _patch, sized=False,
+        "1", 0.1, 0.01, 0.6, _plant_patch, _patch,
     ),
     "wear": Item(
         "1", 0.05, 0.01, 0.4,
@@ -207,7 +207,7 @@ MENU: dict[str, Item] = {
         "1", 0.5, 0.05, 2.0,
         # at 4 kN the deflection is 4000/c/(1 - 4000 per_metre/c)
         lambda s, r: {"carcass_softening": {"per_metre": 60.0 * s / (1.0 + s)}},
-        lambda s, r: {"kernel": {"softening": 61.0 * s / (1.0 + s)}}, sized=False,
+        lambda s, r: {"kernel": {"softening": 61.0 * s / (1.0 + s)}},
     ),
     "carcass_creep": Item(
         "1", 0.3, 0.05, 1.8,

@@ -28,21 +28,20 @@ WORLDS = {
 def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str:
     """The whole page in Markdown.
 
-    header: command, commit, seed, whole (campaigns of the list), rivals (their entries).
+    header: command, seed, whole (campaigns of the list), rivals (their entries).
     """
     points = tables.scored(entries)
     not_asked = sorted(
         {f"{'+'.join(e['case']['hidden'])} ({e['case']['world']})" for e in _invisible(entries)}
     )
-    codes = Counter(e["code"] for e in entries)
+    made = Counter(f"{e['commit']} (search {e['code']})" for e in entries)
     parts = [
         "# Blind test of the discovery",
         f"Written by `{header['command']}` from {len(points)} campaigns"
         f"{_part(len(entries), header['whole'])}. Nothing on this page is typed by hand; the "
         "journal that it is written from is [beside it](discovery-blind.jsonl.gz).",
-        f"Commit {header['commit']}; seed {header['seed']}; fingerprint of the code that "
-        f"diagnosed {', '.join(f'{c} ({n})' for c, n in codes.items())}; worlds: "
-        f"{', '.join(sorted({p['world'] for p in points}))}.",
+        f"Seed {header['seed']}; commit {', '.join(f'{c}: {n}' for c, n in made.items())}; "
+        f"worlds: {', '.join(sorted({p['world'] for p in points}))}.",
         _what({p["world"] for p in points}),
         "## Scores",
         tables.scores(points),

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import fnmatch
 import json
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -82,8 +81,7 @@ def main(argv: list[str]) -> int:
         return 0
     command = " ".join(["./flatplank bench-blind", *argv])
     header = {
-        "command": command, "commit": _commit(), "seed": o.seed, "whole": len(cases),
-        "rivals": beside,
+        "command": command, "seed": o.seed, "whole": len(cases), "rivals": beside,
     }  # fmt: skip
     text = page(entries, header)
     if o.write:
@@ -95,16 +93,6 @@ def main(argv: list[str]) -> int:
     else:
         print(text)
     return 0
-
-
-def _commit() -> str:
-    """Of the code that runs; with + when files differ from it."""
-    asked = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty=+"]
-    try:
-        done = subprocess.run(asked, capture_output=True, text=True, timeout=20)
-    except (OSError, subprocess.TimeoutExpired):
-        return "unknown"
-    return done.stdout.strip() or "unknown"
 
 
 def _rivals(o: argparse.Namespace, path: Path) -> list[dict]:
