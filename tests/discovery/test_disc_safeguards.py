@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every safeguard of the search has a campaign that is judged wrongly without it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shapes import CONDITIONS, LONG, OTHER, REPEATS, TIME, measured, names, shape, wave
+
+from flatplank_analysis.discovery import heldout
+from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.search import Options, Search, run_search
+from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
+from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, NONE, diagnose
+
+RUNS = CONDITIONS * REPEATS
+EARLY = shape("early", lambda c: (1.0 + 0.5 * c) * wave(1.5) * (TIME < 1.2))
+
+
+def searched(model, *effects, **options) -> Search:
+    return run_search(model, list(effects), Options(**options))
+
+
+def refusals(search: Search, name: str) -> tuple[str, ...]:
+    """Why an effect was not taken at the first step."""
+    (reasons,) = (d.reasons for d in search.steps[0].refits if d.term.effect.identifier == name)
+    return reasons
+
+
+def test_what_is_there_is_found():
+    search = searched(measured(1, (0.05, LONG.form)), LONG, OTHER)
+    (found,) = search.last.found
+    assert names([found]) == {"long"}
+    assert found.decision.term.size == pytest.approx(0.05, rel=0.1)
+    assert diagnose(search).verdict == FOUND
+
+
+def test_the_interval_holds_nine_of_ten():
+    """The noise decides here: 4 % of the size, where the form of the law may cost 3 %."""
+    held, widths, sizes = [], [], []
+    for seed in range(40):
+        (found,) = searched(measured(seed, (0.03, LONG.form)), LONG).last.found
+        low, high = found.decision.interval
+        held.append(low < 0.03 < high)
+        widths.append(0.5 * (high - low))
+        sizes.append(found.decision.term.size)
+    assert 33 <= sum(held) <= 40
+    # student's 95 % point over the standard deviation of the sizes
+    assert 1.4 < np.median(widths) / np.std(sizes) < 2.8
+    assert np.mean(sizes) == pytest.approx(0.03, rel=0.05)
+
+
+def test_held_out_conditions_are_held_out():
+    """What one condition alone shows cannot be known from the others."""
+    alone = shape("alone", lambda c: (c > 0.9) * wave(1.5))
+    for effect, low, high in ((alone, -1.0, 0.01), (LONG, 0.2, 1.0)):
+        model = measured(2, (0.1, effect.form))
+        fitter = Fitter(model, channel_weights(model.runs, [0.05]))
+        fit = fitter.fit(start_base(model), [Term(effect, np.array([0.1]))])
+        state = make_state(model, fitter, fit, [])
+        assert fit.terms[0].size == pytest.approx(0.1, rel=0.2)
+        assert low < heldout.gain(state, fit, 0) < high
+
+
+def test_what_a_later_effect_explains_goes_again():
+    """The sum of two effects is taken first, and is no use beside the two."""
+    both = shape("both", lambda c: LONG.form(c) + OTHER.form(c) + 0.2 * wave(4.5))
+    model = measured(3, (0.1, LONG.form), (0.07, OTHER.form))
+    search = searched(model, both, LONG, OTHER)
+    assert "both" in names(search.steps[1].found)
+    assert names(search.last.found) == {"long", "other"}
+
+
+def test_a_size_that_does_not_matter_is_not_named():
+    slight = shape("slight", LONG.form, matters=0.05)
+    search = searched(measured(4, (0.03, LONG.form)), slight)
+    assert not search.last.found
+    assert searched(measured(4, (0.03, LONG.form)), LONG).last.found
+    search = searched(measured(4, (0.035, LONG.form)), slight)
+    assert refusals(search, "slight") == ("present, negligible",)
+
+
+def test_scatter_from_run_to_run_is_no_effect():
+    """A form whose size scatters about zero among repeats: the noise alone would call it sure."""
+    for seed in range(12):
+        random = np.random.default_rng(100 + seed)
+        sizes = 0.06 * random.standard_normal(RUNS)
+        search = searched(measured(seed, (sizes, LONG.form)), LONG, OTHER)
+        assert "long" not in names(search.last.found), seed
+
+
+def test_scatter_from_condition_to_condition_is_no_effect():
+    for seed in range(12):
+        random = np.random.default_rng(200 + seed)
+        sizes = np.repeat(0.06 * random.standard_normal(CONDITIONS), REPEATS)
+        search = searched(measured(seed, (sizes, LONG.form)), LONG, OTHER)
+        assert "long" not in names(search.last.found), seed
+
+
+def test_an_impostor_that_lasts_longer_is_refused():
+    """What is early only is no effect of the whole run, though it looks like the half of one."""
+    search = searched(measured(5, (0.15, EARLY.form)), LONG)
+    assert "not the same size along the run" in refusals(search, "long")
+    assert not search.last.found
+    assert names(searched(measured(5, (0.15, EARLY.form)), LONG, EARLY).last.found) == {"early"}
+
+
+def test_an_impostor_of_some_conditions_is_refused():
+    half = shape("half", lambda c: LONG.form(c) * (c > 0.0))
+    search = searched(measured(6, (0.15, half.form)), LONG)
+    assert "not the same size in every condition" in refusals(search, "long")
+    assert not search.last.found
+
+
+def test_whoever_looks_at_much_pays_for_it():
+    """Thirty forms that are not there: one in twenty campaigns may name one of them."""
+    forms = [
+        shape(f"form_{i}", lambda c, i=i: (1.0 + 0.3 * c) * wave(1.0 + 0.4 * i, 0.7 * i))
+        for i in range(30)
+    ]
+    named = sum(bool(searched(measured(300 + s), *forms).last.found) for s in range(12))
+    assert named <= 2
+
+
+def test_a_size_at_the_end_of_its_range_is_not_named():
+    bounded = shape("bounded", LONG.form, bound=0.05)
+    search = searched(measured(7, (0.2, LONG.form)), bounded)
+    assert "at the end of its physical range" in refusals(search, "bounded")
+    assert not search.last.found
+
+
+def test_what_is_small_beside_the_rest_is_the_form_of_the_rest():
+    """A wrong form of the large effect leaves something: it is not another effect."""
+    model = measured(8, (3.0, LONG.form), (0.02, OTHER.form))
+    assert names(searched(model, LONG, OTHER).last.found) == {"long"}
+    alone = measured(8, (0.02, OTHER.form))
+    assert names(searched(alone, LONG, OTHER).last.found) == {"other"}
+
+
+def test_what_the_base_can_take_is_not_named():
+    tilt = shape("tilt", lambda c: TIME - 2.0 + 0.002 * wave(1.5))
+    search = searched(measured(9, (0.5, tilt.form)), tilt)
+    assert not search.last.found
+
+
+def test_a_free_form_comes_after_every_name():
+    """It takes all that the named effect does, and what the noise adds."""
+    random = np.random.default_rng(1)
+    extra = 0.1 * random.standard_normal(len(TIME))
+    free = shape("free", lambda c: LONG.form(c) + extra, generic=True)
+    model = measured(10, (0.1, free.form))
+    assert names(searched(model, free, LONG).steps[1].found) == {"long"}
+    assert names(searched(model, free, OTHER).last.found) == {"free"}
+
+
+def test_effects_that_look_alike_are_told_together():
+    twin = shape("twin", lambda c: LONG.form(c) + 0.02 * wave(3.5))
+    search = searched(measured(11, (0.05, LONG.form)), LONG, twin, OTHER)
+    (found,) = search.last.found
+    assert names([found]) | set(found.alike) == {"long", "twin"}
+    assert diagnose(search).verdict == GROUP
+
+
+def test_what_no_effect_explains_is_said():
+    model = measured(12, (0.2, lambda c: (1.0 + 0.5 * c) * wave(6.5)))
+    result = diagnose(searched(model, LONG, OTHER))
+    assert result.verdict == NONE
+    assert result.unexplained > result.floor
+    assert diagnose(searched(measured(12), LONG, OTHER)).verdict == AT_FLOOR

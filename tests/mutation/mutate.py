@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes small faults in a copy of the analysis, one at a time, and shows which no test notices.
+
+`./flatplank test --long tests/mutation` makes a sample of them;
+`python tests/mutation/mutate.py --count 60 --seed 2 --only effects --journal FILE` another one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mutants import Mutant, mutants_of
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = "ros_ws/src/flatplank_analysis"
+NOTHING_COLLECTED = 5
+SLOWER = 4.0
+"""times what the tests take without a fault: a fault that takes longer has been noticed"""
+
+
+@dataclass(frozen=True)
+class Area:
+    """A part of the code, and the tests that speak of it, the quickest first."""
+
+    name: str
+    folder: str
+    """below the package"""
+    tests: tuple[str, ...]
+    without: tuple[str, ...] = ()
+    """files that only write for people"""
+
+
+ENGINE = tuple(
+    f"tests/discovery/test_disc_{name}.py"
+    for name in (
+        "engine", "safeguards", "descent", "heldout", "whitened", "sizes", "inputs", "loop",
+    )
+)  # fmt: skip
+FITS = tuple(
+    f"tests/analysis_models/test_{name}.py"
+    for name in ("mf_tir", "mf_vectors", "mod_transient", "idn_core", "idn_magic", "idn_fits")
+)
+AREAS = (
+    Area(
+        "effects", "effects",
+        ("tests/discovery/test_disc_sizes.py", "tests/discovery/test_disc_effects.py"),
+    ),
+    Area("discovery", "discovery", ENGINE, ("report", "modelfile.py", "score.py", "nextrun.py")),
+    Area("models", "models", FITS),
+    Area("identify", "identify", FITS, ("carcass_report.py",)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a fault."""
+
+    area: str
+    name: str
+    killed: str
+    """the first test that failed, `too slow`, or empty"""
+
+
+class Copy:
+    """The package where it may be broken; the tests stay where they are."""
+
+    def __init__(self, folder: Path) -> None:
+        self.package = folder / "flatplank_analysis"
+        shutil.copytree(ROOT / PACKAGE / "flatplank_analysis", self.package)
+        self._env = dict(os.environ)
+        before = self._env.get("PYTHONPATH", "")
+        self._env["PYTHONPATH"] = f"{folder}:{before}"
+        self._env["NUMBA_CACHE_DIR"] = str(folder / "numba")
+        where = self._run(
+            [sys.executable, "-c", "import flatplank_analysis as f; print(f.__file__)"]
+        )
+        assert where.stdout.strip().startswith(str(folder)), where.stdout + where.stderr
+
+    def _run(self, words: Sequence[str], limit_s: float = 600.0) -> subprocess.CompletedProcess:
+        return subprocess.run(
+            words, cwd=ROOT, env=self._env, capture_output=True, text=True, check=False,
+            timeout=limit_s,
+        )  # fmt: skip
+
+    def first_failure(self, tests: Sequence[str], limit_s: float, select: str = "") -> str | None:
+        """Name of the first test that fails; None when there is none to run."""
+        words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
+        try:
+            done = self._run([*words, *(["-k", select] if select else [])], limit_s)
+        except subprocess.TimeoutExpired:
+            return "too slow"
+        if done.returncode == NOTHING_COLLECTED:
+            return None
+        if done.returncode == 0:
+            return ""
+        named = re.search(r"^(?:FAILED|ERROR) \S*?(\w+\.py\S*)", done.stdout, re.M)
+        return named[1] if named else f"exit {done.returncode}"
+
+    def try_out(self, area: Area, mutant: Mutant, limits: dict[str, float]) -> Result:
+        """Break a file, run the tests, mend it."""
+        path = self.package / mutant.file
+        before, stat = path.read_bytes(), path.stat()
+        path.write_text(mutant.source, encoding="utf-8")
+        try:
+            killed = self._noticed(area, mutant, limits)
+        finally:
+            path.write_bytes(before)
+            os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+        return Result(area.name, mutant.name, killed)
+
+    def _noticed(self, area: Area, mutant: Mutant, limits: dict[str, float]) -> str:
+        stem = Path(mutant.file).stem
+        if area.name == "effects":  # its own tests first
+            found = self.first_failure(area.tests, limits[area.tests[0]], stem)
+            if found:
+                return found
+        for tests in area.tests:
+            found = self.first_failure([tests], limits[tests])
+            if found:
+                return found
+        return ""
+
+    def limits(self, areas: Sequence[Area]) -> dict[str, float]:
+        """Seconds for every file of tests; they pass here, or nothing that fails says anything."""
+        out: dict[str, float] = {}
+        for tests in sorted({t for area in areas for t in area.tests}):
+            began = time.monotonic()
+            failed = self.first_failure([tests], 1800.0)
+            assert failed == "", f"{tests} without any fault: {failed}"
+            out[tests] = 30.0 + SLOWER * (time.monotonic() - began)
+        return out
+
+
+def all_of(area: Area) -> list[Mutant]:
+    """Every fault of an area."""
+    top = ROOT / PACKAGE / "flatplank_analysis"
+    out = []
+    for path in sorted((top / area.folder).rglob("*.py")):
+        if not set(path.relative_to(top).parts) & set(area.without):
+            out += mutants_of(path, str(path.relative_to(top)))
+    return out
+
+
+def sample(areas: Sequence[Area], count: int, seed: int) -> Iterator[tuple[Area, Mutant]]:
+    """The same number from every area; file by file, so that no long file drowns the others."""
+    draw = random.Random(seed)
+    queues = []
+    for area in areas:
+        files: dict[str, list[Mutant]] = {}
+        for mutant in all_of(area):
+            files.setdefault(mutant.file, []).append(mutant)
+        order = list(files.values())
+        draw.shuffle(order)
+        for mutants in order:
+            draw.shuffle(mutants)
+        most = max(len(m) for m in order)
+        queues.append([(area, m[i]) for i in range(most) for m in order if i < len(m)])
+    for i in range(count):
+        yield queues[i % len(queues)][i // len(queues)]
+
+
+def known(journal: Path | None) -> dict[str, Result]:
+    """Results of an earlier run."""
+    if journal is None or not journal.exists():
+        return {}
+    lines = (json.loads(line) for line in journal.read_text().splitlines())
+    return {line["name"]: Result(**line) for line in lines}
+
+
+def run(
+    areas: Sequence[Area], count: int, seed: int, budget_s: float, journal: Path | None = None
+) -> list[Result]:
+    """Results of a sample, as far as the time goes; each is printed and kept."""
+    end, before, out = time.monotonic() + budget_s, known(journal), []
+    with tempfile.TemporaryDirectory(prefix="fp-mutants-") as name:
+        copied = Copy(Path(name))
+        limits = copied.limits(areas)
+        for area, mutant in sample(areas, count, seed):
+            if time.monotonic() > end:
+                print(f"time is up after {len(out)} of {count}", flush=True)
+                break
+            result = before.get(mutant.name) or copied.try_out(area, mutant, limits)
+            out.append(result)
+            print(f"{result.area}: {result.name}: {result.killed or 'SURVIVED'}", flush=True)
+            if journal is not None and mutant.name not in before:
+                with journal.open("a") as file:
+                    file.write(json.dumps(vars(result)) + "\n")
+    return out
+
+
+def share(results: Sequence[Result]) -> float:
+    """Of the faults, those that were noticed."""
+    return sum(bool(r.killed) for r in results) / max(len(results), 1)
+
+
+def summary(results: Sequence[Result]) -> str:
+    """A line per area, and the survivors."""
+    lines = []
+    for name in dict.fromkeys(r.area for r in results):
+        own = [r for r in results if r.area == name]
+        killed = sum(bool(r.killed) for r in own)
+        lines.append(f"{name}: {killed} of {len(own)} killed, {100 * share(own):.0f} %")
+    lines.append(f"all: {100 * share(results):.0f} % of {len(results)}")
+    lines += [f"survived: {r.name}" for r in results if not r.killed]
+    return "\n".join(lines)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Exit code 1 when fewer than nine of ten are noticed."""
+    p = argparse.ArgumentParser(description=__doc__)
+    p.add_argument("--count", type=int, default=60)
+    p.add_argument("--seed", type=int, default=1)
+    p.add_argument("--hours", type=float, default=2.0)
+    p.add_argument("--only", choices=[a.name for a in AREAS], action="append")
+    p.add_argument("--journal", type=Path, help="results are kept here, and not made again")
+    o = p.parse_args(arguments)
+    areas = [a for a in AREAS if not o.only or a.name in o.only]
+    results = run(areas, o.count, o.seed, 3600.0 * o.hours, o.journal)
+    print(summary(results))
+    return 0 if share(results) >= 0.9 else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Of small faults in search, effects, models and fits nine of ten are noticed by a test."""
+
+from __future__ import annotations
+
+import ast
+
+import mutate
+import pytest
+from mutants import mutants_of
+
+CODE = '''
+LIMIT = 3.0
+
+def f(x, n=2):
+    """Twice 2."""
+    if n > 1 and x:
+        g(x + 1.0)
+    return -abs(x) * 0
+'''
+
+
+def test_faults_are_made_one_at_a_time(tmp_path):
+    path = tmp_path / "code.py"
+    path.write_text(CODE)
+    made = [(m.old, m.new) for m in mutants_of(path, "code.py")]
+    assert made == [
+        ("n > 1 and x", "(n > 1 or x)"), ("n > 1", "(n < 1)"), ("1", "(2)"),
+        ("g(x + 1.0)", "pass"), ("g(x + 1.0)", "(x + 1.0)"), ("x + 1.0", "(x - 1.0)"),
+        ("1.0", "(2.0)"), ("-abs(x) * 0", "(-abs(x) / 0)"), ("-abs(x)", "(abs(x))"),
+        ("abs(x)", "(x)"), ("0", "(1)"),
+    ]  # fmt: skip
+    for mutant in mutants_of(path, "code.py"):
+        ast.parse(mutant.source)
+        assert mutant.source != CODE
+
+
+@pytest.mark.parametrize("area", mutate.AREAS, ids=lambda a: a.name)
+def test_a_sample_is_fair_and_can_be_repeated(area):
+    for tests in area.tests:
+        assert (mutate.ROOT / tests).exists(), tests
+    one, two = (list(mutate.sample([area], 30, seed)) for seed in (1, 1))
+    assert [m.name for _, m in one] == [m.name for _, m in two]
+    assert len({m.name for _, m in one}) == 30
+    assert len({m.file for _, m in one}) > 10
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3 * 3600)
+def test_nine_of_ten_faults_are_noticed():
+    results = mutate.run(mutate.AREAS, 48, 1, 2.5 * 3600.0)
+    print(mutate.summary(results))
+    assert len(results) == 48
+    assert mutate.share(results) >= 0.9, mutate.summary(results)
