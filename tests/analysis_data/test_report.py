@@ -18,6 +18,7 @@ from flatplank_analysis.cli import table as table_verb
 from flatplank_analysis.cli import tire as tire_verb
 from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
+from flatplank_analysis.figures.draw import canvas
 from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report import write
@@ -249,3 +250,35 @@ def test_exit_code_two_when_nothing_is_usable(tmp_path, capsys):
         assert verb.main([str(tmp_path), *jobs]) == 2
         lines = capsys.readouterr().err.strip().splitlines()
         assert "TOY_REL_LNG_5perc" in " ".join(lines)
+
+
+def test_the_frequency_response_is_not_squeezed_and_stays_where_it_was_measured(tmp_path):
+    """A long legend left the axes a tenth of the picture, and the line ran on to frequency 0."""
+    tables = []
+    for shape in ("sine", "triangle"):
+        name = f"TOY_REL_LNG_{shape.upper()}_2perc_T_p25_Fz3700_1.parquet"
+        table = step_table(0.02, 1, waveform={"name": shape}, file=name)
+        x = np.maximum(table["plank_position"] - 1.5, 0.0)
+        wave = 0.02 * np.sin(2.0 * np.pi * x / 0.5)
+        slip = np.concatenate([[0.0], np.cumsum(0.5 * (wave[1:] + wave[:-1]) * np.diff(x))])
+        force, step = np.zeros(x.size), np.diff(x)
+        for i, way in enumerate(step):  # sigma dF + F dx = C dslip
+            force[i + 1] = (force[i] * SIGMA + STIFFNESS * (slip[i + 1] - slip[i])) / (SIGMA + way)
+        angle = (table["plank_position"] + slip) / RADIUS
+        tables.append(table.with_columns(fx=force, wheel_angle=angle))
+    result = analyse(Campaign.load(export_campaign(tables, tmp_path / "waves")))
+    runs = result.extras["waveforms"]
+    assert not any(run["determined"] for run in runs)
+    figures = {f.name: f for group in make_figures(result).values() for f in group}
+    figure = figures["frequency_response"]
+    for panel in figure.panels:
+        curves = [s for s in panel.series if s.style == "curve"]
+        assert curves and all(s.x.min() > 1.5 and s.x.max() < 2.3 for s in curves)
+    gain = [s for s in figure.panels[0].series if s.style == "curve"]
+    assert max(float(s.y.max()) for s in gain) < 1e-3 * STIFFNESS
+    drawn = canvas(figure)
+    drawn.draw_without_rendering()
+    for axis in drawn.axes:
+        assert axis.get_position().width > 0.35
+    caption = figures[f"waveform_{runs[0]['run']}"].caption
+    assert "C/σx" in caption and "kN," not in caption

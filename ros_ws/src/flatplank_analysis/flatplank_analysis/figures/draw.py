@@ -20,6 +20,8 @@ from flatplank_analysis.figures.style import INK, MUTED, PALETTE, RC
 
 MAX_POINTS = 700
 """per line in a picture; the CSV has them all"""
+LEGEND_WIDTH, LEGEND_MARK = 54, 4
+"""characters that fit above the axes, and those that a mark takes"""
 WIDTH, HEIGHT = 6.4, 3.7
 """of one panel [inch]"""
 
@@ -81,7 +83,8 @@ def _legend(axis: Axes, panel: Panel) -> None:
         axis.legend(loc="best")
     else:
         place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
-        axis.legend(ncols=len(shown), **place)
+        longest = max(len(s.label) for s in shown) + LEGEND_MARK
+        axis.legend(ncols=max(1, min(len(shown), LEGEND_WIDTH // longest)), **place)
 
 
 def _series(axis: Axes, series: Series, color: str) -> None:

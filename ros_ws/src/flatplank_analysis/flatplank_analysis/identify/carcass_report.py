@@ -49,11 +49,13 @@ class CarcassFit:
     at: Operating
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
+    beside: tuple[Estimate, ...] = ()
+    """What was fitted with them: in y the steering zero."""
 
     @property
-    def estimates(self) -> tuple[Estimate, Estimate, Estimate]:
+    def estimates(self) -> tuple[Estimate, ...]:
         """Carcass stiffness, slip stiffness, relaxation length; in y under names of their own."""
-        return (self.c_cx, self.slip_stiffness, self.sigma_x)
+        return (self.c_cx, self.slip_stiffness, self.sigma_x, *self.beside)
 
     def without_bias(self) -> dict[str, float]:
         """c_cx and sigma_x less the model's own bias, by the names of `model_bias`."""

@@ -3,7 +3,8 @@
 
 On the flat plank the slip angle is set before the road moves, so the step in side slip is the
 start of the motion. A lateral run is the same kind of object as a slip-step run: -Fy in the place
-of Fx, tan(alpha) in the place of kappa, the slip angle as level. All fits in x then serve in y.
+of Fx and Fx in that of Fy, tan(alpha) in the place of kappa, the slip angle as level. All fits in
+x then serve in y.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ from .carcass import fit_carcass
 from .carcass_report import CarcassFit
 from .grid import SPACING, bin_means
 from .runs import StepRun
+from .steering_zero import TAIL, lack_of_mirrors, steering_zero
 
+SMALL_STEP = 0.02
+"""Largest slip whose step tells the slip stiffness at a slip angle [-]."""
 STARTED = 5e-4
 """Travel after which the road counts as moving [m]."""
 RENAMED = {"c_cx": "c_cy", "slip_stiffness": "cornering_stiffness", "sigma_x": "sigma_y"}
@@ -40,8 +44,10 @@ def lateral_run(table: MeasurementTable, spacing: float = SPACING) -> StepRun:
     last = len(x)
     if info.kappa != 0.0 and math.isfinite(info.step_position):
         last = int(np.searchsorted(position[first:], info.step_position))
-    columns = np.array([-table["fy"], table["fz"], np.nan_to_num(table.get("mz"))])
-    x, (force, fz, mz) = bin_means(x[:last], columns[:, first : first + last], spacing)
+    columns = np.array(
+        [-table["fy"], table["fz"], *(np.nan_to_num(table.get(name)) for name in ("mz", "fx"))]
+    )
+    x, (force, fz, mz, fx) = bin_means(x[:last], columns[:, first : first + last], spacing)
     slip = math.tan(alpha)
     return StepRun(
         name=info.name,
@@ -50,23 +56,47 @@ def lateral_run(table: MeasurementTable, spacing: float = SPACING) -> StepRun:
         kappa=slip,
         distance=x,
         fx=force,
-        fy=np.zeros_like(x),
+        fy=fx,
         mz=mz,
         fz=fz,
         slip=slip * x,
         gamma=math.radians(info.gamma_deg),
         pressure=info.pressure * 1e5,
         start=info.start,
+        slip_stiffness=_own_step(table),
     )
+
+
+def _own_step(table: MeasurementTable) -> float:
+    """dFx/dkappa of the run's slip step [N]; NaN where it is none, or not a small one."""
+    info, x = table.info, table["plank_position"]
+    if not 0.0 < abs(info.kappa) <= SMALL_STEP or not table.has("fx"):
+        return math.nan
+    before = (x > info.step_position - TAIL) & (x < info.step_position)
+    after = x > x[-1] - TAIL
+    if x[-1] < info.step_position + 2.0 * TAIL or not before.any():
+        return math.nan
+    return float(np.mean(table["fx"][after]) - np.mean(table["fx"][before])) / info.kappa
 
 
 def fit_lateral_carcass(runs: Sequence[StepRun], **options: Any) -> CarcassFit:
     """c_cy [N/m], cornering stiffness [N/rad] and sigma_y [m] from lateral runs of one condition.
 
-    `options` as for `fit_carcass`.
+    From runs at +alpha and -alpha the steering zero is found first, and taken off; without them
+    the cornering stiffness carries a warning. `options` as for `fit_carcass`.
     """
+    zero = steering_zero(runs)
+    if zero is not None:
+        runs = [zero.corrected(run) for run in runs]
     found = fit_carcass(runs, longitudinal=False, **options)
     changes = {name: replace(getattr(found, name), name=other) for name, other in RENAMED.items()}
     bias = {RENAMED[name]: value for name, value in found.model_bias.items()}
     stiffness = replace(changes["slip_stiffness"], unit="N/rad")
-    return replace(found, model_bias=bias, **(changes | {"slip_stiffness": stiffness}))
+    lack = lack_of_mirrors([run.level for run in runs])
+    if lack:
+        open_zero = f"a steering zero error is in it: add {lack}"
+        stiffness = replace(stiffness, note="; ".join(filter(None, (stiffness.note, open_zero))))
+    beside = () if zero is None else (zero.zero, zero.ply)
+    return replace(
+        found, model_bias=bias, beside=beside, **(changes | {"slip_stiffness": stiffness})
+    )

@@ -48,6 +48,8 @@ class StepRun:
     """[Pa]."""
     start: int = 1
     """1, 2, 3: wheel started at 0, 120, 240 deg."""
+    slip_stiffness: float = math.nan
+    """Of a lateral run: dFx/dkappa of its own slip step [N]; NaN without a small one."""
 
     @property
     def mean_load(self) -> float:

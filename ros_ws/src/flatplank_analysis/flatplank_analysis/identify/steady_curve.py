@@ -48,7 +48,7 @@ def slope_weights(kappa: np.ndarray) -> np.ndarray:
     pairs, side = _pairs(kappa), _side(kappa)
     if len(pairs) > 1:
         secants = [_secant(kappa, low, high) for low, high in pairs]
-        reach = [0.5 * (kappa[high] - kappa[low]) for low, high in pairs]
+        reach = [_reach(kappa, low, high) for low, high in pairs]
         return (secants[0] * reach[1] - secants[1] * reach[0]) / (reach[1] - reach[0])
     if side:
         return _parabola(kappa, side)
@@ -79,7 +79,7 @@ def curve_law(kappa: np.ndarray, force: np.ndarray) -> TableLaw:
     low, high = pairs[0] if len(pairs) > 1 else sorted(side[:2])
     secant = (values[:, high] - values[:, low]) / (kappa[high] - kappa[low])
     reach = max(abs(kappa[low]), abs(kappa[high]))
-    bend = (slope - secant) / (0.5 * (kappa[high] - kappa[low]) if len(pairs) > 1 else reach)
+    bend = (slope - secant) / (_reach(kappa, low, high) if len(pairs) > 1 else reach)
     middle = values[:, zero] - slope * kappa[zero]
     points, added = [], []
     for level in {low, high} - {zero}:
@@ -108,6 +108,11 @@ def _side(kappa: np.ndarray) -> tuple[int, ...]:
     sides = (np.flatnonzero(kappa > NEAR_ZERO), np.flatnonzero(kappa < -NEAR_ZERO)[::-1])
     found = [side for side in sides if len(side) > 1]
     return (zero, *(int(i) for i in found[0][:2])) if found else ()
+
+
+def _reach(kappa: np.ndarray, low: int, high: int) -> float:
+    """Slip by which the secant of K kappa (1 - q |kappa|) is too low: K (1 - q reach)."""
+    return float((kappa[high] ** 2 + kappa[low] ** 2) / (kappa[high] - kappa[low]))
 
 
 def _secant(kappa: np.ndarray, low: int, high: int) -> np.ndarray:

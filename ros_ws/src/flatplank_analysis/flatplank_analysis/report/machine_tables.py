@@ -135,6 +135,8 @@ class LateralRow:
 
     found: LateralResult
     a: float
+    mirrored: bool = True
+    """Whether the same angle was measured with the other sign."""
 
     @property
     def spring(self) -> float:
@@ -150,6 +152,11 @@ class LateralRow:
         fit = self.found.fit
         told = [e.note for e in (fit.sigma, fit.slip_stiffness) if not e.determined]
         told += [] if fit.settled else ["not settled: the asymptote is an extrapolation"]
+        told += (
+            []
+            if self.mirrored
+            else ["a steering zero error is in it: no run at the opposite angle"]
+        )
         return "; ".join(dict.fromkeys(told))
 
 
@@ -170,10 +177,19 @@ def lateral_table(result: CampaignResult) -> Table:
     note = (
         "The slip angle is set before the road moves: its step is the start. Linear model of Fy "
         "over tan α up to the slip step, mean of the runs, by itself at every angle. c_cy by "
-        "(7.27) in y with σ_c = a; `flatplank fit --model lateral` takes all angles together."
+        "(7.27) in y with σ_c = a; `flatplank fit --model lateral` takes all angles together and, "
+        "from runs at +α and −α, finds the steering zero."
     )
+    measured = {p.point for p in result.points if p.beside.lateral is not None}
     rows = [
-        (p.point, LateralRow(found, result.geometry.half_length(p.point.fz, p.point.pressure)))
+        (
+            p.point,
+            LateralRow(
+                found,
+                result.geometry.half_length(p.point.fz, p.point.pressure),
+                p.point._replace(alpha_deg=-p.point.alpha_deg) in measured,
+            ),
+        )
         for p in result.points
         if (found := p.beside.lateral) is not None
     ]
