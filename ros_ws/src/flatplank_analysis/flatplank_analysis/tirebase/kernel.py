@@ -25,15 +25,15 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "memory", "turn", "feel", "swing",
+    "play_rest", "memory", "turn", "feel", "swing", "rotate",
     "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, MEMORY, TURN, FEEL, SWING, LAW,
-) = range(29)  # fmt: skip
+    PLAY_REST, MEMORY, TURN, FEEL, SWING, ROTATE, LAW,
+) = range(30)  # fmt: skip
 WIDTH = len(NAMES)
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
 """contact slips of the free law; negative first, falling, then positive, rising"""
@@ -83,8 +83,8 @@ def steady(k, stiff, peak, shape, fall, rounding):
 def shared(k, across, stiff, peak, stiff_across, peak_across, p):
     """Steady force [N] at contact slip k beside a slip `across`, on one friction ellipse.
 
-    What sticks pulls along the bent rubber, what slides along the slip (`swing` 1) or along the
-    bent rubber, too (0).
+    What sticks pulls along the bent rubber. What slides turns from there into the direction of the
+    slip: by the share `swing` at once, the rest with the size of the slip (`rotate`).
     """
     bent, bent_across = stiff * k / peak, stiff_across * across / peak_across
     x = (bent * bent + bent_across * bent_across) ** 0.5
@@ -93,8 +93,8 @@ def shared(k, across, stiff, peak, stiff_across, peak_across, p):
     level, _, stuck = saturation(x, p[SHAPE], p[FALL], p[ROUND])
     way, way_across = k / peak, across / peak_across
     along = way / (way * way + way_across * way_across) ** 0.5
-    slid = max(level - stuck, 0.0)
-    share = p[SWING] * slid * (slid / level) ** 0.5
+    late = p[ROTATE] * x * x
+    share = (p[SWING] + late) / (1.0 + late) * (level - stuck)
     return peak * ((level - share) * bent / x + share * along)
 
 

@@ -134,7 +134,16 @@ class TireModel:
             p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
             p[..., kernel.PEAK] = peak * (get("grip_y") if end and "grip_y" in base else 1.0)
             p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
-            for name in ("shape", "fall", "round", "tread", "memory", "combine", "swing"):
+            for name in (
+                "shape",
+                "fall",
+                "round",
+                "tread",
+                "memory",
+                "combine",
+                "swing",
+                "rotate",
+            ):
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
             p[..., kernel.FEEL] = get("feel") if "feel" in base else 1.0

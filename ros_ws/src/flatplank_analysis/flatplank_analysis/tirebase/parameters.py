@@ -74,7 +74,8 @@ def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
     ]
     turned = [
         Parameter("combine", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
-        Parameter("swing", "1", 0.7, 0.0, 1.5, 0.3, prior=0.5),
+        Parameter("swing", "1", 0.4, 0.0, 1.0, 0.2, prior=0.3),
+        Parameter("rotate", "1", 0.1, 0.0, 0.5, 0.05, prior=0.1),
         Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
         Parameter("slip_turned", "1", 0.0, -3.0, 3.0, 0.3, prior=1.0),
     ]
