@@ -214,10 +214,9 @@ def test_what_was_said_stays_and_what_was_measured_otherwise_is_noted(tmp_path):
     assert record.notes == "+0 % said, but +5 % was asked for"
 
 
-def test_a_whole_record_is_not_touched_and_a_bag_without_samples_is_noted(tmp_path):
-    whole = "{tire: TOY, measurement: slip, kappa: 0.02, fz: 3000.0, pressure: 2.5}"
-    record, _ = recorded(tmp_path / "whole", controlled(0.05), whole, "mine")
-    assert (record.name, record.kappa, record.filled_in, record.notes) == ("mine", 0.02, [], "")
+def test_a_whole_record_needs_no_bag_and_a_bag_without_samples_is_noted(tmp_path):
+    assert told("{tire: TOY, measurement: slip, kappa: 0.02, fz: 3000.0}", "mine").whole
+    assert not told("{tire: TOY, kappa: 0.02}").whole
     nothing = {name: values[:0] for name, values in controlled(0.05).items()}
     said = told("")
     write_run(tmp_path / "empty", nothing, "", "empty")

@@ -140,7 +140,8 @@ class Campaign:
                     "no such file", info.file, f"correct {where}, or copy it here"
                 )
             reader_for(store, info.file)
-            if "_own" in info.extra:
+            own = "_own" in info.extra
+            if own:
                 info = _described(store, info, mapping)
         except FlatplankError as error:
             file = entry.get("file", where) if isinstance(entry, Mapping) else where
@@ -154,7 +155,7 @@ class Campaign:
             Problem(info.file, text, where, "correct the spelling", fatal=False)
             for text in remarks
         ]
-        if _is_bag(store, info.file):
+        if own and _is_bag(store, info.file):
             self.problems += untold(info, RECORD_FILE)
         self.runs.append(Run(turned_info(info, mapping), store, mapping))
 

@@ -188,10 +188,9 @@ class RecorderNode(BenchNode):
             reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")
         recording = self.session.state is State.RECORDING
         status = request.status or ("complete" if recording else "stopped")
+        fill = None if self.told.whole else self.told.filled_in
         try:
-            record = self.session.stop(
-                status, reason=reason, ended=utc_now(), fill=self.told.filled_in
-            )
+            record = self.session.stop(status, reason=reason, ended=utc_now(), fill=fill)
         except RecordingError as error:
             return answer(response, False, str(error))
         self.say()

@@ -169,7 +169,7 @@ class RecordingSession:
         *,
         reason: str = "",
         ended: str = "",
-        fill: Callable[[RunRecord, Path], RunRecord] = lambda record, _bag: record,
+        fill: Callable[[RunRecord, Path], RunRecord] | None = None,
     ) -> RunRecord:
         """Close the bag; `ended` is the time of day, ISO 8601. Returns the closed record.
 
@@ -179,7 +179,7 @@ class RecordingSession:
         if bag is None or self.record is None:
             raise RecordingError("nothing is being recorded; start first")
         self.record.with_changes(status=status)
-        if self.state is State.RECORDING:
+        if fill is not None and self.state is State.RECORDING:
             self._guarded(bag.flush)
             self.record = fill(self.record, bag.path)
         return self._finish(status, reason, ended)
