@@ -9,6 +9,8 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+SEQUENCER = "flatplank_msgs/msg/SequencerState"
+CONTROLLER = "flatplank_msgs/msg/ControllerState"
 MSG = Path(__file__).resolve().parents[2] / "ros_ws/src/flatplank_msgs/msg"
 
 
@@ -67,7 +69,11 @@ def wrench(bag: Bag, stamp: int, values, frame: str = "contact"):
 def write_run(
     folder: Path, columns: dict[str, np.ndarray], record: str, name: str = "", **options
 ):
-    """A bench bag with the topics that the analysis reads; time in s."""
+    """A bench bag with the topics that the analysis reads; time in s.
+
+    The slip control speaks in runs with a column slip_reference, free rolling in those with
+    controller_error.
+    """
     bag = Bag(folder, **options)
     types = bag.types.types
 
@@ -80,6 +86,7 @@ def write_run(
     encoder = types["flatplank_msgs/msg/EncoderState"]
     hub = types["flatplank_msgs/msg/HubState"]
     drive = types["flatplank_msgs/msg/DriveStatus"]
+    sequencer, controller = types[SEQUENCER], types[CONTROLLER]
     for i, time in enumerate(columns["time"]):
         stamp = round(float(time) * 1e9) + 5 * 10**9
         c = {k: float(v[i]) for k, v in columns.items()}
@@ -110,5 +117,15 @@ def write_run(
             bag.header(stamp, "wheel"), i, 4, 0, 0.0, 0.0, c["motor_torque"], 0.0, 0.0, 0.0, 0, 0
         )
         bag.write("/wheel_drive/status", "flatplank_msgs/msg/DriveStatus", stamp, message)
-    tell("complete", round(float(columns["time"][-1]) * 1e9) + 5 * 10**9)
+        if "slip_reference" in c:
+            asked = c["slip_reference"]
+            numbers = (asked, asked, c["wheel_velocity"], 0.0, c["slip_start"], c["slip_radius"])
+            message = sequencer(head, i, True, *numbers)
+            bag.write("/slip_sequencer/state", SEQUENCER, stamp, message)
+        if "controller_error" in c:
+            numbers = (50.0, c["controller_error"], 0.0, 0.0, 0.0, 0.0)
+            message = controller(head, i, *numbers, False, True)
+            bag.write("/free_rolling_controller/state", CONTROLLER, stamp, message)
+    end = float(columns["time"][-1]) if len(columns["time"]) else 0.0
+    tell("complete", round(end * 1e9) + 5 * 10**9)
     bag.close()

@@ -13,10 +13,11 @@ import yaml
 
 from flatplank_analysis.data import checks
 from flatplank_analysis.data.info import Condition, RunInfo, info_from_dict, stem_of
+from flatplank_analysis.data.measured import fill, is_silent, reconciled, untold
 from flatplank_analysis.data.names import parse_name
 from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.data.readers import Request, describe, reader_for, suffixes
-from flatplank_analysis.data.readers.bag import METADATA_FILE, RECORD_FILE
+from flatplank_analysis.data.readers.bag import MEASURED, METADATA_FILE, RECORD_FILE
 from flatplank_analysis.data.store import Store, open_store
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.data.turned import turned_columns, turned_facts, turned_info, turned_names
@@ -47,13 +48,16 @@ class Run:
         wanted = None if columns is None else _with_required(columns, self.info, check)
         request = Request(self.store, self.info.file, wanted, self.mapping)
         loaded = reader_for(self.store, self.info.file)(request)
-        own = _merged(self.info, turned_facts(loaded.facts, self.mapping))
-        table = MeasurementTable(turned_columns(loaded.columns, self.mapping), own)
-        remarks = [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
+        facts = dict(loaded.facts)
+        measured = turned_facts(facts.pop(MEASURED, {}), self.mapping)
+        said = _merged(self.info, turned_facts(facts, self.mapping))
+        info, remarks = reconciled(said, measured)
+        table = MeasurementTable(turned_columns(loaded.columns, self.mapping), info)
+        remarks += [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
         if check:
             remarks += checks.run_checks(table)
         for problem in remarks:
-            if problem.fatal:
+            if check and problem.fatal:
                 raise problem.error()
         if columns is not None:
             table = table.select([name for name in columns if name in table])
@@ -65,12 +69,17 @@ def _with_required(columns: Sequence[str], info: RunInfo, check: bool) -> list[s
     return list(dict.fromkeys([*columns, *extra]))
 
 
-def _described(store: Store, info: RunInfo) -> RunInfo:
-    """What the file itself tells goes over what its name tells."""
+def _described(store: Store, info: RunInfo, mapping: Mapping | None) -> RunInfo:
+    """What the file itself tells goes over what its name tells; what neither tells is taken from
+    the samples."""
     facts = dict(describe(store, info.file))
     facts.pop("file", None)
-    plain = {k: v for k, v in info.to_dict().items() if k != "_own"}
-    return info_from_dict(plain | facts, info.file)[0]
+    said = {k: v for k, v in info.to_dict().items() if k != "_own"} | facts
+    found = info_from_dict(said, info.file)[0]
+    if not is_silent(found):
+        return found
+    loaded = reader_for(store, info.file)(Request(store, info.file, (), mapping))
+    return info_from_dict(fill(said, loaded.facts.get(MEASURED, {})), info.file)[0]
 
 
 def _merged(info: RunInfo, facts: Mapping[str, Any]) -> RunInfo:
@@ -131,8 +140,9 @@ class Campaign:
                     "no such file", info.file, f"correct {where}, or copy it here"
                 )
             reader_for(store, info.file)
-            if "_own" in info.extra:
-                info = _described(store, info)
+            own = "_own" in info.extra
+            if own:
+                info = _described(store, info, mapping)
         except FlatplankError as error:
             file = entry.get("file", where) if isinstance(entry, Mapping) else where
             self.problems.append(problem_of(error, str(file)))
@@ -145,6 +155,8 @@ class Campaign:
             Problem(info.file, text, where, "correct the spelling", fatal=False)
             for text in remarks
         ]
+        if own and _is_bag(store, info.file):
+            self.problems += untold(info, RECORD_FILE)
         self.runs.append(Run(turned_info(info, mapping), store, mapping))
 
     def _tell_unlisted(self, store: Store) -> None:

@@ -27,6 +27,8 @@ REQUIRED: dict[str, tuple[str, ...]] = {
 ROLLING = ("slip", "free_rolling", "cleat")
 FITTED = ("slip", "cleat")
 """what happens along the road is fitted, not only its mean"""
+UNSAID_STEP = 0.01
+"""a freely rolling wheel keeps its speed over the road so well over a run [-]"""
 BACKWARD_LIMIT = 2e-3
 """the plank may fall back by this much before it counts as an error [m]"""
 
@@ -211,11 +213,14 @@ def load_positive(table: MeasurementTable) -> Iterator[Problem]:
 
 @check
 def slip_sign(table: MeasurementTable) -> Iterator[Problem]:
-    """The wheel turns as the desired slip says: omega r_e / (V cos alpha) - 1 has kappa's sign."""
+    """The wheel turns as the desired slip says: omega r_e / (V cos alpha) - 1 is near kappa."""
     info = table.info
-    if not info.is_step or not np.isfinite(info.step_position):
-        return
     if not (table.has("wheel_velocity") and table.has("plank_velocity")):
+        return
+    if info.is_step and not np.isfinite(info.step_position):
+        yield from _unsaid_step(table)
+        return
+    if not info.is_step:
         return
     after = table["plank_position"] > info.step_position + 0.1
     if after.sum() < 3:
@@ -245,5 +250,29 @@ def slip_sign(table: MeasurementTable) -> Iterator[Problem]:
                 f"desired slip {info.kappa:+g}, measured {kappa:+.4f}",
                 "key 'kappa'",
                 "check 'effective_rolling_radius' and the step",
-                fatal=False,
+                fatal=abs(kappa - info.kappa) > 0.02 + 0.5 * abs(info.kappa),
             )
+
+
+def _unsaid_step(table: MeasurementTable) -> Iterator[Problem]:
+    """A run said to have no step whose wheel gets faster or slower: the wheel over the road in
+    the middle of its first and of its last third."""
+    x = table["plank_position"]
+    begin, length = float(x.min()), float(np.ptp(x))
+    parts = [
+        (x > begin + a * length) & (x < begin + b * length) for a, b in ((0.15, 0.3), (0.8, 0.95))
+    ]
+    if min(part.sum() for part in parts) < 3:
+        return
+    turned = [
+        float(np.nanmean(table["wheel_velocity"][p]) / np.nanmean(table["plank_velocity"][p]))
+        for p in parts
+    ]
+    change = turned[1] / turned[0] - 1.0 if turned[0] else np.nan
+    if abs(change) > UNSAID_STEP:
+        yield Problem(
+            table.info.file,
+            f"no step is said, but the slip changes by {100.0 * change:+.1f} %",
+            "key 'step_position'",
+            "write 'kappa', 'step_position' and 'effective_rolling_radius'",
+        )

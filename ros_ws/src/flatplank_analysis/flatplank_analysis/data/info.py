@@ -50,7 +50,8 @@ class Condition(NamedTuple):
 
     def label(self) -> str:
         """Short text for tables and figures."""
-        text = f"Fz {self.fz:g} N, {self.pressure:g} bar"
+        bar = f"{self.pressure:g} bar" if self.pressure > 0.0 else "pressure not said"
+        text = f"Fz {self.fz:g} N, {bar}"
         if self.alpha_deg and not math.isnan(self.alpha_deg):
             text += f", α {self.alpha_deg:g}°"
         if self.gamma_deg:
@@ -176,6 +177,7 @@ _ALWAYS = {"file", "tire", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", 
 _RECORD_ONLY = {
     "format",
     "name",
+    "filled_in",
     "serial",
     "calibration",
     "parameters",
@@ -225,6 +227,8 @@ def _convert(key: str, value: Any, where: str) -> Any:
     if key == "direction" and str(value) in _DIRECTIONS:
         return _DIRECTIONS[str(value)]
     try:
+        if key == "pressure" and not float(value):
+            return math.nan  # nobody measures it: a record that was not told has none
         if kind == "float":
             return float(value)
         if kind == "int":

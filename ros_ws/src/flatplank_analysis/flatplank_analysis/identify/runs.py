@@ -79,6 +79,9 @@ class StepRun:
 
     def inputs_at(self, x: np.ndarray, start_fx: float = 0.0, start_fy: float = 0.0) -> RunInputs:
         """Model inputs at distances x since the step [m], which lies before the first sample."""
+        if not math.isfinite(self.pressure):
+            remedy = "write 'pressure:' [bar] in the run record"
+            raise FlatplankError("inflation pressure not said", self.name, remedy)
         after = self.distance >= 0.0
         own = np.append(0.0, self.distance[after])
         smooth = np.append(0.0, self._steady_slip(own[1:], self.slip[after]))

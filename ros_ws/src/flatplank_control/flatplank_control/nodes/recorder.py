@@ -17,9 +17,9 @@ from flatplank_control.calibration.book import Book
 from flatplank_control.nodes.in_force import Asked, clients
 from flatplank_control.recording.arrivals import Arrivals
 from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.filled import in_words, told
 from flatplank_control.recording.recovery import mend
-from flatplank_control.recording.run_record import record_from_yaml
-from flatplank_control.recording.session import RecordingSession
+from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.runner.provenance import InForce, complete, software_version
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
 from flatplank_hw.nodes import convert
@@ -71,6 +71,7 @@ class RecorderNode(BenchNode):
             self.get_logger().warning(str(mended))
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
+        self.told = told("")
         software_version()  # git is asked here: samples must not wait for it when a bag is opened
 
     def connect(self) -> None:
@@ -163,10 +164,9 @@ class RecorderNode(BenchNode):
                 "start again in a moment, or start that node anew",
             )
         try:
-            record = record_from_yaml(request.record or f"tire: X\nname: {request.name}", "record")
+            said = told(request.record, request.name)
+            record = said.record
             record = record.with_changes(started=record.started or utc_now())
-            if request.name:
-                record = record.with_changes(name=request.name)
             book = Book(Path(self.parameters.calibration))
             record = complete(record, in_force, book, datetime.date.today())
             path = self.session.start(
@@ -177,6 +177,7 @@ class RecorderNode(BenchNode):
             )
         except ValueError as error:
             return answer(response, False, str(error))
+        self.told = said
         self.say()
         return answer(response, True, "", path=str(path), uuid=record.uuid)
 
@@ -185,15 +186,18 @@ class RecorderNode(BenchNode):
         reason = request.notes
         if silent:
             reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")
+        recording = self.session.state is State.RECORDING
+        status = request.status or ("complete" if recording else "stopped")
+        fill = None if self.told.whole else self.told.filled_in
         try:
-            record = self.session.stop(request.status or "stopped", reason=reason, ended=utc_now())
+            record = self.session.stop(status, reason=reason, ended=utc_now(), fill=fill)
         except RecordingError as error:
             return answer(response, False, str(error))
         self.say()
         return answer(
             response,
             record.status != "failed",
-            record.stop_reason,
+            "; ".join(filter(None, (record.stop_reason, in_words(record)))),
             path=str(self.session.path),
             cycles_received=record.cycles_received,
             cycles_lost=record.cycles_lost,

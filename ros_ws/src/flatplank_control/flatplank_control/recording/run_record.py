@@ -97,7 +97,9 @@ class RunRecord:
     cycle_last: int | None = None
     cycles_received: int = 0
     cycles_lost: int = 0
-    """gaps in the cycle numbers"""
+    """gaps in the cycle numbers or in the stamps"""
+    filled_in: list[str] = field(default_factory=list)
+    """keys that nobody said, taken from what the nodes said and measured"""
     stop_reason: str = ""
     notes: str = ""
 

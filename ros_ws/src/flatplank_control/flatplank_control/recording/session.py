@@ -163,11 +163,25 @@ class RecordingSession:
         if self._bag is not None:
             self._guarded(self._bag.poll)
 
-    def stop(self, status: str = "stopped", *, reason: str = "", ended: str = "") -> RunRecord:
-        """Close the bag; `ended` is the time of day, ISO 8601. Returns the closed record."""
-        if self.state is State.IDLE or self.record is None:
+    def stop(
+        self,
+        status: str = "stopped",
+        *,
+        reason: str = "",
+        ended: str = "",
+        fill: Callable[[RunRecord, Path], RunRecord] | None = None,
+    ) -> RunRecord:
+        """Close the bag; `ended` is the time of day, ISO 8601. Returns the closed record.
+
+        `fill` may read the messages of the bag's folder, and completes the record.
+        """
+        bag = self._bag
+        if bag is None or self.record is None:
             raise RecordingError("nothing is being recorded; start first")
         self.record.with_changes(status=status)
+        if fill is not None and self.state is State.RECORDING:
+            self._guarded(bag.flush)
+            self.record = fill(self.record, bag.path)
         return self._finish(status, reason, ended)
 
     def discard(self) -> Path:

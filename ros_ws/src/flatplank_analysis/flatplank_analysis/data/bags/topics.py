@@ -76,7 +76,10 @@ OWN = TopicMap(
         "/slip_sequencer/state": (
             Source("slip_reference", "reference_slip"),
             Source("slip_actual", "actual_slip"),
+            Source("slip_start", "start_position"),
+            Source("slip_radius", "effective_rolling_radius"),
         ),
+        "/free_rolling_controller/state": (Source("controller_error", "error"),),
     },
     base="/encoders/state",
 )

@@ -16,7 +16,8 @@ from flatplank_analysis.data.bags.compression import SUFFIX, CompressedFile, pla
 from flatplank_analysis.data.bags.definitions import parse_definition
 from flatplank_analysis.data.bags.mcap import McapFile
 from flatplank_analysis.data.bags.sqlite import SqliteFile
-from flatplank_analysis.data.bags.topics import RUN_TOPIC, TopicMap, topic_map
+from flatplank_analysis.data.bags.topics import OWN, RUN_TOPIC, TopicMap, topic_map
+from flatplank_analysis.data.measured import measured_facts
 from flatplank_analysis.data.readers.base import Loaded, Request, describer, reader
 from flatplank_analysis.data.store import Store
 from flatplank_analysis.data.table import STANDARD_COLUMNS
@@ -24,6 +25,8 @@ from flatplank_analysis.errors import FlatplankError
 
 RECORD_FILE = "run.yaml"
 METADATA_FILE = "metadata.yaml"
+MEASURED = "measured"
+"""key of the facts that hold what the samples say of the run"""
 SAME_RATE = 0.1
 """periods that differ by less are one rate [-]"""
 SAME_CLOCK = 0.05
@@ -92,7 +95,10 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
             series[block.channel.topic].append((stamp, values))
         if file.cut_short:
             remarks.append("the bag has no end (recorder killed?): read as far as it goes")
-    return Loaded(_join(path, topics, series), facts, remarks)
+    columns = _join(path, topics, series)
+    if topics is OWN:
+        facts[MEASURED] = measured_facts(columns)
+    return Loaded(columns, facts, remarks)
 
 
 def _files(path: Path) -> list:

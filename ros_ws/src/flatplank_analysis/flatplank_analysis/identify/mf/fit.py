@@ -88,6 +88,9 @@ def fit_magic_formula(
     Raises when force curves were wanted and the points have none: the result would be `tir`'s.
     """
     settings = settings or MFSettings()
+    if not np.isfinite(points.pressure).all():
+        remedy = "write 'pressure:' [bar] in the run records"
+        raise FlatplankError("inflation pressure not said", "Magic Formula", remedy)
     base = tir.coefficients.replaced(settings.fixed)
     touched: dict[str, list[str]] = {}
     skipped: list[str] = []

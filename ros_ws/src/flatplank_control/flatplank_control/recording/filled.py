@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run record that was not told everything, filled in from what the nodes said into the bag."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from flatplank_analysis.data.bags.topics import OWN
+from flatplank_analysis.data.info import info_from_dict
+from flatplank_analysis.data.measured import UNKNOWN, reconciled
+from flatplank_analysis.data.readers.bag import MEASURED, import_bag
+from flatplank_analysis.errors import FlatplankError
+from flatplank_control.recording.run_record import RunRecord, record_from_dict, record_from_yaml
+
+ESSENTIAL = frozenset({"measurement", "kappa", "fz"})
+"""keys without which a record is filled in"""
+BY_HAND = "by_hand"
+"""name of a bag that was given none, with nothing to make one of"""
+
+
+@dataclass(frozen=True)
+class Told:
+    """A record, and which of its keys somebody has said."""
+
+    record: RunRecord
+    said: Collection[str]
+
+    @property
+    def whole(self) -> bool:
+        """Nothing has to be read out of the bag."""
+        return set(self.said) >= ESSENTIAL
+
+    def filled_in(self, record: RunRecord, bag: Path) -> RunRecord:
+        """The record of a bag that is still open with what its messages show of the other keys.
+
+        What was said stays; where the messages show something else the notes say so.
+        """
+        try:
+            measured = import_bag(bag, OWN).facts[MEASURED]
+        except FlatplankError as error:
+            return _noted(record, f"not filled in: {error}")
+        own = {key: value for key, value in measured.items() if key not in self.said}
+        record = record.with_changes(**own, filled_in=sorted(own))
+        info, _ = info_from_dict(record.to_dict(), record.name)
+        for problem in reconciled(info, measured)[1]:
+            record = _noted(record, problem.what)
+        return record
+
+
+def told(text: str, name: str = "") -> Told:
+    """The record of a start request: YAML, empty when there is none, and the name of the bag."""
+    if not text.strip():
+        record = record_from_dict({"tire": UNKNOWN, "name": name or BY_HAND})
+        return Told(record, {"name"} if name else ())
+    found = Told(record_from_yaml(text, "record"), set(data := yaml.safe_load(text)))
+    name = name or data.get("name", "")
+    if not name and not found.whole:
+        name = f"{found.record.tire}_{BY_HAND}"
+    return Told(found.record.with_changes(name=name), found.said) if name else found
+
+
+def in_words(record: RunRecord) -> str:
+    """What was recorded, on one line for people."""
+    words = [record.measurement.replace("_", " ")]
+    if record.measurement == "slip":
+        name = record.waveform.get("name", "step")
+        words[0] += f" {100 * record.kappa:+g} %" if name == "step" else f" {name}"
+        words += [f"from {record.step_position:g} m"] if record.step_position is not None else []
+    if record.effective_rolling_radius is not None:
+        words.append(f"r_e {1e3 * record.effective_rolling_radius:.1f} mm")
+    words += [f"Fz {record.fz:g} N"] if record.fz else []
+    words.append(f"tire {record.tire}" + ("" if record.pressure else ", pressure not said"))
+    cycles = record.cycles_received + record.cycles_lost
+    return ", ".join([*words, f"{record.cycles_lost} of {cycles} cycles lost"])
+
+
+def _noted(record: RunRecord, text: str) -> RunRecord:
+    return record.with_changes(notes=f"{record.notes}; {text}" if record.notes else text)

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A slip run by services alone, without a record: recorder and analysis know what it was."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from bench_graph import graph
+from std_srvs.srv import SetBool
+
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.report.analysis import analyse
+from flatplank_control.recording.run_record import load_record
+from flatplank_control.topics import RECORDED
+from flatplank_msgs.srv import (
+    PlankSwitch,
+    SetOperationMode,
+    SetPace,
+    SetSlipStep,
+    SetValue,
+    StartRecording,
+    StopRecording,
+)
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
+STEP = {"kappa": 0.05, "start_position": 0.12, "effective_rolling_radius": 0.3108}
+
+
+def offered(bench) -> dict[str, dict[str, object]]:
+    """Quality of service of every recorded topic, as its publishers tell the graph."""
+    found = {}
+    for spec in RECORDED:
+        profiles = [
+            info.qos_profile for info in bench.client.node.get_publishers_info_by_topic(spec.name)
+        ]
+        for qos in profiles:
+            seconds, nanoseconds = divmod(qos.deadline.nanoseconds, 10**9)
+            found[spec.name] = {
+                "reliability": qos.reliability.name.lower(),
+                "durability": qos.durability.name.lower(),
+                "deadline": {"sec": seconds, "nsec": nanoseconds},
+            }
+    return found
+
+
+def stored(bag: Path) -> dict[str, dict[str, object]]:
+    """The same as the bag's metadata have it, of topics with messages."""
+    content = yaml.safe_load((bag / "metadata.yaml").read_text())
+    topics = content["rosbag2_bagfile_information"]["topics_with_message_count"]
+    return {
+        t["topic_metadata"]["name"]: t["topic_metadata"]["offered_qos_profiles"][0]
+        for t in topics
+        if t["message_count"]
+    }
+
+
+def roll_by_hand(bench) -> StopRecording.Response:
+    """What README has people type; four cycles a message make it short."""
+    bench.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=10)
+    bench.advance(100)
+    bench.call(SetValue, "/simulated_plant/load_to", value=3700.0)
+    bench.advance(4000)
+    bench.call(SetSlipStep, "/slip_sequencer/set_slip_step", **STEP)
+    bench.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
+    bench.call(SetBool, "/wheel_drive/enable", data=True)
+    path = bench.call(StartRecording, "/recorder/start").path
+    assert path == str(bench.data.absolute() / "by_hand")
+    bench.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=4)
+    bench.call(PlankSwitch, "/simulated_plant/plank", direction=1, fast=True, stop_at=0.5)
+    bench.advance(3600)
+    return bench.call(StopRecording, "/recorder/stop")
+
+
+def test_a_run_by_services_is_recorded_and_evaluated_as_what_it_was(tmp_path, monkeypatch):
+    with graph(tmp_path, monkeypatch) as bench:
+        said = roll_by_hand(bench)
+        wanted = offered(bench)
+    bag = Path(said.path)
+    assert said.reason.startswith(
+        "slip +5 %, from 0.12 m, r_e 310.8 mm, Fz 3700 N, tire unknown, pressure not said, 0 of "
+    )
+    record = load_record(bag)
+    assert (record.status, record.tire, record.kappa) == ("complete", "unknown", 0.05)
+    assert (record.effective_rolling_radius, record.step_position) == (0.3108, 0.12)
+    assert (record.fz, record.start, record.cycles_lost) == (3700.0, 1, 0)
+    result = analyse(Campaign.load(bench.data), nonlinear=False)
+    (condition,) = result.points[0].conditions
+    assert condition.condition.kappa == 0.05 and condition.condition.fz == 3700.0
+    assert condition.facts.kappa_actual == pytest.approx(0.05, abs=5e-4)
+    (radius,) = result.radii
+    # over the first 12 cm after a start from rest; across the step it would be 5 % less
+    assert radius.radius == pytest.approx(0.3108, rel=6e-3)
+    kept = stored(bag)
+    assert {"/wheel_drive/mode", "/wheel_drive/reference", "/diagnostics"} <= kept.keys()
+    for topic in kept.keys() & wanted.keys():
+        assert kept[topic].items() >= wanted[topic].items(), topic
