@@ -265,10 +265,12 @@ def test_the_frequency_response_is_not_squeezed_and_stays_where_it_was_measured(
         for i, way in enumerate(step):  # sigma dF + F dx = C dslip
             force[i + 1] = (force[i] * SIGMA + STIFFNESS * (slip[i + 1] - slip[i])) / (SIGMA + way)
         angle = (table["plank_position"] + slip) / RADIUS
+        angle[-1] += 0.01  # the plank has stopped, the wheel not yet
         tables.append(table.with_columns(fx=force, wheel_angle=angle))
     result = analyse(Campaign.load(export_campaign(tables, tmp_path / "waves")))
     runs = result.extras["waveforms"]
     assert not any(run["determined"] for run in runs)
+    assert all(run["frequency"][0] == pytest.approx(2.0, rel=0.01) for run in runs)
     figures = {f.name: f for group in make_figures(result).values() for f in group}
     figure = figures["frequency_response"]
     for panel in figure.panels:

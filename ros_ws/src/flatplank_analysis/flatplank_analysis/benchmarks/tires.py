@@ -49,11 +49,12 @@ def measure_tire(plant: str, folder: Path) -> dict[str, Any]:
     report = json.loads((here / "report" / "report.json").read_text())
     (point,) = [p for p in report["points"] if p["carcass"]]
     carcass, free = point["carcass"], point["carcass"]["without_bias"]
-    radii = [r["radius"] for r in report["radii"]]
+    slip_stiffness = carcass["slip_stiffness"]["value"]
+    radii = [r["radius"] * (1.0 + r["force"] / slip_stiffness) for r in report["radii"]]
     mean = sum(radii) / len(radii)
     spread = (sum((r - mean) ** 2 for r in radii) / max(len(radii) - 1, 1) / len(radii)) ** 0.5
     found = {
-        "C_Fk": (carcass["slip_stiffness"]["value"], carcass["slip_stiffness"]["std_error"]),
+        "C_Fk": (slip_stiffness, carcass["slip_stiffness"]["std_error"]),
         "c_cx": (free["c_cx"], carcass["c_cx"]["std_error"]),
         "sigma_x": (free["sigma_x"], carcass["sigma_x"]["std_error"]),
         "r_e": (mean, spread),

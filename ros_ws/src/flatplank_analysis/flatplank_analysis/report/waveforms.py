@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.linear import LinearX
 from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.frequency import frequency_response
+from flatplank_analysis.steady.rolling_radius import BRAKING
 
 PERIODIC = ("sine", "triangle")
 SPACING = 0.005
@@ -29,7 +31,7 @@ LOWER, UPPER = np.array([0.005, 0.0]), np.array([5.0, 1e7])
 
 def waveform_run(table: MeasurementTable) -> dict[str, Any]:
     """Linear model of any waveform: sigma [m] and C [N] by least squares over the whole run."""
-    run = step_run(table)
+    run = _until_braking(step_run(table))
     first = float(np.mean(run.fx[run.distance < 0.0])) if np.any(run.distance < 0.0) else 0.0
     inputs = run.inputs(SPACING, first)
     x, (force,) = run.grid(SPACING, run.fx[None])
@@ -58,6 +60,13 @@ def waveform_run(table: MeasurementTable) -> dict[str, Any]:
     out |= _frequency(out)
     longest = float(np.min(out.get("frequency", np.inf)))
     return out | {"determined": 2.0 * np.pi * longest * out["sigma"] < SHORT}
+
+
+def _until_braking(run: StepRun) -> StepRun:
+    """Without the end, where plank and wheel stop one after the other: a slip nobody asked for."""
+    keep = run.distance <= run.distance[-1] - BRAKING
+    names = ("distance", "fx", "fy", "mz", "fz", "slip")
+    return replace(run, **{name: getattr(run, name)[keep] for name in names})
 
 
 def _slip(run: StepRun, x: np.ndarray) -> np.ndarray:
