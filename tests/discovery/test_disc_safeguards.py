@@ -50,6 +50,14 @@ def test_the_interval_holds_nine_of_ten():
     assert np.mean(sizes) == pytest.approx(0.03, rel=0.05)
 
 
+def test_the_interval_is_as_wide_as_the_repeats_scatter():
+    """0.06 from run to run, of which there are 24; the noise would say 0.0013."""
+    sizes = 0.1 + np.tile([0.08, -0.04, -0.04], CONDITIONS)
+    (found,) = searched(measured(17, (sizes, LONG.form)), LONG).last.found
+    low, high = found.decision.interval
+    assert 0.012 < 0.5 * (high - low) < 0.04
+
+
 def test_held_out_conditions_are_held_out():
     """What one condition alone shows cannot be known from the others."""
     alone = shape("alone", lambda c: (c > 0.9) * wave(1.5))
@@ -89,6 +97,22 @@ def test_scatter_from_run_to_run_is_no_effect():
         assert "long" not in names(search.last.found), seed
 
 
+def test_repeats_that_disagree_refuse_what_every_condition_agrees_on():
+    """The mean of every condition is 0.02, to 0.004 by the noise, to 0.1 by the repeats."""
+    sizes = 0.02 + np.tile([0.2, -0.1, -0.1], CONDITIONS)
+    search = searched(measured(13, (sizes, LONG.form)), LONG)
+    assert "not beyond the scatter among repeats" in refusals(search, "long")
+    assert searched(measured(13, (0.02, LONG.form)), LONG).last.found
+
+
+def test_conditions_that_disagree_refuse_what_the_repeats_agree_on():
+    """0.009 +- 0.0013 by the noise; the conditions differ by twice what they are known to."""
+    sizes = np.repeat(0.009 + 0.0065 * np.array([1, -1, -1, 1, 1, -1, -1, 1]), REPEATS)
+    search = searched(measured(14, (sizes, LONG.form)), LONG)
+    assert refusals(search, "long") == ("not beyond the scatter among conditions",)
+    assert searched(measured(14, (0.009, LONG.form)), LONG).last.found
+
+
 def test_scatter_from_condition_to_condition_is_no_effect():
     for seed in range(12):
         random = np.random.default_rng(200 + seed)
@@ -122,6 +146,14 @@ def test_whoever_looks_at_much_pays_for_it():
     assert named <= 2
 
 
+def test_the_level_is_divided_by_all_that_was_looked_at():
+    places = shape("places", OTHER.form, scanned=classmethod(lambda cls, runs: 50))
+    for effect, looks in ((LONG, 2), (places, 100)):
+        (found,) = searched(measured(15, (0.05, effect.form)), LONG, places).last.found
+        assert found.decision.term.effect is effect
+        assert found.decision.level == pytest.approx(0.05 / looks)
+
+
 def test_a_size_at_the_end_of_its_range_is_not_named():
     bounded = shape("bounded", LONG.form, bound=0.05)
     search = searched(measured(7, (0.2, LONG.form)), bounded)
@@ -131,16 +163,28 @@ def test_a_size_at_the_end_of_its_range_is_not_named():
 
 def test_what_is_small_beside_the_rest_is_the_form_of_the_rest():
     """A wrong form of the large effect leaves something: it is not another effect."""
-    model = measured(8, (3.0, LONG.form), (0.02, OTHER.form))
-    assert names(searched(model, LONG, OTHER).last.found) == {"long"}
-    alone = measured(8, (0.02, OTHER.form))
+    search = searched(measured(8, (1.0, LONG.form), (0.03, OTHER.form)), LONG, OTHER)
+    assert names(search.last.found) == {"long"}
+    (refused,) = search.last.refits
+    assert refused.reasons == ("brings less than 0.3 % of what is explained already",)
+    alone = measured(8, (0.03, OTHER.form))
     assert names(searched(alone, LONG, OTHER).last.found) == {"other"}
 
 
+def test_no_size_is_known_better_than_the_form_of_the_law():
+    """By the noise alone this size is known to 0.1 %."""
+    (found,) = searched(measured(16, (1.0, LONG.form)), LONG).last.found
+    low, high = found.decision.interval
+    assert 0.04 < 0.5 * (high - low) < 0.08
+
+
 def test_what_the_base_can_take_is_not_named():
-    tilt = shape("tilt", lambda c: TIME - 2.0 + 0.002 * wave(1.5))
+    """Nearly a slope: what is left of it is large enough to be seen, and says nothing of it."""
+    tilt = shape("tilt", lambda c: TIME - 2.0 + 0.05 * wave(1.5))
     search = searched(measured(9, (0.5, tilt.form)), tilt)
-    assert not search.last.found
+    assert not search.last.found and not search.steps[0].refits
+    clear = shape("clear", lambda c: TIME - 2.0 + 0.5 * wave(1.5))
+    assert searched(measured(9, (0.5, clear.form)), clear).last.found
 
 
 def test_a_free_form_comes_after_every_name():
