@@ -21,7 +21,7 @@ from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.blind import journal
 from flatplank_control.blind.cases import Case, make, size_of
 from flatplank_control.blind.detectable import NEEDED, detectable, strength_of
-from flatplank_control.blind.lists import SCATTERS, full
+from flatplank_control.blind.lists import SCATTERS, WIDE, full
 from flatplank_control.blind.menu import KIN, MENU, PAIRS
 from flatplank_control.blind.noise import NOISES, covariance, noise, shown
 from flatplank_control.blind.page import page
@@ -66,8 +66,8 @@ def test_the_kit_is_as_large_as_asked():
 
 
 def test_combined_slip_is_true_of_a_tire_with_a_circle_and_not_a_false_name():
-    for world in COMBINED:
-        case = Case("none", world, design="combined")
+    for world, design in zip(COMBINED, WIDE, strict=True):
+        case = Case("none", world, design=design)
         _, answer = make(case, 1)
         assert answer["present"] == ["combined_slip"] and not answer["effects"]
         said = {"name": "combined_slip", "size": 1.0, "interval": [0.9, 1.1], "class": []}
