@@ -50,7 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("--long"):
+    if config.getoption("--long", False):
         return
     long = [item for item in items if item.get_closest_marker("long")]
     if long:
@@ -60,7 +60,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def pytest_deselected(items: list[pytest.Item]) -> None:
     for item in items:
-        long = item.get_closest_marker("long") and not item.config.getoption("--long")
+        long = item.get_closest_marker("long") and not item.config.getoption("--long", False)
         why = "takes minutes; runs with --long" if long else "not chosen by -k, -m or --deselect"
         item.config.stash[NOT_RUN][why] += 1
 

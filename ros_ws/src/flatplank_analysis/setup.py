@@ -45,7 +45,7 @@ setup(
         "scipy",
         "zstandard",
     ],
-    extras_require={"cluster": ["distributed"], "remote": ["fsspec"]},
+    extras_require={"cluster": ["distributed"], "remote": ["fsspec"], "test": ["pytest"]},
     entry_points={
         "console_scripts": ["flatplank = flatplank_analysis.cli.main:main"],
         "flatplank.verbs": VERBS,

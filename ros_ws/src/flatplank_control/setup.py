@@ -68,7 +68,7 @@ setup(
         "nicegui",
         "numba",
     ],
-    extras_require={"rivals": ["lmfit"]},
+    extras_require={"rivals": ["lmfit"], "test": ["pytest"]},
     entry_points={"console_scripts": NODES, "flatplank.verbs": VERBS},
     python_requires=">=3.10",
     zip_safe=True,

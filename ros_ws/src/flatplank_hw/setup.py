@@ -36,7 +36,7 @@ setup(
         *shared("config", "launch"),
     ],
     install_requires=["numpy", "pyyaml", "numba", "scipy"],
-    extras_require={"ethercat": ["pysoem"]},
+    extras_require={"ethercat": ["pysoem"], "test": ["pytest"]},
     entry_points={"console_scripts": NODES},
     python_requires=">=3.10",
     zip_safe=True,

@@ -18,6 +18,7 @@ from uuid import uuid4
 
 import yaml
 
+from flatplank_analysis.data.measured import UNKNOWN
 from flatplank_control.panel import validation as check
 from flatplank_control.panel.charge import Charge
 from flatplank_control.panel.constants import CONSTANTS
@@ -239,7 +240,7 @@ class Operator:
     ) -> str:
         """Arm the recorder; it writes from the motion trigger on, or at once."""
         self.charge.check(page)
-        record = {"tire": "X", "measurement": "manual"} | dict(facts)
+        record = {"tire": UNKNOWN} | dict(facts)
         record |= {"name": check.name(name), "notes": check.note(note)}
         record["operator"] = self.charge.name
         return await self._do(

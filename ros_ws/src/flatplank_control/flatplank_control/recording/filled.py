@@ -14,6 +14,7 @@ from flatplank_analysis.data.info import info_from_dict
 from flatplank_analysis.data.measured import UNKNOWN, reconciled
 from flatplank_analysis.data.readers.bag import MEASURED, import_bag
 from flatplank_analysis.errors import FlatplankError
+from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.run_record import RunRecord, record_from_dict, record_from_yaml
 
 ESSENTIAL = frozenset({"measurement", "kappa", "fz"})
@@ -41,14 +42,14 @@ class Told:
         """
         try:
             measured = import_bag(bag, OWN).facts[MEASURED]
-        except FlatplankError as error:
+            own = {key: value for key, value in measured.items() if key not in self.said}
+            filled = record.with_changes(**own, filled_in=sorted(own))
+        except (FlatplankError, RecordingError) as error:
             return _noted(record, f"not filled in: {error}")
-        own = {key: value for key, value in measured.items() if key not in self.said}
-        record = record.with_changes(**own, filled_in=sorted(own))
-        info, _ = info_from_dict(record.to_dict(), record.name)
+        info, _ = info_from_dict(filled.to_dict(), record.name)
         for problem in reconciled(info, measured)[1]:
-            record = _noted(record, problem.what)
-        return record
+            filled = _noted(filled, problem.what)
+        return filled
 
 
 def told(text: str, name: str = "") -> Told:

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which tests need one package only: those that `colcon test` runs in the folder of that package.
+
+A test needs what it imports, and what the helpers beside it import.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).resolve().parent
+PREFIX = "flatplank_"
+INTERFACES = "flatplank_msgs"
+HELPERS = ("ethercat", "graph")
+"""folders whose helpers all tests see, as in pyproject.toml"""
+NEED_MORE = ("graph", "env", "panel")
+"""folders whose tests start nodes, browsers or the tools of the repository"""
+
+
+def own_tests(package: str) -> list[Path]:
+    """Files of tests that need this package and no other of ours, sorted."""
+    files = (f for f in TESTS.rglob("test_*.py") if f.parent.name not in NEED_MORE)
+    return sorted(f for f in files if needed(f) - {INTERFACES} == {package})
+
+
+@cache
+def needed(file: Path) -> frozenset[str]:
+    """Our packages that a file and its helpers import."""
+    found: set[str] = set()
+    waiting, seen = [file, *file.parent.glob("conftest.py")], set()
+    while waiting:
+        one = waiting.pop()
+        if one in seen:
+            continue
+        seen.add(one)
+        for name in _imported(one):
+            if name.startswith(PREFIX):
+                found.add(name)
+            folders = (file.parent, *(TESTS / folder for folder in HELPERS))
+            waiting += [p for f in folders if (p := f / f"{name}.py").is_file()]
+    return frozenset(found)
+
+
+def _imported(file: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.split(".")[0]
+
+
+def choose(config: pytest.Config, package: str) -> None:
+    """Collect the tests of a package when its folder was asked for as a whole."""
+    if config.args == [str(config.invocation_params.dir)]:
+        config.args = [str(file) for file in own_tests(package)]
+
+
+def where_the_others_are(package: str) -> str:
+    return (
+        f"{len(own_tests(package))} files of tests need {package} only; those that need several "
+        f"packages, nodes or a browser: ./flatplank test in {TESTS.parent}"
+    )
