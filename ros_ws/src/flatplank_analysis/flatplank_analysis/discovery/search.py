@@ -17,7 +17,7 @@ from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.rivals import Rival, Suspect, indifferent, rivals, suspects
-from flatplank_analysis.discovery.screen import Screen, Screened
+from flatplank_analysis.discovery.screen import VISIBLE, Screen, Screened, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
 from flatplank_analysis.discovery.state import (
     State,
@@ -237,6 +237,39 @@ class _Searcher:
         warm = [self.refit(state, item) for item in items]
         tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
         step.refits = [d for d, _ in tried]
+        taken = self.take(step, judge, tried)
+        if taken is None and invariants.rest(state, bool(step.found)):
+            tried = self.gaps(step, judge, [*items])
+            step.refits += [d for d, _ in tried]
+            taken = self.take(step, judge, tried)
+        return taken
+
+    def gaps(
+        self, step: Step, judge: Judge, items: list[Screened]
+    ) -> list[tuple[Decision, Whitened]]:
+        """The most promising effects that were not refitted and whose size the screening cannot
+        tell, with the base from its start: without a gap it may have ended in a corner that
+        imitates one, and from there no column of a gap looks right.
+        """
+        state, cold = step.state, start_base(self.model, self.options.start)
+        known = {i.identifier for i in items}
+        found = []
+        for item in best_per_effect(step.screen):
+            effect = item.candidate.effect
+            if len(effect.starts()) < 2 or item.visible < VISIBLE or item.identifier in known:
+                continue
+            start = term_of(item.candidate, np.full(len(item.sizes), max(effect.starts())))
+            fit = self.fitter.fit(cold, [*state.fit.terms, start])
+            found.append(state.settle(fit))
+            if len(found) == COLD:
+                break
+        return _by_drop([(self.newest(judge, f), f) for f in found])
+
+    def take(
+        self, step: Step, judge: Judge, tried: list[tuple[Decision, Whitened]]
+    ) -> Step | None:
+        """The first refit that passes all tests as a step; None when none does."""
+        state = step.state
         for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
             best = state.settle(near.fit)
