@@ -34,6 +34,8 @@ LARGEST_CLASS = 4
 """names of an effect and its class together; more are no answer"""
 COLD = 2
 """refits, those with the largest drops, that may be repeated from the start values of the base"""
+MANY, FIRST_STEPS = 4.0, 6
+"""floors that the base is off in the mean before other tires are tried, and first steps of each"""
 Progress = Callable[[str, float], None]
 
 
@@ -168,6 +170,7 @@ class _Searcher:
         self.fitter = Fitter(model, channel_weights(model.runs, _rough_levels(model)))
         self.looked_at = looks(effects, model)
         self.starts = 1
+        self.bare = np.inf
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -178,6 +181,7 @@ class _Searcher:
         fit = self.first_fit()
         fitted = time.perf_counter() - self.began
         step = self.elsewhere(self.step_of(fit, [], update=True))
+        self.bare = invariants.error_of(self.fitter, step.state.fit)
         first = time.perf_counter() - self.began
         steps = [step]
         for number in range(self.options.most):
@@ -195,18 +199,27 @@ class _Searcher:
         )
 
     def elsewhere(self, step: Step) -> Step:
-        """The same step; where its base fits nowhere the best one from several other tires."""
-        if not invariants.far_off(step.state):
+        """The same step; where its base is many floors off, the best one from several tires.
+
+        A few steps from each tell which one is worth going on with.
+        """
+        level = step.state.floors[0]
+        others = starts_of(self.model)
+        if level.unexplained < MANY * level.floor or not others:
             return step
-        fits = [step.state.fit]
-        for other in starts_of(self.model):
-            self.say("other starts of the base", 0.17)
-            base = start_base(self.model, {**self.options.start, **other})
-            fits.append(self.fitter.fit(base, self.options.terms))
-        self.starts = len(fits)
-        errors = [invariants.error_of(self.fitter, f) for f in fits]
-        best = fits[errors.index(min(errors))]
-        return step if best is fits[0] else self.step_of(best, [])
+        self.say("other starts of the base", 0.17)
+        self.starts = 1 + len(others)
+        tries = [
+            self.fitter.fit(
+                start_base(self.model, {**self.options.start, **other}),
+                self.options.terms, iterations=FIRST_STEPS,
+            )
+            for other in others
+        ]  # fmt: skip
+        best = min(tries, key=lambda f: f.chi2)
+        fit = self.fitter.fit(best.base, best.terms, known=best)
+        own = invariants.error_of(self.fitter, step.state.fit)
+        return self.step_of(fit, []) if invariants.error_of(self.fitter, fit) < own else step
 
     def first_fit(self) -> Fit:
         base = start_base(self.model, self.options.start)
@@ -372,6 +385,8 @@ class _Searcher:
             fit, offset = step.state.fit, len(self.options.terms)
             rows = [*range(offset), *(offset + i for i in kept)]
             smaller = self.fitter.fit(fit.base, [fit.terms[j] for j in rows])
+            if invariants.error_of(self.fitter, smaller) > self.bare:
+                break
             step = self.step_of(smaller, [step.found[i] for i in kept])
             step.found = self.judged(step)
         return step
