@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery import invariants, where
 from flatplank_analysis.wording import plain, quantity
 
 
@@ -59,6 +59,7 @@ def _data(session, step) -> dict:
             for p, v in zip(session.model.parameters, step.state.fit.base, strict=True)
         },
         "at_bound": list(step.state.fit.at_bound),
+        "at_end": invariants.at_ends(step.state.fitter, step.state.fit),
     }
 
 
@@ -85,4 +86,6 @@ def _text(data: dict) -> str:
             f"over {m['coordinate']}: {m['share']:.0%} within {plain(low)} .. "
             + quantity(high, m["unit"])
         )
+    if data["at_end"]:
+        lines.append("at an end of its range: " + ", ".join(data["at_end"]))
     return "\n".join(lines)

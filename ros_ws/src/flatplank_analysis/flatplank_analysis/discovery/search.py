@@ -17,7 +17,7 @@ from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.rivals import Rival, Suspect, indifferent, rivals, suspects
-from flatplank_analysis.discovery.screen import Screen, Screened
+from flatplank_analysis.discovery.screen import VISIBLE, Screen, Screened, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
 from flatplank_analysis.discovery.state import (
     State,
@@ -34,6 +34,8 @@ LARGEST_CLASS = 4
 """names of an effect and its class together; more are no answer"""
 COLD = 2
 """refits, those with the largest drops, that may be repeated from the start values of the base"""
+MANY, FIRST_STEPS = 4.0, 6
+"""floors that the base is off in the mean before other tires are tried, and first steps of each"""
 Progress = Callable[[str, float], None]
 
 
@@ -168,6 +170,7 @@ class _Searcher:
         self.fitter = Fitter(model, channel_weights(model.runs, _rough_levels(model)))
         self.looked_at = looks(effects, model)
         self.starts = 1
+        self.bare = np.inf
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -178,6 +181,7 @@ class _Searcher:
         fit = self.first_fit()
         fitted = time.perf_counter() - self.began
         step = self.elsewhere(self.step_of(fit, [], update=True))
+        self.bare = invariants.error_of(self.fitter, step.state.fit)
         first = time.perf_counter() - self.began
         steps = [step]
         for number in range(self.options.most):
@@ -195,18 +199,27 @@ class _Searcher:
         )
 
     def elsewhere(self, step: Step) -> Step:
-        """The same step; where its base fits nowhere the best one from several other tires."""
-        if not invariants.far_off(step.state):
+        """The same step; where its base is many floors off, the best one from several tires.
+
+        A few steps from each tell which one is worth going on with.
+        """
+        level = step.state.floors[0]
+        others = starts_of(self.model)
+        if level.unexplained < MANY * level.floor or not others:
             return step
-        fits = [step.state.fit]
-        for other in starts_of(self.model):
-            self.say("other starts of the base", 0.17)
-            base = start_base(self.model, {**self.options.start, **other})
-            fits.append(self.fitter.fit(base, self.options.terms))
-        self.starts = len(fits)
-        errors = [invariants.error_of(self.fitter, f) for f in fits]
-        best = fits[errors.index(min(errors))]
-        return step if best is fits[0] else self.step_of(best, [])
+        self.say("other starts of the base", 0.17)
+        self.starts = 1 + len(others)
+        tries = [
+            self.fitter.fit(
+                start_base(self.model, {**self.options.start, **other}),
+                self.options.terms, iterations=FIRST_STEPS,
+            )
+            for other in others
+        ]  # fmt: skip
+        best = min(tries, key=lambda f: f.chi2)
+        fit = self.fitter.fit(best.base, best.terms, known=best)
+        own = invariants.error_of(self.fitter, step.state.fit)
+        return self.step_of(fit, []) if invariants.error_of(self.fitter, fit) < own else step
 
     def first_fit(self) -> Fit:
         base = start_base(self.model, self.options.start)
@@ -237,6 +250,39 @@ class _Searcher:
         warm = [self.refit(state, item) for item in items]
         tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
         step.refits = [d for d, _ in tried]
+        taken = self.take(step, judge, tried)
+        if taken is None and invariants.rest(state, bool(step.found)):
+            tried = self.gaps(step, judge, [*items])
+            step.refits += [d for d, _ in tried]
+            taken = self.take(step, judge, tried)
+        return taken
+
+    def gaps(
+        self, step: Step, judge: Judge, items: list[Screened]
+    ) -> list[tuple[Decision, Whitened]]:
+        """The most promising effects that were not refitted and whose size the screening cannot
+        tell, with the base from its start: without a gap it may have ended in a corner that
+        imitates one, and from there no column of a gap looks right.
+        """
+        state, cold = step.state, start_base(self.model, self.options.start)
+        known = {i.identifier for i in items}
+        found = []
+        for item in best_per_effect(step.screen):
+            effect = item.candidate.effect
+            if len(effect.starts()) < 2 or item.visible < VISIBLE or item.identifier in known:
+                continue
+            start = term_of(item.candidate, np.full(len(item.sizes), max(effect.starts())))
+            fit = self.fitter.fit(cold, [*state.fit.terms, start])
+            found.append(state.settle(fit))
+            if len(found) == COLD:
+                break
+        return _by_drop([(self.newest(judge, f), f) for f in found])
+
+    def take(
+        self, step: Step, judge: Judge, tried: list[tuple[Decision, Whitened]]
+    ) -> Step | None:
+        """The first refit that passes all tests as a step; None when none does."""
+        state = step.state
         for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
             best = state.settle(near.fit)
@@ -339,6 +385,8 @@ class _Searcher:
             fit, offset = step.state.fit, len(self.options.terms)
             rows = [*range(offset), *(offset + i for i in kept)]
             smaller = self.fitter.fit(fit.base, [fit.terms[j] for j in rows])
+            if invariants.error_of(self.fitter, smaller) > self.bare:
+                break
             step = self.step_of(smaller, [step.found[i] for i in kept])
             step.found = self.judged(step)
         return step

@@ -203,7 +203,13 @@ class Session:
             "interval": [_number(v) for v in decision.interval],
             "held_out_gain": _number(decision.held_out_gain),
             "p_value": _number(decision.p_value),
-            "doubts": list(decision.reasons),
+            "doubts": [
+                *decision.reasons,
+                *(
+                    f"at an end of its range: {t}"
+                    for t in invariants.at_ends(after.state.fitter, after.state.fit)
+                ),
+            ],
         }
         grown = self.file_of(refitted, after.state.fit)
         return grown.with_step("add", name, numbers), after, numbers

@@ -88,18 +88,14 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
 
 
 def lines_of_nulls(count: int) -> Iterator[str]:
-    """The count at every level, and what the others say."""
+    """Every answer, and the count at every level."""
     good: dict[float, int] = dict.fromkeys(LEVELS, 0)
-    others = []
     for level, result in diagnosed(count):
-        if result.verdict == AT_FLOOR:
-            good[level] += 1
-        else:
-            others.append(f"  {level:g} N: {result.verdict} ({result.reason})")
+        good[level] += result.verdict == AT_FLOOR
+        yield f"  {level:g} N: {result.verdict} ({result.reason})"
     for level, right in good.items():
         yield f"noise {level:4.1f} N: {right} of {count} at the floor"
     yield f"all: {sum(good.values())} of {count * len(LEVELS)} at the floor"
-    yield from others
 
 
 def lines_of_form(count: int) -> Iterator[str]:

@@ -106,7 +106,6 @@ def _effect(result: Diagnosis, book: _Book, number: int) -> dict[str, Any]:
     return data | {
         "text": f"{quantity(data['size'], data['unit'])} (90 %: {plain(low)} to {plain(high)})",
         "svg": book.add(f"collapse{number}", figures.collapse(result.search, number)),
-        "alike": found.alike,
         "what": effect.what,
         "check": effect.check,
         "removes": effect.removes,
