@@ -18,7 +18,7 @@ from flatplank_control.recording.typestore import typestore
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.troubles import TROUBLES
 from flatplank_msgs.msg import DriveStatus
-from flatplank_msgs.srv import Claim, PlankSwitch, SetOperationMode, SetSlipStep, SetValue
+from flatplank_msgs.srv import Claim, PlankSwitch, SetOperationMode, SetPace, SetSlipStep, SetValue
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(400)]
 SHORT = {"kappa": 0.02, "step_position": 0.02, "end_position": 0.04}
@@ -158,6 +158,7 @@ def test_troubles_are_in_diagnostics_in_the_log_and_in_the_bag(tmp_path, monkeyp
 
         bench.call(SetValue, "/simulated_plant/load_to", value=3700.0)
         bench.advance(2000)
+        bench.call(SetPace, "/simulated_plant/set_pace", pace="hold", batch=1)
         bench.call(SetOperationMode, "/wheel_drive/set_operation_mode", mode="slip")
         enable(bench)
         plank(bench, 1)

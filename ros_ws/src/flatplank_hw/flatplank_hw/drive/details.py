@@ -26,7 +26,7 @@ def _road(s: Situation, p: DriveParameters) -> str:
     return f"plank at {s.plank_position:.3f} m of {p.road_length:g} m"
 
 
-DETAILS: dict[str, Callable[[Situation, "DriveParameters"], str]] = {
+DETAILS: dict[str, Callable[[Situation, DriveParameters], str]] = {
     "inputs": _inputs,
     "samples": lambda s, p: f"the older one is {s.sample_age_ns * MS:.0f} ms old",
     "heartbeat": lambda s, p: f"for {s.heartbeat_age_ns * MS:.0f} ms",

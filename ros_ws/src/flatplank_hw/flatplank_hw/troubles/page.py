@@ -15,21 +15,27 @@ CODES = {name: code for code, name in STOPS.items()}
 HEAD = """\
 # Troubles: what you see, what it means, what to do
 
-Written by `python -m flatplank_hw.troubles.page docs/troubles.md`; a test keeps it so. The nodes say what is written here.
+Written by `python -m flatplank_hw.troubles.page docs/troubles.md`; a test keeps it so. The log,
+`/diagnostics` and the messages say what is written here.
 
 ```
-ros2 topic echo --once /diagnostics      # every node with its troubles, the worst first; level 0 well, 1 warning, 2 error, 3 silent
+ros2 topic echo --once /diagnostics
 ros2 topic echo --once /wheel_drive/status --field stop_text
 ```
 
-Each occurrence is logged once by the node that sees it (the launch terminal and `/rosout`), is in `/diagnostics` as long as it
-lasts, and in the bag, which has both topics. What is over at once stays in `/diagnostics` for 10 s; the same again meanwhile is not
-logged again. The owner of the bus makes one `/diagnostics` of what all nodes say on `/troubles`; without a bus each node says
-it in `/diagnostics` itself. The name is in the value `troubles` there; the number of a stop is `stop_reason` of a drive's status.
+The first shows every node with its troubles, the worst first. Level 0 is well, 1 a warning, 2 an
+error, 3 a node that is not heard any more. The names of the troubles are in the value `troubles`.
 
-A drive that was stopped stays so until somebody enables it; what to do when the plank goes on meanwhile:
-[decisions/stopped-wheel.md](decisions/stopped-wheel.md). The faults of the EtherCAT bus one by one:
-[ethercat-faults.md](ethercat-faults.md).
+Each occurrence is logged once by the node that sees it, in the launch terminal and on `/rosout`.
+It is in `/diagnostics` as long as it lasts, and in the bag, which has both topics. What is over at
+once stays in `/diagnostics` for 10 s; the same again meanwhile is not logged again. The owner of
+the bus makes one `/diagnostics` of what all nodes say on `/troubles`; without a bus each node says
+it in `/diagnostics` itself.
+
+The number behind *stops* or *waits* is `stop_reason` of a drive's status. A drive that was stopped
+stays so until somebody enables it. What happens to the plank meanwhile:
+[decisions/stopped-wheel.md](decisions/stopped-wheel.md). The faults of the EtherCAT bus one by
+one: [ethercat-faults.md](ethercat-faults.md).
 """
 
 
