@@ -167,7 +167,9 @@ def test_troubles_are_in_diagnostics_in_the_log_and_in_the_bag(tmp_path, monkeyp
         bench.advance(50)
         seen.hears("reference", "ms old")
         plank(bench, 0)
-        assert seen.hears("node_silent").name == "slip_sequencer"
+        seen.hears("node_silent", "(slip_sequencer)")
+        (silent,) = [s for s in seen.message.status if s.name == "slip_sequencer"]
+        assert silent.level == DiagnosticStatus.STALE
     told = in_the_bag(bag)
     for name in ("saturated", "cross_check", "quick_stop", "drag", "emergency_stop", "heartbeat"):
         assert any(TROUBLES[name].text in text for text in told["/diagnostics"]), name

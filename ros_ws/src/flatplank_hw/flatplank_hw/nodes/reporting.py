@@ -42,16 +42,19 @@ class Reporter:
     def now(self, wanted: Mapping[str, str], among: Callable[[str], bool]) -> None:
         """Of the troubles `among`, just these last now: name -> detail."""
         with self._lock:
-            lasting = {key for key, p in self._present.items() if p.until == float("inf")}
-        for name, _ in sorted(lasting):
+            lasting = [name for name, of in self._present if not of]
+        for name in lasting:
             if among(name) and name not in wanted:
                 self.end(name)
         for name, detail in wanted.items():
             self.begin(name, detail)
 
-    def begin(self, name: str, detail: str = "") -> None:
-        """A trouble that lasts; told anew, its detail is kept up to date and nothing is logged."""
-        key = (name, "")
+    def begin(self, name: str, detail: str = "", of: str = "") -> None:
+        """A trouble that lasts; told anew, its detail is kept up to date and nothing is logged.
+
+        `of`: whose it is, when several may have it at a time.
+        """
+        key = (name, of)
         with self._lock:
             old = self._present.get(key)
             self._present[key] = _Present(TROUBLES[name], detail, float("inf"))
@@ -59,13 +62,13 @@ class Reporter:
             self._log(TROUBLES[name], TROUBLES[name].line(detail))
             self._changed()
 
-    def end(self, name: str) -> None:
+    def end(self, name: str, of: str = "") -> None:
         """It is over."""
         with self._lock:
-            old = self._present.pop((name, ""), None)
+            old = self._present.pop((name, of), None)
         if old is not None:
             if old.trouble.level > Level.OK:
-                self._logger.info(f"over: {old.trouble.text}")
+                self._logger.info(" ".join(["over:", old.trouble.text, of]).rstrip())
             self._changed()
 
     def happened(self, name: str, detail: str = "") -> None:
@@ -84,7 +87,7 @@ class Reporter:
             now = time.monotonic()
             self._present = {k: p for k, p in self._present.items() if p.until > now}
             present = sorted(self._present.values(), key=lambda p: -p.trouble.level)
-        names = ", ".join(p.trouble.name for p in present)
+        names = ", ".join(dict.fromkeys(p.trouble.name for p in present))
         told = {"troubles": names, **values} if names else values
         return DiagnosticStatus(
             level=bytes([max((p.trouble.level for p in present), default=Level.OK)]),
@@ -120,26 +123,23 @@ class Collector:
         with self._lock:
             self._heard.update({status.name: (status, now) for status in message.status})
 
-    def statuses(self) -> list[DiagnosticStatus]:
-        """Of every node that has spoken."""
+    def silent(self) -> dict[str, bool]:
+        """Every node that has spoken, and whether it is silent now."""
         now = time.monotonic()
         with self._lock:
-            known = [item for item in self._heard.items() if now - item[1][1] < self.FORGOTTEN]
-            self._heard = dict(sorted(known))
-            return [
-                status if now - at < self.SILENT else _silent(name, now - at)
-                for name, (status, at) in self._heard.items()
-            ]
+            found = {name: now - at > self.SILENT for name, (_, at) in self._heard.items()}
+            for name, (status, at) in tuple(self._heard.items()):
+                if found[name]:
+                    status.level, status.message, status.values = DiagnosticStatus.STALE, "", []
+                if now - at > self.FORGOTTEN:
+                    del self._heard[name]
+                    found[name] = False
+        return found
 
-
-def _silent(name: str, seconds: float) -> DiagnosticStatus:
-    trouble = TROUBLES["node_silent"]
-    return DiagnosticStatus(
-        level=bytes([trouble.level]),
-        name=name,
-        message=trouble.line(f"for {seconds:.0f} s"),
-        values=[KeyValue(key="troubles", value=trouble.name)],
-    )
+    def statuses(self) -> list[DiagnosticStatus]:
+        """Of every node that has spoken."""
+        with self._lock:
+            return [status for _, (status, _) in sorted(self._heard.items())]
 
 
 def telling(reporter: Reporter, name: str, callback: Callable) -> Callable:

@@ -205,6 +205,11 @@ class BenchNode(LifecycleNode):
             self.troubles.end("unconnected")
         elif now > self._missed_from:
             self.troubles.begin("unconnected", "nobody on " + ", ".join(missing))
+        for name, silent in self._collector.silent().items():
+            if silent:
+                self.troubles.begin("node_silent", name, of=name)
+            else:
+                self.troubles.end("node_silent", of=name)
         self._say_troubles()
 
     def _say_troubles(self) -> None:
