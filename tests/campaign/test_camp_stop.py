@@ -84,3 +84,4 @@ def test_the_driven_plank_stops_by_itself_before_anybody_looks(tmp_path: Path):
     assert not twin.latest.encoders.plank_moving
     assert twin.latest.encoders.plank_position - before < 0.01
     assert not twin.drive.troubles.get("drag")
+    bench._stop_record(S.StopRecord("stopped"))
