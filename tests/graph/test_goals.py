@@ -11,6 +11,9 @@ from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
 from flatplank_control.recording.run_record import load_record
+from flatplank_control.runner.measurement import from_mapping
+from flatplank_control.runner.plans import plan_of
+from flatplank_control.runner.progress import on_paper
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.troubles import TROUBLES
 from flatplank_msgs.msg import BusInputs, EncoderState
@@ -57,7 +60,8 @@ def test_a_single_measurement_says_how_far_it_is(tmp_path, monkeypatch):
         progress, left = zip(*heard, strict=True)
         assert list(progress) == sorted(progress) and list(left) == sorted(left, reverse=True)
         assert progress[0] < 0.1 and progress[-1] > 0.8 and len(set(progress)) > 5
-        assert left[0] > 30.0 > 10.0 > left[-1] >= 0.0
+        total = on_paper(plan_of(from_mapping(SHORT, "plan"))).total
+        assert left[0] == pytest.approx(total) and 0.0 <= left[-1] < 0.2 * total
 
 
 def test_a_stop_ends_the_measurement_and_the_plank_at_once(tmp_path, monkeypatch):
