@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bench by the real tools of ROS, where they are installed.
 
-`ros2` and `launch` are in an installed Jazzy. They are not among the packages that the set-up takes
-from PyPI: there these tests are skipped and say so, and the same is held in plain Python by
+`ros2` and `launch` are in an installed Jazzy. They are not among the packages that the set-up
+takes from PyPI: there these tests are skipped and say so, and the same is held in plain Python by
 tests/troubles (arguments, ends, dumps) and over the graph API by the other tests of this folder.
 """
 
