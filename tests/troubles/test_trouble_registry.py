@@ -13,8 +13,10 @@ from flatplank_hw.bus.image import Health
 from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import REASONS, RULES, STOPS
+from flatplank_hw.ethercat.master.guard import Cause
 from flatplank_hw.troubles import TROUBLES, Level
 from flatplank_hw.troubles.bus import OF_HEALTH
+from flatplank_hw.troubles.drive import ERROR_CODES
 from flatplank_hw.troubles.page import page
 from flatplank_msgs.msg import DriveStatus
 
@@ -37,6 +39,10 @@ def test_every_stop_reason_and_every_bad_health_has_its_trouble():
     assert all(TROUBLES[rule.name].level >= Level.WARN for rule in RULES.values() if rule.latching)
     assert set(OF_HEALTH) == set(Health) - {Health.OK}
     assert set(OF_HEALTH.values()) <= set(TROUBLES)
+
+
+def test_what_the_guard_of_the_bus_holds_an_axis_for_has_words():
+    assert {int(cause) for cause in Cause} - {0} <= set(ERROR_CODES)
 
 
 def test_the_message_has_the_constants_of_the_drive():
