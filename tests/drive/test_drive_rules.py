@@ -58,6 +58,11 @@ STOPS: dict[str, list[dict]] = {
     "plank_reverses": [{"plank_velocity": -0.001}, {"plank_velocity": NAN}],
     "reference": [{"reference_age_ns": 43 * MS}],
     "reference_gone": [{"reference_age_ns": 43 * MS}],
+    "wheel_stopped": [
+        {"wheel_left": True},
+        {"wheel_left": True, "loaded_radius": 0.325},
+        {"wheel_left": True, "fz": NAN, "loaded_radius": 0.325},
+    ],
 }  # fmt: skip
 """rule -> what changes in the calm situation, each of which alone stops the axis"""
 
@@ -78,6 +83,7 @@ PASSES: dict[str, list[dict]] = {
         {"reference_age_ns": 43 * MS, "follows_plank": False},
     ],
     "reference_gone": [{"reference_age_ns": 43 * MS, "follows_plank": False}],
+    "wheel_stopped": [{"wheel_left": True, "loaded_radius": 0.325, "fz": 0.0}],
 }
 """rule -> what it lets pass, although it looks like a cause"""
 
@@ -86,7 +92,7 @@ EVERY_AXIS |= {"fz"}
 ROAD = {"road_end", "steering", "plank_stopped", "plank_stands", "plank_reverses", "reference"}
 AXIS_RULES = {
     "wheel": EVERY_AXIS | ROAD,
-    "plank": EVERY_AXIS,
+    "plank": EVERY_AXIS | {"wheel_stopped"},
     **dict.fromkeys(("steer", "camber", "vertical"), EVERY_AXIS | {"reference_gone"}),
 }
 IN_ITS_PLACE = {"plank_stopped": "plank_stands"}

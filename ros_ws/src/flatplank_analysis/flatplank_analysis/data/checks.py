@@ -29,6 +29,8 @@ FITTED = ("slip", "cleat")
 """what happens along the road is fitted, not only its mean"""
 UNSAID_STEP = 0.01
 """a freely rolling wheel keeps its speed over the road so well over a run [-]"""
+LOCKED = 0.05
+"""a wheel whose rim is slower than this share of the road stands"""
 BACKWARD_LIMIT = 2e-3
 """the plank may fall back by this much before it counts as an error [m]"""
 
@@ -228,7 +230,14 @@ def slip_sign(table: MeasurementTable) -> Iterator[Problem]:
     speed = float(np.nanmean(table["plank_velocity"][after])) * np.cos(np.radians(info.alpha_deg))
     omega = float(np.nanmean(table["wheel_velocity"][after]))
     radius = info.effective_rolling_radius
-    if speed * omega < 0.0:
+    if np.isfinite(radius) and abs(omega) * radius < LOCKED * abs(speed):
+        yield Problem(
+            info.file,
+            "the wheel stood while the plank moved: it was stopped, or never driven",
+            "column 'wheel_velocity'",
+            "see why the drive stopped (stop_text of /wheel_drive/status), make the run again",
+        )
+    elif speed * omega < 0.0:
         yield Problem(
             info.file,
             "wheel and plank turn against each other",

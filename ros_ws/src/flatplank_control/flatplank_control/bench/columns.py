@@ -10,6 +10,7 @@ import numpy as np
 
 from flatplank_control.bench.twin import Cycle
 from flatplank_hw.bus.image import AXES
+from flatplank_hw.drive import REASONS
 from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample
 
 CHANNELS = 6
@@ -33,6 +34,8 @@ class TopicColumns(NamedTuple):
     pick: Callable[[Cycle], Any]
     """the sample of a cycle; None: the topic is silent"""
     columns: Callable[[list[Any]], Mapping[str, Any]]
+    texts: Callable[[Any], Mapping[str, str]] | None = None
+    """of one sample, where they are not the same all the time"""
 
 
 def _array(samples: Sequence[Any]) -> np.ndarray:
@@ -151,7 +154,12 @@ TOPICS: dict[str, TopicColumns] = {
         lambda c: c.encoders,
         _encoder_joints,
     ),
-    "/wheel_drive/status": TopicColumns(_frame("wheel"), lambda c: c.drive, _fields(DriveSample)),
+    "/wheel_drive/status": TopicColumns(
+        _frame("wheel"),
+        lambda c: c.drive,
+        _fields(DriveSample),
+        lambda sample: {"stop_text": REASONS[sample.stop_reason]},
+    ),
     "/wheel_drive/joint_states": TopicColumns(
         _frame("", name=["wheel"], position=1, velocity=1, effort=1),
         lambda c: c.drive,

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_analysis.data import MeasurementTable
 from flatplank_analysis.data.exporters import EXPORTERS
 from flatplank_analysis.data.info import info_from_dict
-from flatplank_control.bench.columns import TOPICS, table_columns
+from flatplank_control.bench.columns import TOPICS, TopicColumns, table_columns
 from flatplank_control.bench.twin import Cycle
 from flatplank_control.recording.cdr_layout import CdrLayout
 from flatplank_control.recording.run_record import RunRecord
@@ -24,6 +24,7 @@ FLUSH_EVERY = 500
 """cycles"""
 PRE_TRIGGER = 2.0
 """[s], as the recorder node"""
+_TYPES = {spec.name: spec.type for spec in RECORDED}
 
 
 class RunLog(Protocol):
@@ -43,6 +44,7 @@ class BagLog:
         self._session = RecordingSession(folder, RECORDED, pre_trigger=PRE_TRIGGER)
         self._cycles: list[Cycle] = []
         self._writer: TwinWriter | None = None
+        self._layouts: dict[Any, CdrLayout] = {}
 
     def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
         self._session.start(record, stamp_ns, at_once=at_once)
@@ -68,13 +70,31 @@ class BagLog:
         period = _period(cycles)
         for topic, how in TOPICS.items():
             spoken = [(c, sample) for c in cycles if (sample := how.pick(c)) is not None]
-            if spoken:
-                columns: dict[str, Any] = dict(how.columns([sample for _, sample in spoken]))
+            for layout, some in self._by_texts(topic, how, spoken):
+                columns: dict[str, Any] = dict(how.columns([sample for _, sample in some]))
                 if topic == "/bus/inputs":
                     columns["period_ns"] = period
-                stamps = np.array([c.encoders.stamp_ns for c, _ in spoken])
-                self._writer.add(topic, stamps, columns)
+                stamps = np.array([c.encoders.stamp_ns for c, _ in some])
+                self._writer.add(topic, stamps, columns, layout)
         self._writer.flush()
+
+    def _by_texts(
+        self, topic: str, how: TopicColumns, spoken: list[tuple[Cycle, Any]]
+    ) -> Iterator[tuple[CdrLayout | None, list[tuple[Cycle, Any]]]]:
+        """Messages whose texts agree have one layout; None: the topic's own."""
+        if how.texts is None:
+            if spoken:
+                yield None, spoken
+            return
+        groups: dict[tuple[tuple[str, str], ...], list[tuple[Cycle, Any]]] = {}
+        for pair in spoken:
+            groups.setdefault(tuple(how.texts(pair[1]).items()), []).append(pair)
+        for texts, some in groups.items():
+            key = (topic, texts)
+            if key not in self._layouts:
+                fixed = {**how.fixed(len(some[0][0].batch)), **dict(texts)}
+                self._layouts[key] = CdrLayout(_TYPES[topic], fixed)
+            yield self._layouts[key], some
 
 
 class TableLog:
@@ -105,8 +125,7 @@ class TableLog:
 
 def layouts(batch: int) -> dict[str, CdrLayout]:
     """Layouts of the recorded topics for batches of n cycles."""
-    types = {spec.name: spec.type for spec in RECORDED}
-    return {topic: CdrLayout(types[topic], how.fixed(batch)) for topic, how in TOPICS.items()}
+    return {topic: CdrLayout(_TYPES[topic], how.fixed(batch)) for topic, how in TOPICS.items()}
 
 
 def _period(cycles: list[Cycle]) -> int:

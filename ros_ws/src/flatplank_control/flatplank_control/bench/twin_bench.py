@@ -17,7 +17,7 @@ from flatplank_control.calibration.book import Book
 from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.moves import by_drive
-from flatplank_control.runner.performing import CHUNK, Patience
+from flatplank_control.runner.performing import CHUNK, Patience, StopWatch
 from flatplank_control.runner.plans import let_go, safe_end
 from flatplank_control.runner.provenance import complete
 from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
@@ -35,6 +35,7 @@ class TwinBench:
         self._log = log
         self._say = say
         self._recording = False
+        self._stops = StopWatch()
         operator = twin.plant.operator
         self._by_hand: dict[str, Callable[[float], Any]] = {
             "unload": lambda _value: operator.unload(),
@@ -177,6 +178,7 @@ class TwinBench:
             first = self.snapshot()
         patience = Patience(step, first.encoders.stamp_ns * 1e-9)
         while not patience.over(s := self.snapshot(), s.encoders.stamp_ns * 1e-9):
+            self._stops.look(s.drive)
             self.advance(CHUNK)
 
 

@@ -157,9 +157,16 @@ class BenchClient:
         for the safe end, 20 s at most, and has its reason.
         """
 
+        last = ""
+
         def on_feedback(message: Any) -> None:
-            say(message.feedback.prompt or message.feedback.step)
-            hear(message.feedback)
+            nonlocal last
+            feedback = message.feedback
+            text = feedback.prompt or feedback.step
+            if text and (feedback.prompt or text != last):
+                say(text)
+            last = text
+            hear(feedback)
 
         text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
         goal = RunMeasurement.Goal(plan=text, folder=folder, simulated=simulated, resume=resume)

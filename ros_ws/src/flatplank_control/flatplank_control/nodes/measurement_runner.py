@@ -6,14 +6,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-import yaml
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
+from flatplank_control.nodes.feedback import Feedback
 from flatplank_control.nodes.ros_bench import RosBench, Seen
-from flatplank_control.runner import measurement, plans
-from flatplank_control.runner.campaign import is_campaign
+from flatplank_control.runner import plans
+from flatplank_control.runner.goal import is_campaign, mapping_of, measurement_of
+from flatplank_control.runner.progress import on_paper
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_hw.nodes.support import BenchNode, run
 from flatplank_hw.params import Params, param
@@ -59,7 +60,10 @@ class MeasurementRunnerNode(BenchNode):
         return super().on_deactivate(state)
 
     def on_goal(self, _request) -> GoalResponse:
-        return GoalResponse.REJECT if self.busy else GoalResponse.ACCEPT
+        if not self.busy:
+            return GoalResponse.ACCEPT
+        self.troubles.happened("refused", "/run_measurement: a measurement is under way")
+        return GoalResponse.REJECT
 
     def on_confirm(self, _request, response):
         response.success, self.asking = self.asking, False
@@ -83,20 +87,16 @@ class MeasurementRunnerNode(BenchNode):
 
     async def execute(self, goal):
         self.busy = True
-        feedback = RunMeasurement.Feedback(measurements=1, measurement=1)
-
-        def say(text: str, prompt: str = "") -> None:
-            feedback.step, feedback.prompt = text, prompt
-            goal.publish_feedback(feedback)
+        feedback = Feedback(goal)
 
         async def ask(text: str, seen: Seen) -> None:
-            say(text, prompt=text)
+            feedback.say(text, prompt=text)
             self.asking = True
             try:
                 await bench.until(lambda: not self.asking or seen())
             finally:
                 self.asking = False
-            say(text)
+            feedback.say(text)
 
         request = goal.request
         bench = RosBench(
@@ -106,22 +106,17 @@ class MeasurementRunnerNode(BenchNode):
             driven_plank=self.parameters.driven_plank,
             folder=request.folder,
             prompt=ask,
-            say=say,
+            say=feedback.say,
         )
         result = RunMeasurement.Result()
         try:
             self.bench = bench
-            data = yaml.safe_load(request.plan) or {}
+            data = mapping_of(request.plan)
             make = self.many if is_campaign(data) else self.one
             result.message = await make(goal, bench, data, feedback)
             result.success = True
         except Exception as error:  # whatever it was, the bench is left safe
-            result.message = " ".join(str(error).split()) or type(error).__name__
-            self.get_logger().error(result.message)
-            for refusal in await bench.end("stopped", result.message):
-                self.get_logger().warning(refusal)
-            if not request.simulated and bench.samples.plank_moves():
-                result.message += "; turn the plank switch to stop"
+            result.message = await self.stopped(bench, error, request.simulated)
         finally:
             bench.close()
             self.busy, self.bench, self.campaign = False, None, None
@@ -129,7 +124,20 @@ class MeasurementRunnerNode(BenchNode):
         self.conclude(goal, result.success)
         return result
 
-    async def one(self, goal, bench: RosBench, data, _feedback) -> str:
+    async def stopped(self, bench: RosBench, error: Exception, simulated: bool) -> str:
+        """The bench is left safe when it was asked for anything; what the client is told."""
+        reason = " ".join(str(error).split()) or type(error).__name__
+        if not bench.begun:
+            self.troubles.happened("refused", f"/run_measurement: {reason}")
+            return reason
+        self.troubles.happened("measurement_stopped", reason)
+        for refusal in await bench.end("stopped", reason):
+            self.get_logger().warning(refusal)
+        if not simulated and bench.samples.plank_moves():
+            reason += "; turn the plank switch to stop"
+        return reason
+
+    async def one(self, goal, bench: RosBench, data, feedback: Feedback) -> str:
         """A single measurement."""
 
         def look() -> None:
@@ -137,14 +145,17 @@ class MeasurementRunnerNode(BenchNode):
                 raise PlanFailed("cancelled")
 
         bench.interrupt = look
-        wanted = measurement.from_mapping(data, "plan")
+        wanted = measurement_of(data)
         bench.axes = plans.axes_of(wanted)
+        bench.passing = feedback.passing
+        feedback.follow(on_paper(plans.plan_of(wanted)))
         for step in plans.plan_of(wanted):
             look()
             await bench.do(step)
+            feedback.next_step()
         return "complete"
 
-    async def many(self, goal, bench: RosBench, _data, feedback) -> str:
+    async def many(self, goal, bench: RosBench, _data, feedback: Feedback) -> str:
         """A campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
@@ -153,12 +164,12 @@ class MeasurementRunnerNode(BenchNode):
 
         def tell(text: str) -> None:
             conductor = campaign.conductor
-            feedback.step, feedback.prompt = text, ""
-            feedback.measurements = conductor.total
-            feedback.measurement = min(conductor.done + 1, conductor.total)
-            feedback.progress = conductor.done / conductor.total
-            feedback.time_left = campaign.time_left()
-            goal.publish_feedback(feedback)
+            message = feedback.message
+            message.measurements = conductor.total
+            message.measurement = min(conductor.done + 1, conductor.total)
+            message.progress = conductor.done / conductor.total
+            message.time_left = campaign.time_left()
+            feedback.say(text)
 
         before = campaign.conductor.done
         await campaign.run(lambda: goal.is_cancel_requested, tell)

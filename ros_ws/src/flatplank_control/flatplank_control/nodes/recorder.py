@@ -68,7 +68,7 @@ class RecorderNode(BenchNode):
         folder = Path(parameters.folder).expanduser()
         folder.mkdir(parents=True, exist_ok=True)
         for mended in mend(folder):
-            self.get_logger().warning(str(mended))
+            self.troubles.happened("bag_mended", str(mended))
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
         self.told = told("")
@@ -138,7 +138,7 @@ class RecorderNode(BenchNode):
         try:
             action()
         except RecordingError as error:
-            self.get_logger().error(str(error))
+            self.troubles.happened("recording_failed", str(error))
             self.say()
 
     def say(self) -> None:
@@ -194,6 +194,9 @@ class RecorderNode(BenchNode):
         except RecordingError as error:
             return answer(response, False, str(error))
         self.say()
+        if record.cycles_lost:
+            lost = f"{record.name}: {record.cycles_lost} lost, {record.cycles_received} there"
+            self.troubles.happened("cycles_lost", lost)
         return answer(
             response,
             record.status != "failed",

@@ -21,7 +21,7 @@ from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import by_drive
-from flatplank_control.runner.performing import CHUNK, Patience
+from flatplank_control.runner.performing import CHUNK, Patience, StopWatch
 from flatplank_control.runner.plans import SPEED, let_go, safe_end
 from flatplank_control.runner.quantities import (
     QUANTITIES,
@@ -102,6 +102,11 @@ class RosBench:
         self.interrupt: Callable[[], None] = lambda: None
         """asked during waits; raises when the plan shall end"""
         self.prompt, self._say = prompt, say
+        self.begun = False
+        """something was asked of the bench"""
+        self.passing: Callable[[float], None] = lambda _seconds: None
+        """told during waits how long this one has taken [s of bench time]"""
+        self._stops = StopWatch()
         self._stopped = False
         """the operator has turned the plank's switch to stop"""
         self._clients: dict[str, Any] = {}
@@ -136,6 +141,7 @@ class RosBench:
 
     async def do(self, step: S.Step) -> None:
         """One step; PlanFailed with the reason when the bench refuses."""
+        self.begun = True
         await self._do[type(step)](step)
 
     async def end(self, status: str, why: str) -> list[str]:
@@ -357,7 +363,9 @@ class RosBench:
             await self._look_again()
         s = self.samples.snapshot()
         patience = Patience(step, s.encoders.stamp_ns * 1e-9)
-        while not patience.over(s, s.encoders.stamp_ns * 1e-9):
+        while not patience.over(s, now := s.encoders.stamp_ns * 1e-9):
+            self._stops.look(s.drive)
+            self.passing(now - patience.start)
             self.interrupt()
             if self.enough and step.may_end_early:
                 break

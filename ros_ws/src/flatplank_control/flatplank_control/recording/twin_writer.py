@@ -31,14 +31,21 @@ class TwinWriter:
         self._layouts = dict(layouts)
         self._blocks: dict[str, list[TopicBlock]] = {topic: [] for topic in layouts}
 
-    def add(self, topic: str, stamps_ns: np.ndarray, columns: Mapping[str, Any]) -> None:
+    def add(
+        self,
+        topic: str,
+        stamps_ns: np.ndarray,
+        columns: Mapping[str, Any],
+        layout: CdrLayout | None = None,
+    ) -> None:
         """N messages: `stamps_ns` int64 [N] [ns] go into the header, `columns` into the rest.
 
-        Columns are named as in `CdrLayout.dtype`; [N], [N, n] or one value for all.
+        Columns are named as in `CdrLayout.dtype`; [N], [N, n] or one value for all. Messages
+        whose texts are other ones than the topic's have a `layout` of their own.
         """
-        layout = self._layouts.get(topic)
-        if layout is None:
+        if topic not in self._layouts:
             raise RecordingError(f"{topic}: not a topic of this writer; give its layout")
+        layout = layout or self._layouts[topic]
         stamps_ns = np.asarray(stamps_ns, np.int64)
         messages = layout.new(len(stamps_ns))
         names = layout.dtype.names or ()

@@ -4,10 +4,28 @@
 from __future__ import annotations
 
 from flatplank_control.runner.steps import PlanFailed, Snapshot, Wait
-from flatplank_hw.drive import REASONS
+from flatplank_hw.drive.safety import REASONS, STOPS, is_latched
+from flatplank_hw.samples import DriveSample
+from flatplank_hw.troubles import TROUBLES
 
 CHUNK = 25
 """a held bench is looked at every so many batches of cycles"""
+
+
+class StopWatch:
+    """Ends a plan when the wheel's drive is stopped on the way; a stop that was there before the
+    plan is the plan's to clear."""
+
+    def __init__(self) -> None:
+        self._ran = False
+
+    def look(self, drive: DriveSample) -> None:
+        """One sample; PlanFailed with the reason of a new stop."""
+        stopped = is_latched(drive.stop_reason)
+        fresh, self._ran = stopped and self._ran, not stopped
+        if fresh:
+            trouble = TROUBLES[STOPS[drive.stop_reason]]
+            raise PlanFailed(f"the wheel was stopped: {trouble.line()}")
 
 
 class Patience:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from flatplank_control.steering_hold.hold import HoldParameters, SteeringHold
 from flatplank_control.steering_hold.profiles import PROFILES, Profile
 from flatplank_hw.answers import Answer, refused
-from flatplank_hw.params import ParameterError, from_mapping, nearest, param
+from flatplank_hw.params import ParameterError, describe, from_mapping, nearest, param
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "follow"
@@ -62,6 +62,9 @@ class AngleControl:
         kind = PROFILES.get(name)
         if kind is None:
             return refused(f"unknown profile '{name}'{nearest(name, PROFILES)}")
+        # a message has no whole numbers
+        whole = {i.name for i in describe(kind) if isinstance(i.default, int)}
+        values = {k: int(v) if k in whole and v == v // 1 else v for k, v in values.items()}
         try:
             profile: Profile = from_mapping(kind, values, f"profile {name}")  # type: ignore[type-var]
         except ParameterError as error:

@@ -9,6 +9,7 @@ import math
 from flatplank_hw.answers import Agenda, Answer, refused
 from flatplank_hw.drive import safety
 from flatplank_hw.drive.cia402 import State
+from flatplank_hw.drive.details import detail
 from flatplank_hw.drive.homing import Homer
 from flatplank_hw.drive.modes import MODES, Mode, Position
 from flatplank_hw.drive.params import DriveParameters
@@ -17,6 +18,8 @@ from flatplank_hw.drive.safety import RULES
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.params import nearest
+from flatplank_hw.troubles import TROUBLES
+from flatplank_hw.troubles.drive import error_words
 
 LASTING = ("inputs", "samples", "emergency_stop")
 """rules whose cause must be gone before a reset can do anything: sent earlier it would be lost"""
@@ -61,6 +64,27 @@ class DriveRequests:
         return safety.REASONS[self._stop]
 
     @property
+    def troubles(self) -> dict[str, str]:
+        """Troubles that the last cycle had, with what was measured."""
+        situation, p = self._watch.situation, self.parameters
+        found = {}
+        if self._stop:
+            found[safety.STOPS[self._stop]] = ""
+        if self._state >= State.FAULT_REACTION_ACTIVE:
+            found["drive_fault"] = error_words(self._error)
+        if self.drags:
+            found["drag"] = ""
+        return {name: said or detail(name, situation, p) for name, said in found.items()}
+
+    @property
+    def drags(self) -> bool:
+        """The wheel stands out of operation, and the plank moves under the loaded tire."""
+        if self._wanted or "plank_stopped" not in self.parameters.rules:
+            return False
+        situation = self._watch.situation
+        return situation.moving and not safety.unloaded(situation, self.parameters)
+
+    @property
     def position(self) -> float:
         """Measured position of the output [unit], zero at home."""
         return self._shaft.position
@@ -78,13 +102,13 @@ class DriveRequests:
         if not self._shaft.known:
             return refused("no inputs yet: start the bus")
         if self._state >= State.FAULT_REACTION_ACTIVE:
-            return refused(f"drive fault 0x{self._error:04X}: reset it first")
+            return refused(f"drive fault {error_words(self._error)}: reset it first")
         # enabling starts afresh: nothing turns yet and no reference is due yet
         situation = self._watch.situation
-        situation.turning, situation.reference_age_ns = False, 0
+        situation.turning, situation.wheel_left, situation.reference_age_ns = False, False, 0
         rule = safety.first_stop(self._latching, situation, self.parameters)
         if rule is not None:
-            return refused(rule.text)
+            return refused(TROUBLES[rule.name].line(detail(rule.name, situation, self.parameters)))
         return self._agenda.accept(self._enable, at_cycle)
 
     def disable(self, at_cycle: int | None = None) -> Answer:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flatplank_hw.bus.image import Digital, Health
 from flatplank_hw.drive.cia402 import State
+from flatplank_hw.troubles import TROUBLES
 
 if TYPE_CHECKING:
     from flatplank_hw.drive.params import DriveParameters
@@ -58,6 +59,8 @@ class Situation:
     """output side [unit/s]"""
     claimed: bool = False
     heartbeat_age_ns: int = 0
+    wheel_left: bool = False
+    """the wheel's drive has left operation since this axis was enabled"""
 
 
 Check = Callable[[Situation, "DriveParameters"], bool]
@@ -68,9 +71,14 @@ class Rule(NamedTuple):
 
     code: int
     name: str
-    text: str
+    """of the rule and of its trouble"""
     latching: bool
     check: Check
+
+    @property
+    def text(self) -> str:
+        """What is told of it."""
+        return TROUBLES[self.name].text
 
 
 def unloaded(s: Situation, p: DriveParameters) -> bool:
@@ -146,22 +154,28 @@ def reference_old(s: Situation, p: DriveParameters) -> bool:
     return s.moving and reference_gone(s, p)
 
 
+def wheel_stopped(s: Situation, p: DriveParameters) -> bool:
+    """For the plank: a wheel that was stopped does not turn with the road any more."""
+    return s.wheel_left and not unloaded(s, p)
+
+
 _RULES = (
-    Rule(1, "inputs", "inputs of the bus are stale or lost", True, inputs_bad),
-    Rule(2, "samples", "hub or encoders have fallen silent", True, samples_old),
-    Rule(3, "drive_fault", "the drive reports a fault", True, drive_fault),
-    Rule(4, "emergency_stop", "the emergency stop is pressed", True, emergency_stop),
-    Rule(5, "heartbeat", "the operator in charge has fallen silent", True, heartbeat_gone),
-    Rule(6, "speed", "the axis is faster than its limit", True, too_fast),
-    Rule(7, "torque", "the torque is above its limit", True, torque_high),
-    Rule(8, "fz", "the vertical force is above its limit", True, fz_high),
-    Rule(9, "road_end", "the plank is at the end of the road", True, road_end),
-    Rule(10, "steering", "steered so far that the motor hits the pillar", True, steered_too_far),
-    Rule(11, "plank_stopped", "the plank stopped under the tire", True, plank_stopped),
-    Rule(12, "plank_stands", "the plank stands under the tire: waiting", False, plank_stands),
-    Rule(13, "plank_reverses", "the plank moves back: waiting", False, plank_reverses),
-    Rule(14, "reference", "the reference is too old or not valid", True, reference_old),
-    Rule(15, "reference_gone", "the axis's controller has fallen silent", True, reference_gone),
+    Rule(1, "inputs", True, inputs_bad),
+    Rule(2, "samples", True, samples_old),
+    Rule(3, "drive_fault", True, drive_fault),
+    Rule(4, "emergency_stop", True, emergency_stop),
+    Rule(5, "heartbeat", True, heartbeat_gone),
+    Rule(6, "speed", True, too_fast),
+    Rule(7, "torque", True, torque_high),
+    Rule(8, "fz", True, fz_high),
+    Rule(9, "road_end", True, road_end),
+    Rule(10, "steering", True, steered_too_far),
+    Rule(11, "plank_stopped", True, plank_stopped),
+    Rule(12, "plank_stands", False, plank_stands),
+    Rule(13, "plank_reverses", False, plank_reverses),
+    Rule(14, "reference", True, reference_old),
+    Rule(15, "reference_gone", True, reference_gone),
+    Rule(16, "wheel_stopped", True, wheel_stopped),
 )
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
@@ -170,14 +184,24 @@ QUICK_STOP = 20
 LEFT_OPERATION = 21
 NO_ANSWER = 22
 
-REASONS: dict[int, str] = {
-    0: "",
-    **{rule.code: rule.text for rule in _RULES},
-    QUICK_STOP: "quick stop was asked for",
-    LEFT_OPERATION: "the drive left operation by itself",
-    NO_ANSWER: "the drive did not answer in time",
+STOPS: dict[int, str] = {
+    **{rule.code: rule.name for rule in _RULES},
+    QUICK_STOP: "quick_stop",
+    LEFT_OPERATION: "left_operation",
+    NO_ANSWER: "no_answer",
 }
-"""Text of every stop reason that a `DriveSample` can carry."""
+"""Every stop reason that a `DriveSample` can carry -> its trouble."""
+
+REASONS: dict[int, str] = {0: "", **{code: TROUBLES[name].text for code, name in STOPS.items()}}
+"""Text of every stop reason; 0: the axis is not held."""
+
+HOLDING = frozenset(rule.code for rule in _RULES if not rule.latching)
+"""stop reasons that go away by themselves; any other stays until the drive is enabled again"""
+
+
+def is_latched(code: int) -> bool:
+    """A stop reason that stays until somebody enables the drive again."""
+    return code != 0 and code not in HOLDING
 
 
 def first_stop(rules: tuple[Rule, ...], s: Situation, p: DriveParameters) -> Rule | None:

@@ -3,28 +3,33 @@
 
 from __future__ import annotations
 
-from flatplank_hw.bus.image import BusInputs
+from flatplank_hw.bus.image import AXES, BusInputs
+from flatplank_hw.drive.cia402 import State, decode
 from flatplank_hw.drive.operator import Charge
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.safety import Situation
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
+WHEEL = AXES.index("wheel")
+
 
 class Watch:
     """Keeps `situation` up to date, with the ages and times over a limit that rules ask for."""
 
-    __slots__ = ("_p", "_since", "charge", "situation")
+    __slots__ = ("_minds_wheel", "_p", "_since", "_wheel_ran", "charge", "situation")
 
     def __init__(self, p: DriveParameters) -> None:
         self._p = p
         self._since = 0
+        self._minds_wheel, self._wheel_ran = "wheel_stopped" in p.rules, False
         self.situation = Situation()
         self.charge = Charge()
 
     def start(self, now: int) -> None:
         """The axis is enabled afresh: references are due from now on [ns]."""
         self._since = now
+        self.situation.wheel_left = False
 
     def look(self, inputs: BusInputs, state: int, shaft: Shaft, dt_ns: int) -> None:
         """What the bus and the drive itself say."""
@@ -36,6 +41,10 @@ class Watch:
         s.claimed = bool(self.charge.client)
         if s.claimed:
             s.heartbeat_age_ns = self.charge.age(inputs.stamp_ns)
+        if self._minds_wheel:
+            runs = decode(inputs.axes[WHEEL].status_word) is State.OPERATION_ENABLED
+            s.wheel_left = (s.wheel_left or self._wheel_ran) and not runs
+            self._wheel_ran = runs
 
     def listen(
         self, now: int, dt_ns: int, encoders: EncoderSample | None, hub: HubSample | None

@@ -72,6 +72,14 @@ class EncoderParameters(Params):
         2, "rests again below so many counts over the window", unit="counts", bounds=(1, 10000)
     )
 
+    mismatch_limit: float = param(
+        0.02,
+        "motor and wheel encoder must agree so far on the wheel's angle",
+        unit="rad",
+        bounds=(1e-4, 10.0),
+        placeholder=True,
+    )
+
     def check(self) -> str | None:
         for name in ("plank", "wheel", "motor", "steer", "camber", "road"):
             if getattr(self, f"{name}_counts_per_turn") == 0:

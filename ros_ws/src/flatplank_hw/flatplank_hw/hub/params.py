@@ -29,7 +29,9 @@ class HubParameters(Params):
     a_fy: float = param(1000.0, "amplification for Fy, Table A.1", bounds=_GAIN)
     a_fz: float = param(1000.0, "amplification for Fz, Table A.1", bounds=_GAIN)
     gravity: float = param(9.81, "g of (A.1)", unit="m/s^2", bounds=(9.7, 9.9))
-    calibration_date: str = param("2008", "when the bridge constants were calibrated last")
+    calibration_date: str = param(
+        "2008, Table A.1", "when the bridge constants were calibrated last"
+    )
 
     et_value: float = param(
         0.04, "ET value of the rim", unit="m", bounds=(-0.1, 0.2), placeholder=True

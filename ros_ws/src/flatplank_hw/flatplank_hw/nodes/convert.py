@@ -11,6 +11,7 @@ from struct import Struct
 from geometry_msgs.msg import WrenchStamped
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
+from flatplank_hw.drive import REASONS
 from flatplank_hw.samples import (
     SOURCES,
     DriveSample,
@@ -182,6 +183,7 @@ def drive_to_msg(sample: DriveSample, msg: DriveStatus) -> None:
     (msg.cycle, _, msg.state, msg.mode, msg.position, msg.velocity, msg.torque,
      msg.reference_position, msg.reference_velocity, msg.reference_torque, msg.stop_reason,
      msg.error_code) = sample  # fmt: skip
+    msg.stop_text = REASONS[sample.stop_reason]
 
 
 def drive_from_msg(msg: DriveStatus) -> DriveSample:

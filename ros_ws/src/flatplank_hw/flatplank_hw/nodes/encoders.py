@@ -31,6 +31,7 @@ class EncodersNode(BenchNode):
             self.parameters = parameters
 
     def connect(self) -> None:
+        self.apart = False
         self.state, self.joints = EncoderState(), JointState()
         self.state.header.frame_id = "bus"
         self.joints.name = list(JOINTS)
@@ -52,6 +53,18 @@ class EncodersNode(BenchNode):
         )
         joints.velocity = array("d", (sample.plank_velocity, sample.wheel_velocity, 0.0, 0.0))
         self.publish_joints(joints)
+        apart = abs(sample.mismatch) > self.parameters.mismatch_limit
+        if apart != self.apart:
+            self.apart = apart
+            self.tell(apart, sample.mismatch)
+
+    def tell(self, apart: bool, mismatch: float) -> None:
+        """Motor and wheel encoder no longer agree, or do again."""
+        if apart:
+            limit = self.parameters.mismatch_limit
+            self.troubles.begin("cross_check", f"{mismatch:+.4f} rad, limit {limit:g} rad")
+        else:
+            self.troubles.end("cross_check")
 
     def on_arm(self, _request, response):
         return answer(response, *self.encoders.arm())

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.task import Future
 
 from flatplank_hw.bus.image import BusInputs as Image
+from flatplank_hw.bus.image import Health
 from flatplank_hw.ethercat.emulated import EmulatedBus
 from flatplank_hw.ethercat.emulator.control import ControlError
 from flatplank_hw.ethercat.master import BusClient
@@ -24,6 +24,8 @@ from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.params import Params, param
 from flatplank_hw.share import config_file
+from flatplank_hw.troubles.bus import OF_HEALTH
+from flatplank_hw.troubles.drive import error_words
 from flatplank_msgs.msg import BusInputs, BusOutputs
 from flatplank_msgs.srv import SdoRead, SdoWrite
 
@@ -49,14 +51,19 @@ class BusParameters(Params):
     seed: int = param(1, "its seed", bounds=(0, 2**31 - 1))
 
 
-LEVELS = {"OK": DiagnosticStatus.OK, "DEGRADED": DiagnosticStatus.WARN}
-"""health of the bus -> level; any other is an error"""
+EVENTS: dict[str, Callable[[dict[str, Any]], tuple[str, str]]] = {
+    "recovery": lambda e: ("bus_recovery", f"{e['rung'].lower()}: {e['reason']}"),
+    "emergency": lambda e: ("bus_emergency", f"slave {e['slave']}: {error_words(e['code'])}"),
+    "crashed": lambda e: ("bus_ended", e["reason"]),
+}
+"""event of the bus process -> trouble and detail; others are no trouble"""
 
 
 class EthercatBus(BenchNode):
     """Publishes /bus/inputs, takes /bus/outputs; the cycle itself runs in a process of its own."""
 
     PARAMETERS = BusParameters
+    OWNS_BUS = True
 
     def configure(self, p: BusParameters) -> None:
         self.period_ns = 1_000_000_000 // p.rate_hz
@@ -78,6 +85,11 @@ class EthercatBus(BenchNode):
             )
         self.cycle = 0
         self.oldest = 0
+        self.health = int(Health.OK)
+        self.worst = int(Health.OK)
+        """since the bus process was last asked"""
+        self.asked = False
+        self.found: dict[str, Any] = {}
         # by the wall: a bus that is started again goes on later than the last one ended
         self.t0 = time.time_ns() // self.period_ns * self.period_ns
         # one at a time, beside the executor: a command must not wait behind an SDO
@@ -88,9 +100,8 @@ class EthercatBus(BenchNode):
         self.message = BusInputs()
         self.message.header.frame_id = "bus"
         self.publish = self.speak(BusInputs, "/bus/inputs", STREAM, needed=True)
-        self.publish_diagnostics = self.speak(DiagnosticArray, "/diagnostics", 10)
         self.listen(BusOutputs, "/bus/outputs", self.on_command, STREAM)
-        self.every(1.0, lambda: self.errands.submit(self.diagnose))
+        self.every(1.0, self.ask_for_diagnosis)
         self.serve(SdoRead, "~/sdo_read", self.on_sdo_read)
         self.serve(SdoWrite, "~/sdo_write", self.on_sdo_write)
         if self.emulated is not None:
@@ -113,6 +124,9 @@ class EthercatBus(BenchNode):
         while self.listening:
             for image in self.client.poll():
                 batch.append(image)
+                if image.health != self.health:
+                    self.worst, self.health = max(self.worst, image.health), image.health
+                    self.ask_for_diagnosis()
                 if len(batch) >= self.parameters.batch:
                     self.cycle = image.cycle
                     convert.inputs_to_msg(batch, self.period_ns, self.message, self.t0)
@@ -124,29 +138,35 @@ class EthercatBus(BenchNode):
         self.oldest = max(self.oldest, self.cycle - msg.cycle)
 
     def on_event(self, event: dict[str, Any]) -> None:
-        self.get_logger().warning(" ".join(f"{key} {value}" for key, value in event.items()))
+        say = EVENTS.get(event["event"])
+        if say is not None:
+            self.troubles.happened(*say(event))
+
+    def ask_for_diagnosis(self) -> None:
+        if self.listening and not self.asked:
+            self.asked = True
+            self.errands.submit(self.diagnose)
 
     def diagnose(self) -> None:
         """What the bus process knows of itself, and how old the nodes' answers were."""
+        self.asked = False
+        worst, self.worst = self.worst, self.health
         try:
             found = self.client.diagnostics()
-            level = LEVELS.get(found["health"], DiagnosticStatus.ERROR)
+            health = int(Health[found["health"]])
         except LookupError as error:
-            found, level = {"reason": str(error)}, DiagnosticStatus.ERROR
+            found, health = {"reason": str(error)}, int(Health.LOST)
         found["oldest_command_cycles"], self.oldest = self.oldest, 0
-        status = DiagnosticStatus(
-            level=level,
-            name="ethercat_bus",
-            message=found["reason"],
-            hardware_id=self.parameters.bus_file,
-            values=[KeyValue(key=str(k), value=str(v)) for k, v in found.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self.get_clock().now().to_msg()
-        if self.listening:
-            self.publish_diagnostics(message)
+        self.found = found
+        lasting = {OF_HEALTH[health]: found["reason"]} if health in OF_HEALTH else {}
+        self.troubles.now(lasting, OF_HEALTH.values().__contains__)
+        if worst > health:
+            self.troubles.happened(OF_HEALTH[worst], "it is over")
         if not self.client.alive and not self.ended:
-            self.give_up("the bus process has ended, all axes are stopped: start the bench again")
+            self.give_up("bus_ended")
+
+    def numbers(self) -> dict[str, Any]:
+        return {"bus file": self.parameters.bus_file, **self.found}
 
     def aside(self, work: Callable[..., Any], *arguments: Any) -> Future:
         """Work that waits for the bus process, off the executor."""
@@ -192,7 +212,7 @@ class EthercatBus(BenchNode):
         return super().on_cleanup(state)
 
     def fall_silent(self) -> None:
-        """No image, no diagnostics any more."""
+        """No image any more."""
         if getattr(self, "listening", False):
             self.listening = False
             self.reader.join()

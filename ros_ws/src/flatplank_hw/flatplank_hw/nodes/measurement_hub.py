@@ -28,6 +28,8 @@ class MeasurementHubNode(BenchNode):
             self.parameters = parameters
 
     def connect(self) -> None:
+        self.told = 0
+        """channels whose saturation was told, as bits"""
         self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
         self.wheel.header.frame_id = "wheel_center"
         self.contact.header.frame_id = self.state.header.frame_id = "contact_point"
@@ -40,14 +42,26 @@ class MeasurementHubNode(BenchNode):
         self.serve(LoadParasiticFit, "~/load_parasitic_fit", self.on_load)
 
     def on_inputs(self, msg: BusInputs) -> None:
+        saturated = 0
         for inputs in convert.inputs_from_msg(msg):
             sample = self.hub.step(inputs)
+            saturated |= sample.saturated
         convert.hub_to_msg(sample, self.state)
         convert.wrench_to_msg(sample.contact, sample.stamp_ns, self.contact)
         convert.wrench_to_msg(sample.wheel, sample.stamp_ns, self.wheel)
         self.publish_contact(self.contact)
         self.publish_state(self.state)
         self.publish_wheel(self.wheel)
+        if saturated != self.told:
+            self.told = saturated
+            self.tell_saturation(saturated)
+
+    def tell_saturation(self, channels: int) -> None:
+        if channels:
+            names = [f"C{i + 1}" for i in range(convert.CHANNELS) if channels >> i & 1]
+            self.troubles.begin("saturated", ", ".join(names))
+        else:
+            self.troubles.end("saturated")
 
     def on_tare(self, _request, response):
         return answer(response, *self.hub.tare())

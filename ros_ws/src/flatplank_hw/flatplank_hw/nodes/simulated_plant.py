@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
@@ -16,6 +16,7 @@ from flatplank_hw.bus.pacing import PACES, Pacer
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.operator_services import OperatorServices
 from flatplank_hw.nodes.qos import STREAM
+from flatplank_hw.nodes.reporting import SHOWN
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.params import Params, param
 from flatplank_hw.plant import Plant, PlantConfig
@@ -51,6 +52,7 @@ class SimulatedPlant(BenchNode):
     """
 
     PARAMETERS = PlantParameters
+    OWNS_BUS = True
 
     def configure(self, p: PlantParameters) -> None:
         config = PlantConfig.load(
@@ -76,7 +78,8 @@ class SimulatedPlant(BenchNode):
         self.publish = self.speak(BusInputs, "/bus/inputs", STREAM, needed=True)
         self.publish_clock = self.speak(Clock, "/clock", 10)
         self.listen(BusOutputs, "/bus/outputs", self.on_command, STREAM)
-        self.publish_diagnostics = self.speak(DiagnosticArray, "/diagnostics", 10)
+        self.skipped, self.slow_at = 0, 0.0
+        """batches whose loss was told, and when [s]"""
         self.every(p.batch / p.rate_hz, self.on_tick)
         self.every(1.0, self.on_second)
         self.serve(Advance, "~/advance", self.on_advance)
@@ -95,25 +98,28 @@ class SimulatedPlant(BenchNode):
         if go_on:
             self.go()
 
-    def on_second(self) -> None:
+    def numbers(self) -> dict[str, Any]:
         """How well the graph keeps up."""
-        values = {
+        return {
             "cycle": self.cycle,
             "pace": self.pacer.pace,
             "skipped": self.pacer.skipped,
             "command age p99": percentile(self.ages, 0.99),
             "command age max": max((k for k, n in enumerate(self.ages) if n), default=0),
         }
-        late = self.pacer.skipped > 0
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
-            name="simulated_plant",
-            message="the computer is too slow for real time" if late else "",
-            values=[KeyValue(key=k, value=str(v)) for k, v in values.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self.message.header.stamp
-        self.publish_diagnostics(message)
+
+    def on_second(self) -> None:
+        pacer = self.pacer
+        if pacer.skipped > self.skipped:
+            self.skipped, self.slow_at = pacer.skipped, time.monotonic()
+            self.troubles.begin("too_slow", f"{pacer.skipped} batches left out so far")
+        elif time.monotonic() - self.slow_at > SHOWN:
+            self.troubles.end("too_slow")
+        if pacer.absent:
+            silent = ", ".join(AXES[axis] for axis in sorted(pacer.missing))
+            self.troubles.begin("drives_silent", silent)
+        else:
+            self.troubles.end("drives_silent")
 
     def release(self) -> None:
         """Tell those who wait for a cycle that it is over."""

@@ -7,12 +7,15 @@ import os
 import signal
 import sys
 import tempfile
+import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from inspect import iscoroutinefunction
 from typing import Any
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -24,6 +27,7 @@ from std_srvs.srv import Trigger
 
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
+from flatplank_hw.nodes.reporting import OF_NODES, Collector, Reporter, telling
 from flatplank_hw.params import SHELL_KEYS
 from flatplank_hw.parent import end_with_parent, tell_started
 from flatplank_hw.realtime import prepare_threads
@@ -32,6 +36,9 @@ ENDING = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_AT_SIGNALS = 0.1
 """a node that hears nothing looks so often whether it shall end [s]"""
+
+TO_COME, TO_COME_BACK = 30.0, 3.0
+"""whoever is needed on a topic is missed after so long: at the start, later [s]"""
 
 
 class BenchNode(LifecycleNode):
@@ -45,6 +52,9 @@ class BenchNode(LifecycleNode):
     """
 
     PARAMETERS: type
+
+    OWNS_BUS = False
+    """makes /diagnostics of what all nodes say; without such a node each says it there itself"""
 
     ended = False
     """the node cannot go on and ends with exit code 1"""
@@ -63,6 +73,9 @@ class BenchNode(LifecycleNode):
             ),
         )
         self.add_on_set_parameters_callback(self._check)
+        self.troubles = Reporter(name, self.get_logger(), self._say_troubles)
+        self._collector = Collector()
+        self._say: Callable[[DiagnosticArray], None] | None = None
         self._links: list[tuple[Callable[[], int], str]] = []
         self._teardown: list[Callable[[], None]] = []
         self.create_service(Trigger, "~/connected", self._connected)
@@ -73,6 +86,10 @@ class BenchNode(LifecycleNode):
 
     def connect(self) -> None:
         """Make subscriptions, publishers and services with the helpers below."""
+
+    def numbers(self) -> Mapping[str, Any]:
+        """What /diagnostics shows beside the troubles."""
+        return {}
 
     # helpers
     def listen(
@@ -112,7 +129,9 @@ class BenchNode(LifecycleNode):
     def serve(self, srv_type: type, name: str, callback: Callable) -> None:
         # a coroutine that waits must not keep the others from being called
         group = ReentrantCallbackGroup() if iscoroutinefunction(callback) else None
-        service = self.create_service(srv_type, name, callback, callback_group=group)
+        full = name.replace("~", f"/{self.get_name()}", 1)
+        told = telling(self.troubles, full, callback)
+        service = self.create_service(srv_type, name, told, callback_group=group)
         self._teardown.append(lambda: self.destroy_service(service))
 
     def every(self, period: float, callback: Callable):
@@ -120,9 +139,9 @@ class BenchNode(LifecycleNode):
         self._teardown.append(lambda: self.destroy_timer(timer))
         return timer
 
-    def give_up(self, reason: str) -> None:
+    def give_up(self, trouble: str) -> None:
         """End: what the node stands for is gone and does not come back by itself."""
-        self.get_logger().error(reason)
+        self.troubles.begin(trouble)
         self.ended = True
 
     # life cycle
@@ -137,6 +156,7 @@ class BenchNode(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state) -> TransitionCallbackReturn:
+        self._speak_of_troubles()
         self.connect()
         return super().on_activate(state)
 
@@ -144,6 +164,7 @@ class BenchNode(LifecycleNode):
         while self._teardown:
             self._teardown.pop()()
         self._links.clear()
+        self._say = None
         return super().on_deactivate(state)
 
     def _check(self, parameters) -> SetParametersResult:
@@ -162,8 +183,48 @@ class BenchNode(LifecycleNode):
                 "set them in the parameter file, or deactivate, clean up and configure again"
             )
 
+    # troubles
+    def _speak_of_troubles(self) -> None:
+        everybody = self.speak(DiagnosticArray, "/diagnostics", 10)
+        if self.OWNS_BUS:
+            self._say = everybody
+            hear = self._collector.hear
+            self.listen(DiagnosticArray, OF_NODES, hear, 100, needed=False)
+        else:
+            owner = self.speak(DiagnosticArray, OF_NODES, 10)
+            heard = partial(self.count_subscribers, OF_NODES)
+            self._say = lambda message: (owner if heard() else everybody)(message)
+        self._missed_from = time.monotonic() + TO_COME
+        self.every(1.0, self._look)
+
+    def _look(self) -> None:
+        """Once a second: who is missing, and a word on what is wrong."""
+        missing, now = self._missing(), time.monotonic()
+        if not missing:
+            self._missed_from = now + TO_COME_BACK
+            self.troubles.end("unconnected")
+        elif now > self._missed_from:
+            self.troubles.begin("unconnected", "nobody on " + ", ".join(missing))
+        for name, silent in self._collector.silent().items():
+            if silent:
+                self.troubles.begin("node_silent", name, of=name)
+            else:
+                self.troubles.end("node_silent", of=name)
+        self._say_troubles()
+
+    def _say_troubles(self) -> None:
+        if self._say is None:
+            return
+        own = self.troubles.status(self.numbers())
+        message = DiagnosticArray(status=[own, *self._collector.statuses()])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._say(message)
+
+    def _missing(self) -> list[str]:
+        return sorted({topic for count, topic in self._links if count() == 0})
+
     def _connected(self, _request, response):
-        missing = sorted({topic for count, topic in self._links if count() == 0})
+        missing = self._missing()
         response.success = not missing
         response.message = "" if response.success else "nobody on " + ", ".join(missing)
         return response

@@ -19,6 +19,7 @@ from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.troubles.drive import DRIVE
 from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
 from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue
@@ -43,6 +44,7 @@ class DriveNode(BenchNode):
         self.joints.name = [axis]
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
         self.said = ""
+        self.told: tuple[int, int, bool] | None = None
         self.publish = self.speak(BusOutputs, "/bus/outputs", STREAM, needed=True)
         self.publish_status = self.speak(DriveStatus, "~/status", STREAM)
         self.publish_joints = self.speak(JointState, "~/joint_states", STREAM)
@@ -107,6 +109,10 @@ class DriveNode(BenchNode):
         self.publish_joints(joints)
         if self.drive.mode != self.said:
             self.say_mode(self.drive.mode)
+        seen = (sample.stop_reason, sample.error_code, self.drive.drags)
+        if seen != self.told:
+            self.told = seen
+            self.troubles.now(self.drive.troubles, DRIVE.__contains__)
 
     def say_mode(self, mode: str) -> None:
         """The sources work only in their own mode; a reference is waited for only then."""

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arguments and ends of `ros2 launch`, in plain words; the launch file only hands them on."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from flatplank_control.bench.node_specs import DRIVEN
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import book_for
+from flatplank_hw.bus.pacing import PACES
+from flatplank_hw.params import nearest
+from flatplank_hw.plant import PlantConfig
+from flatplank_hw.share import config_file
+from flatplank_hw.troubles import TROUBLES
+
+
+class LaunchError(ValueError):
+    """An argument that cannot be used: which, what, what to do, in one line."""
+
+
+class Argument(NamedTuple):
+    """One argument of the launch file."""
+
+    default: str
+    text: str
+    choices: tuple[str, ...] = ()
+
+
+ARGUMENTS = {
+    "sim": Argument("false", "true: simulated plant instead of the bus", ("true", "false")),
+    "tire": Argument("toyo", "simulated tire: toyo, continental, michelin, racing or a file"),
+    "preset": Argument("", "defects of the simulated machine, for instance thesis2023"),
+    "seed": Argument("1", "of the simulated plant"),
+    "pace": Argument("realtime", "of the simulated plant's bench time", PACES),
+    "rate_hz": Argument("250", "bus rate [Hz], 50 to 1000"),
+    "batch": Argument("1", "bus cycles per message"),
+    "interface": Argument("", "network interface of the bus, in the lab"),
+    "bus": Argument("", "bus file of the EtherCAT bus; empty: ours, with placeholders"),
+    "data": Argument("data", "folder for the bags"),
+    "calibration": Argument("", "book of the calibrations; empty: of data, else the one here"),
+    "axes": Argument("", f"driven beside the wheel, of {','.join(DRIVEN)}"),
+}
+
+
+def refuse_unknown(command_line: Sequence[str]) -> None:
+    """LaunchError for a `name:=value` that no argument has; launch itself takes them silently."""
+    for word in command_line:
+        name, is_argument, _ = word.partition(":=")
+        if is_argument and name not in ARGUMENTS:
+            raise LaunchError(f"unknown argument '{name}'{nearest(name, ARGUMENTS)}")
+
+
+def setup_of(value: Mapping[str, str]) -> BenchSetup:
+    """The bench that the arguments ask for."""
+    for name, argument in ARGUMENTS.items():
+        if argument.choices:
+            _one_of(name, value[name], argument.choices)
+    sim = value["sim"] == "true"
+    if not sim and not value["interface"]:
+        raise LaunchError(
+            "sim is false and interface is empty: say interface:=NAME in the lab (`ip link` lists "
+            "them), or sim:=true without the machine"
+        )
+    setup = BenchSetup(
+        kind="sim" if sim else "lab",
+        tire=value["tire"],
+        preset=value["preset"],
+        seed=_number("seed", value["seed"], 0, 2**31 - 1),
+        pace=value["pace"],
+        rate_hz=_number("rate_hz", value["rate_hz"], 50, 1000),
+        batch=_number("batch", value["batch"], 1, 50),
+        interface=value["interface"],
+        bus_file=_bus(value["bus"]),
+        data=_folder(value["data"]),
+        calibration=_book(value["calibration"], value["data"]),
+        axes=_axes(value["axes"]),
+    )
+    if sim:
+        _plant(setup)
+    return setup
+
+
+def why_ended(name: str, code: int) -> str:
+    """Of a node whose end is that of the bench."""
+    how = f"exit code {code}"
+    if code < 0:
+        how = f"ended by {signal.Signals(-code).name}"
+    return TROUBLES["node_ended"].line(f"{name}, {how}")
+
+
+def _one_of(name: str, value: str, known: Collection[str]) -> None:
+    if value not in known:
+        raise LaunchError(f"{name}:={value}: must be one of {', '.join(known)}")
+
+
+def _number(name: str, value: str, low: int, high: int) -> int:
+    try:
+        number = int(value)
+    except ValueError:
+        raise LaunchError(f"{name}:={value}: must be a whole number") from None
+    if not low <= number <= high:
+        raise LaunchError(f"{name}:={value}: must be within {low} .. {high}")
+    return number
+
+
+def _axes(value: str) -> tuple[str, ...]:
+    axes = tuple(word.strip() for word in value.split(",") if word.strip())
+    for axis in axes:
+        if axis not in DRIVEN:
+            raise LaunchError(f"axes:={value}: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
+    return axes
+
+
+def _bus(value: str) -> str:
+    if (
+        value
+        and not config_file("flatplank_hw", f"bus/{value}.yaml")
+        and not Path(value).is_file()
+    ):
+        raise LaunchError(f"bus:={value}: no such bus file; give a path, or leave it empty")
+    return value
+
+
+def _book(value: str, data: str) -> str:
+    if value and not Path(value).is_file():
+        raise LaunchError(
+            f"calibration:={value}: no such file; `flatplank calibrate` makes a book"
+        )
+    return value or str(book_for(Path(data)).path)
+
+
+def _folder(value: str) -> str:
+    if Path(value).expanduser().is_file():
+        raise LaunchError(f"data:={value}: is a file; give a folder")
+    return value
+
+
+def _plant(setup: BenchSetup) -> None:
+    """Tire and defects are there."""
+    try:
+        PlantConfig.load(setup.tire, preset=setup.preset or None)
+    except (ValueError, OSError) as error:
+        raise LaunchError(" ".join(str(error).split())) from None

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A measurement ends when the wheel is stopped on the way, with plank and bag in order."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from flatplank_control.bench.log import BagLog
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.twin import Twin
+from flatplank_control.bench.twin_bench import TwinBench
+from flatplank_control.recording.run_record import load_record
+from flatplank_control.runner import steps as S
+from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.performing import StopWatch
+from flatplank_control.runner.plans import plan_of
+from flatplank_hw.drive.safety import LEFT_OPERATION, QUICK_STOP, RULES
+from flatplank_hw.samples import DriveSample
+from flatplank_hw.troubles import TROUBLES
+
+RUN = Measurement(kappa=0.05, step_position=0.3, end_position=2.0)
+
+
+def sample(reason: int) -> DriveSample:
+    return DriveSample(*(0,) * 10, reason, 0)
+
+
+def test_a_new_stop_ends_the_plan_and_an_old_one_does_not():
+    watch = StopWatch()
+    for reason in (QUICK_STOP, QUICK_STOP, 0, RULES["plank_stands"].code, 0):
+        watch.look(sample(reason))
+    with pytest.raises(S.PlanFailed, match=TROUBLES["left_operation"].text):
+        watch.look(sample(LEFT_OPERATION))
+    watch.look(sample(LEFT_OPERATION))
+
+
+@pytest.mark.parametrize("axes", [(), ("plank",)])
+def test_the_plank_stops_with_the_wheel_in_the_midst_of_a_run(tmp_path: Path, axes):
+    twin = Twin(BenchSetup(pace="hold", axes=axes))
+    bench = TwinBench(twin, BagLog(tmp_path))
+    positions: list[float] = []
+    stopped_at: list[float] = []
+    cycle = twin.cycle
+
+    def watched():
+        made = cycle()
+        positions.append(made.encoders.plank_position)
+        recording = len(positions) > 2 and bench._recording
+        if recording and made.encoders.plank_position > 0.5 and not stopped_at:
+            stopped_at.append(made.encoders.plank_position)
+            twin.drive.quick_stop()
+        return made
+
+    twin.cycle = watched
+    with pytest.raises(S.PlanFailed, match="the wheel was stopped: quick stop was asked for"):
+        bench.perform(plan_of(RUN))
+    bench.advance(250)
+    moved = positions[-1] - stopped_at[0]
+    assert 0.0 < moved < 0.02, "the plank has stopped, far from the end at 2 m"
+    assert abs(positions[-1] - positions[-50]) < 1e-4
+    record = load_record(bench.kept[0])
+    assert record.status == "stopped" and "quick stop was asked for" in record.stop_reason
+
+
+def test_the_driven_plank_stops_by_itself_before_anybody_looks(tmp_path: Path):
+    """The rule of its own drive; no plan is needed for it."""
+    twin = Twin(BenchSetup(pace="hold", axes=("plank",)))
+    bench = TwinBench(twin, BagLog(tmp_path))
+    plan = plan_of(RUN)
+    going = itertools.takewhile(
+        lambda s: not (isinstance(s, S.Wait) and s.what.startswith("the plank is at 2")), plan
+    )
+    for step in going:
+        bench._do[type(step)](step)
+    bench.advance(1000)
+    before = twin.latest.encoders.plank_position
+    twin.drive.quick_stop()
+    bench.advance(100)
+    plank = twin.axes["plank"].sample
+    assert plank.stop_reason == RULES["wheel_stopped"].code
+    assert not twin.latest.encoders.plank_moving
+    assert twin.latest.encoders.plank_position - before < 0.01
+    assert not twin.drive.troubles.get("drag")
+    bench._stop_record(S.StopRecord("stopped"))
