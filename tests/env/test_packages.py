@@ -115,7 +115,7 @@ def test_every_pip_import_is_required(package: str) -> None:
     values = setup_values(package)
     extras = [name for names in values.get("extras_require", {}).values() for name in names]
     required = {re.split(r"[\[<>=; ]", name)[0] for name in [*values["install_requires"], *extras]}
-    listed = _inputs("runtime.in")
+    listed = _inputs("runtime.in") | _inputs("panel.in")
     known = set(sys.stdlib_module_names) | _ros_modules() | set(PACKAGES)
     pip = {DISTRIBUTIONS.get(name, name) for name in imported_modules(package) - known}
     assert pip <= required
