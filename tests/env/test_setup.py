@@ -40,7 +40,7 @@ def failed_in_one_line(done: subprocess.CompletedProcess) -> str:
 
 
 def venv_of_another_folder(folder: Path) -> Path:
-    """A .venv as it comes along when a folder is copied: its own Python, another folder's stamp."""
+    """A .venv as it comes with a copied folder: its own Python, another folder's stamp."""
     venv = folder / ".venv"
     (venv / "bin").mkdir(parents=True)
     (venv / "bin" / "python").symlink_to(os.path.realpath(sys.executable))
