@@ -5,6 +5,7 @@ caches, `warm.py modules` leaves the byte code of what bench and demo import.
 
 from __future__ import annotations
 
+import compileall
 import sys
 from importlib import import_module
 
@@ -16,6 +17,7 @@ def kernels() -> None:
 
     Plant(PlantConfig.load("toyo"), seed=1, rate_hz=250).step()
     compile_all()
+    write_byte_code()
 
 
 def modules() -> None:
@@ -24,8 +26,17 @@ def modules() -> None:
 
     for node in BenchSetup().nodes():
         import_module(f"{node.package}.nodes.{node.executable}")
-    for name in ("cli.demo", "nodes.client"):
-        import_module(f"flatplank_control.{name}")
+    for name in ("flatplank_control.cli.demo", "flatplank_control.nodes.client"):
+        import_module(name)
+    write_byte_code()
+
+
+def write_byte_code() -> None:
+    """Of every module that was imported, also where PYTHONDONTWRITEBYTECODE is set."""
+    for module in list(sys.modules.values()):
+        source = getattr(module, "__file__", None)
+        if source and source.endswith(".py"):
+            compileall.compile_file(source, quiet=2)
 
 
 if __name__ == "__main__":

@@ -41,6 +41,8 @@ class Start:
 
     def __init__(self, names: Collection[str], now: float, stall_s: float = STALL_TIMEOUT_S):
         """`now`: wall clock [s], as in all methods."""
+        self.up_at: dict[str, float] = {}
+        """when the nodes that are up were first heard to be [s]"""
         self._lacks: dict[str, str | None] = dict.fromkeys(names)
         self._cpu = dict.fromkeys(names, 0.0)
         self._progress_at = now
@@ -51,6 +53,8 @@ class Start:
         if self._lacks[name] != lacks:
             self._lacks[name] = lacks
             self._progress_at = now
+            if not lacks:
+                self.up_at[name] = now
 
     @property
     def missing(self) -> list[str]:

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-PARTS = ("margins", "twin", "lockstep", "realtime", "ethercat", "panel")
+PARTS = ("margins", "twin", "lockstep", "realtime", "ethercat", "start", "panel")
 
 
 def main(argv: list[str]) -> int:
@@ -17,13 +17,17 @@ def main(argv: list[str]) -> int:
     p = argparse.ArgumentParser(prog="flatplank bench-speed", description=__doc__)
     p.add_argument("parts", nargs="*", help=f"some of {', '.join(PARTS)}; default: all")
     p.add_argument("--minutes", type=float, help="how long the pages are watched; default: 2")
+    p.add_argument("--write", action="store_true", help="the table of start into docs/start.md")
     o = p.parse_args(argv)
     for part in o.parts:
         if part not in PARTS:
             p.error(f"unknown part '{part}'; known are {', '.join(PARTS)}")
     if o.minutes is not None and o.minutes < 1.0:
         p.error(f"--minutes is {o.minutes:g}; rates are taken over whole minutes: give 1 or more")
-    words = {"panel": [] if o.minutes is None else [f"{o.minutes:g}"]}
+    words = {
+        "panel": [] if o.minutes is None else [f"{o.minutes:g}"],
+        "start": ["--write"] if o.write else [],
+    }
     folder = Path(os.environ.get("FLATPLANK_ROOT", ".")) / "benchmarks"
     failed = False
     for part in o.parts or PARTS:

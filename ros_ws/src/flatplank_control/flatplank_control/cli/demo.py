@@ -6,7 +6,6 @@ effect.
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
 from flatplank_control.demo import discover, evaluate, measure
@@ -25,7 +24,6 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     """Exit code 0: everything was made; the last lines say what was found and where it is."""
     o = parser().parse_args(argv)
-    begin = time.monotonic()
     out = o.out.resolve()
     teller = Teller(steps=6)
     campaign = out / "campaign"
@@ -40,7 +38,6 @@ def main(argv: list[str]) -> int:
             *challenge,
             f"report:   {page}",
             f"bags:     {campaign}",
-            f"time:     {time.monotonic() - begin:.0f} s",
         ]
     )
     return 0

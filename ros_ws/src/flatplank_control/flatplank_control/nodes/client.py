@@ -78,12 +78,12 @@ class BenchClient:
         nodes: BenchProcesses | Iterable[str],
         timeout: float = STALL_TIMEOUT_S,
         say: Say = lambda _text: None,
-    ) -> None:
+    ) -> dict[str, float]:
         """Until every node says that its topics have somebody at the other end.
 
         Of a bench that was started here, it is known whether a node still gets on; BenchError says
         which one has ended or hangs. `timeout`: longest time without any progress [s]. `say` gets
-        how many are up, whenever that changes.
+        how many are up, whenever that changes. Returns when each was (time.monotonic) [s].
         """
         ours = nodes if isinstance(nodes, BenchProcesses) else None
         start = Start(list(ours.running if ours else nodes), time.monotonic(), timeout)
@@ -96,12 +96,13 @@ class BenchClient:
                 said = str(start)
                 say(said)
             if not start.missing:
-                return
+                break
             if ours and (reason := ours.why_ended()):
                 raise BenchError(f"{reason}; {start}")
             if reason := start.hopeless(ours.vitals() if ours else {}, time.monotonic()):
                 raise BenchError(reason)
             self.spin(LISTEN)
+        return start.up_at
 
     def _ask_connected(self, name: str, asked: dict[str, Any], start: Start) -> None:
         """Ask a node that is there, hear its answer, ask again when it went astray."""

@@ -11,6 +11,7 @@ import hashlib
 import os
 import shutil
 from collections.abc import Callable
+from importlib.util import cache_from_source
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +29,11 @@ def _source_stamp() -> str:
 
 
 def _cache_folder() -> Path | None:
-    """Beside the sources when they may be written, else in the user's cache; None: nowhere."""
+    """Beside the byte code when that may be written, else in the user's cache; None: nowhere."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     name = f"kernels-{_source_stamp()}"
-    for root in (_FOLDER / "__pycache__", Path(home) / "flatplank"):
+    byte_code = Path(cache_from_source(__file__)).parent
+    for root in (byte_code, Path(home) / "flatplank"):
         try:
             (root / name).mkdir(parents=True, exist_ok=True)
         except OSError:

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The set-up of a checkout: its own failures are one line, and a copied folder does not break."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LEFT_OUT = (".venv", ".cache", ".git", "build", "install", "log", "demo", "__pycache__")
+
+
+@pytest.fixture
+def copied(tmp_path: Path) -> Path:
+    """The checkout without what the set-up has made."""
+    copy = tmp_path / "copy"
+    shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*LEFT_OUT, ".*_cache", "docs"))
+    return copy
+
+
+def start(folder: Path, *arguments: str, **variables: str) -> subprocess.CompletedProcess:
+    env = {k: v for k, v in os.environ.items() if not k.startswith(("PIP_", "UV_"))} | variables
+    return subprocess.run(
+        [folder / "flatplank", *arguments], capture_output=True, text=True, env=env, timeout=110
+    )
+
+
+def failed_in_one_line(done: subprocess.CompletedProcess) -> str:
+    """The last line of a set-up that failed; what is before it is progress."""
+    assert done.returncode == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert all(line.startswith("flatplank: ") for line in lines)
+    return lines[-1]
+
+
+def venv_of_another_folder(folder: Path) -> Path:
+    """A .venv as it comes with a copied folder: its own Python, another folder's stamp."""
+    venv = folder / ".venv"
+    (venv / "bin").mkdir(parents=True)
+    (venv / "bin" / "python").symlink_to(os.path.realpath(sys.executable))
+    (venv / "flatplank.begun").write_text("of another folder")
+    return venv
+
+
+NOTHING_TO_REACH = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "0",
+                    "PIP_CONFIG_FILE": os.devnull, "PIP_NO_CACHE_DIR": "1"}  # fmt: skip
+
+
+@pytest.mark.parametrize("verb", ["doctor", "demo"])
+def test_a_copied_folder_is_made_anew_by_the_python_behind_its_own(
+    copied: Path, verb: str
+) -> None:
+    venv_of_another_folder(copied)
+    done = start(copied, verb, **NOTHING_TO_REACH)
+    assert "this folder was copied or moved" in done.stderr
+    assert "pip" in failed_in_one_line(done) or "index" in failed_in_one_line(done)
+    assert (copied / ".venv" / "pyvenv.cfg").exists(), "a .venv of its own"
+
+
+def test_a_linked_environment_of_another_folder_is_left_alone(
+    copied: Path, tmp_path: Path
+) -> None:
+    other = venv_of_another_folder(tmp_path / "other")
+    (copied / ".venv").symlink_to(other)
+    failed_in_one_line(start(copied, "doctor", **NOTHING_TO_REACH))
+    assert (other / "flatplank.begun").read_text() == "of another folder"
+    assert not (copied / ".venv").is_symlink()
+
+
+def test_no_network_is_one_line_and_says_so(copied: Path) -> None:
+    line = failed_in_one_line(start(copied, "doctor", **NOTHING_TO_REACH))
+    assert "package index cannot be reached: connect the network and start again" in line
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(copied: Path) -> None:
+    (copied / ".cache").write_text("a file where the set-up wants a folder")
+    line = failed_in_one_line(start(copied, "demo"))
+    assert ".cache" in line and "must be writable" in line
+
+
+def test_a_full_disk_is_one_line(copied: Path) -> None:
+    command = f"ulimit -f 0; exec {copied}/flatplank doctor"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=110)
+    failed_in_one_line(done)
+
+
+def test_without_a_compiler_all_but_the_messages_is_built(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "tools" / "setup"))
+    import workspace
+
+    monkeypatch.setattr(workspace, "missing_for_build", lambda: ["g++", "cmake"])
+    stale = ["flatplank_hw", "flatplank_msgs"]
+    assert workspace.without_compiler(stale) == ["flatplank_hw"]
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no g++, cmake: flatplank_msgs is not built" in line
+
+
+def test_the_sections_of_the_lock_are_those_that_the_set_up_asks_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "tools" / "setup"))
+    import virtual
+
+    asked = {*virtual.FIRST, *(name for names in virtual.MORE.values() for name in names)}
+    headers = [s for s in virtual.LOCK.read_text().splitlines()[1:] if s.startswith("# ")]
+    assert {header[2:].partition(":")[0] for header in headers} == asked
+    assert any(line.startswith("numpy==") for line in virtual.locked("main"))
+    assert any(line.startswith("uv==") for line in virtual.locked("workspace"))
+    assert not any(line.startswith("nicegui") for line in virtual.locked("main"))
