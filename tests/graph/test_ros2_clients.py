@@ -35,6 +35,11 @@ pytestmark = [
     ),
 ]
 ROS2 = [sys.executable, "-c", "import sys; from ros2cli.cli import main; sys.exit(main())"]
+ALONE = ("--no-daemon", "--spin-time", "10")
+"""no process is left behind; the graph is looked for so long [s]"""
+ECHO = ("topic", "echo", "--no-daemon", "--once")
+STATUS = (*ECHO, "/wheel_drive/status", "flatplank_msgs/msg/DriveStatus")
+DIAGNOSTICS = (*ECHO, "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
 PATIENCE = 120.0
 """[s]"""
 
@@ -93,14 +98,16 @@ def test_a_wrong_launch_argument_starts_nothing(tmp_path, argument, reason):
 def test_a_launch_tells_its_troubles_and_ends_with_a_node(tmp_path):
     with launched(tmp_path, "sim:=true", f"data:={tmp_path}") as (process, terminal, environment):
         recorder = int(re.search(r"\d+$", until(terminal, r"recorder-\d+\]: .*pid \[\d+"))[0])
-        tell(environment, "topic", "echo", "--once", "/wheel_drive/status")
+        tell(environment, *STATUS)
         tell(environment, "service", "call", "/wheel_drive/quick_stop", "std_srvs/srv/Trigger")
-        said = tell(environment, "topic", "echo", "--once", "/diagnostics")
+        said = tell(environment, *DIAGNOSTICS)
         assert TROUBLES["quick_stop"].text in said.replace("\n", " ")
         until(terminal, TROUBLES["quick_stop"].text)
         dump = tmp_path / "hub.yaml"
-        dump.write_text(tell(environment, "param", "dump", "/measurement_hub"), encoding="utf-8")
-        loaded = tell(environment, "param", "load", "/measurement_hub", str(dump))
+        dump.write_text(
+            tell(environment, "param", "dump", "/measurement_hub", *ALONE), encoding="utf-8"
+        )
+        loaded = tell(environment, "param", "load", "/measurement_hub", str(dump), *ALONE)
         failed = [line for line in loaded.splitlines() if "failed" in line]
         assert all("read-only" in line for line in failed), failed
         os.kill(recorder, signal.SIGKILL)
@@ -112,7 +119,7 @@ def test_a_launch_tells_its_troubles_and_ends_with_a_node(tmp_path):
 
 def test_ctrl_c_of_a_launch_is_no_trouble(tmp_path):
     with launched(tmp_path, "sim:=true", f"data:={tmp_path}") as (process, terminal, environment):
-        tell(environment, "topic", "echo", "--once", "/wheel_drive/status")
+        tell(environment, *STATUS)
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 0
         text = terminal.read_text(encoding="utf-8")
