@@ -13,6 +13,8 @@ BASE = "contact_patch"
 LEAST_LOAD = 5.0
 """[N] root mean square of the load within a run below which it does not matter who feels it"""
 
+START_ROLLING = 0.3
+"""[m] of free rolling before a step that tell how fast the wheel turned"""
 SIDE_SLIP = 5e-3
 """[rad] of side slip at which both directions share the friction"""
 
@@ -20,6 +22,21 @@ SIDE_SLIP = 5e-3
 def moving_load(load: np.ndarray) -> float:
     """Root mean square of the load (runs, samples) about the mean of each run [N]."""
     return float(np.sqrt(np.mean((load - load.mean(axis=1, keepdims=True)) ** 2)))
+
+
+def along_plank(data: TireRuns) -> float:
+    """-1 when the wheel of a steered run turns with the speed of the plank, 0 when with the part
+    of it in the wheel plane; the run rolls freely before the step."""
+    free = (data.since_step < -0.01) & (data.position > 0.5 * START_ROLLING)
+    free &= data.since_step.max() > 0.0
+    gone = np.where(free, data.travel, 0.0).sum(axis=1)
+    turned = np.where(free, data.turned, 0.0).sum(axis=1) * data.radius
+    good = (gone > START_ROLLING) & (np.abs(data.alpha) > SIDE_SLIP)
+    if not good.any():
+        return 0.0
+    short = 1.0 - turned[good] / gone[good]
+    lost = 1.0 - np.cos(data.alpha[good])
+    return 0.0 if float(short @ lost) > 0.5 * float(lost @ lost) else -1.0
 
 
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
@@ -35,12 +52,13 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
         "three loads": len(set(np.round(data.nominal / load, 1))) > 2,
         "pressure": np.ptp(data.pressure) > 0.02,
     }
-    known = _parameters(load, turned=turned)
+    known = _parameters(load, turned, along_plank(data) if turned else 0.0)
     return tuple(p for need, p in known if shown[need])
 
 
-def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
-    """All parameters, each with what a campaign must show; `turned`: with side slip."""
+def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str, Parameter]]:
+    """All parameters, each with what a campaign must show; `turned`: with side slip;
+    along: `along_plank`."""
     half = 0.07 * np.sqrt(load / 3700.0)
     prior = np.inf if turned else 6.0 * load
     # where both directions are loaded, a row of bristles is the better start
@@ -77,7 +95,8 @@ def _parameters(load: float, turned: bool) -> list[tuple[str, Parameter]]:
         Parameter("swing", "1", 0.4, 0.0, 1.0, 0.2, prior=0.3),
         Parameter("rotate", "1", 0.1, 0.0, 0.5, 0.05, prior=0.1),
         Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
-        Parameter("slip_turned", "1", 0.0, -3.0, 3.0, 0.3, prior=1.0),
+        # which of the two is what the wheel ran by; no effect is hidden behind what is left
+        Parameter("slip_turned", "1", along, -3.0, 3.0, 0.1, prior=0.05, known=True),
     ]
     return [
         *(("always", p) for p in always),
