@@ -119,7 +119,7 @@ def test_every_pip_import_is_required(package: str) -> None:
     values = setup_values(package)
     extras = [n for e, names in values["extras_require"].items() if e != "test" for n in names]
     required = {re.split(r"[\[<>=; ]", name)[0] for name in [*values["install_requires"], *extras]}
-    listed = _inputs("runtime.in")
+    listed = _inputs("runtime.in") | _inputs("panel.in")
     known = set(sys.stdlib_module_names) | _ros_modules() | set(PACKAGES)
     pip = {DISTRIBUTIONS.get(name, name) for name in imported_modules(package) - known}
     assert pip <= required
