@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which tests need one package only: those that `colcon test` runs in the folder of that package.
 
-A test needs what it imports, and what the helpers beside it import.
+A plug-in of pytest for the conftest.py of the packages. A test needs what it imports, and what the
+helpers beside it import.
 """
 
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -54,14 +56,23 @@ def _imported(file: Path) -> Iterator[str]:
             yield node.module.split(".")[0]
 
 
-def choose(config: pytest.Config, package: str) -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Collect the tests of a package when its folder was asked for as a whole."""
-    if config.args == [str(config.invocation_params.dir)]:
-        config.args = [str(file) for file in own_tests(package)]
+    here = config.invocation_params.dir
+    if config.args == [str(here)]:
+        config.args = [str(file) for file in own_tests(here.name)]
 
 
-def where_the_others_are(package: str) -> str:
-    return (
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED  # nothing tested is not green
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Where the other tests are; on stderr, which colcon shows."""
+    package = config.invocation_params.dir.name
+    print(
         f"{len(own_tests(package))} files of tests need {package} only; those that need several "
-        f"packages, nodes or a browser: ./flatplank test in {TESTS.parent}"
+        f"packages, nodes or a browser: ./flatplank test in {TESTS.parent}",
+        file=sys.stderr,
     )
