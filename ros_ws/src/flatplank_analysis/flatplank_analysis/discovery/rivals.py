@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from flatplank_analysis.discovery.decide import Decision, at_edge
+from flatplank_analysis.discovery.decide import SHARE, Decision, at_edge
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.screen import (
@@ -62,9 +62,13 @@ class Rival:
         return self.term.effect.identifier
 
 
-def indifferent(decision: Decision) -> float:
-    """Difference of two sums of squares that is no evidence between two effects."""
-    return max(EVIDENCE * max(decision.dispersion, 1.0), ALIKE * decision.drop)
+def indifferent(decision: Decision, explained: float = 0.0) -> float:
+    """Difference of two sums of squares that is no evidence between two effects.
+
+    explained: by all effects together; less than the share of it that makes an effect is none.
+    """
+    evidence = EVIDENCE * max(decision.dispersion, 1.0)
+    return max(evidence, ALIKE * decision.drop, SHARE * explained)
 
 
 def suspects(model: Model, state: State, screen: Screen, decision: Decision) -> Iterator[Suspect]:
@@ -90,7 +94,12 @@ def _looks_like(screen: Screen, mine: Screened, other: Screened) -> bool:
 
 
 def rivals(
-    fitter: Fitter, state: State, index: int, decision: Decision, tried: Sequence[Suspect]
+    fitter: Fitter,
+    state: State,
+    index: int,
+    decision: Decision,
+    tried: Sequence[Suspect],
+    explained: float,
 ) -> tuple[Rival, ...]:
     """The suspects of effect `index` after a refit in its place, the likeliest first."""
     present = {t.effect for t in state.fit.terms}
@@ -102,6 +111,6 @@ def rivals(
         found = state.settle(fitter.grown(less, suspect.start), JACOBIANS)
         term, excess = found.fit.terms[-1], found.chi2 - state.whitened.chi2
         small = abs(term.size) < term.effect.main_parameter().matters
-        apart = excess > indifferent(decision) or small or at_edge(term)
+        apart = excess > indifferent(decision, explained) or small or at_edge(term)
         out.append(Rival(term, excess, suspect.near, apart))
     return tuple(sorted(out, key=lambda r: r.excess))

@@ -363,9 +363,10 @@ class _Searcher:
 
     def classed(self, step: Step) -> list[Found]:
         """The effects of a step, each with what could stand in for it."""
-        offset = len(self.options.terms)
+        offset, fitter = len(self.options.terms), self.fitter
+        explained = sum(f.decision.drop for f in step.found)
         return [
-            replace(f, rivals=rivals(self.fitter, step.state, i, f.decision, f.suspects))
+            replace(f, rivals=rivals(fitter, step.state, i, f.decision, f.suspects, explained))
             for i, f in enumerate(step.found, offset)
         ]
 
