@@ -51,11 +51,11 @@ def test_the_interval_holds_nine_of_ten():
 
 
 def test_the_interval_is_as_wide_as_the_repeats_scatter():
-    """0.06 from run to run, of which there are 24; the noise would say 0.0013."""
+    """0.07 from run to run, of which there are 24: 0.025; by the noise alone half of that."""
     sizes = 0.1 + np.tile([0.08, -0.04, -0.04], CONDITIONS)
     (found,) = searched(measured(17, (sizes, LONG.form)), LONG).last.found
     low, high = found.decision.interval
-    assert 0.012 < 0.5 * (high - low) < 0.04
+    assert 0.018 < 0.5 * (high - low) < 0.035
 
 
 def test_held_out_conditions_are_held_out():

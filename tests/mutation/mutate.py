@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import random
@@ -167,8 +168,8 @@ def sample(areas: Sequence[Area], count: int, seed: int) -> Iterator[tuple[Area,
             draw.shuffle(mutants)
         most = max(len(m) for m in order)
         queues.append([(area, m[i]) for i in range(most) for m in order if i < len(m)])
-    for i in range(count):
-        yield queues[i % len(queues)][i // len(queues)]
+    turns = itertools.chain.from_iterable(itertools.zip_longest(*queues))
+    yield from itertools.islice((pair for pair in turns if pair is not None), count)
 
 
 def known(journal: Path | None) -> dict[str, Result]:
