@@ -192,6 +192,8 @@ def _small_slip(nominal) -> dict[str, str]:
 def _statements(result: CampaignResult) -> list[str]:
     """What fits say they cannot know, each once."""
     out: dict[str, None] = {}
+    if result.record and result.tire and result.record.name != result.tire:
+        out[f"The tire record is of {result.record.name}, the runs are of {result.tire}."] = None
     if result.why_no_magic:
         out[f"No Magic Formula: {result.why_no_magic}."] = None
     if result.magic is not None:

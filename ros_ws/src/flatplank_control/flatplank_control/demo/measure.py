@@ -9,10 +9,11 @@ from pathlib import Path
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many
-from flatplank_control.bench.listing import write_campaign
+from flatplank_control.bench.listing import write_campaign, write_tire
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.demo.steps import Teller
+from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement
 
 LOOPBACK = {
@@ -67,3 +68,4 @@ def on_the_twin(folder: Path, seed: int, radius: float, jobs: int | None, teller
     teller.step(f"the other {len(runs)} slip steps on the twin, a bag each")
     setup = BenchSetup(pace="hold", seed=seed)
     simulate_many(runs, setup, folder, bags=True, jobs=jobs, progress=teller.count)
+    write_tire(folder, known_tires()[base.tire].record)
