@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs verbs in broken environments, each in a process forked from one that has loaded nothing.
+"""Runs verbs in broken environments, each in a fork of a process that has loaded all but ROS.
 
 `broken.py FOLDER`: reads [[verb, arguments, environment], ...] as JSON from stdin and prints
 [[exit code, stderr], ...]; an exit code of None: it had to be ended.
@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_analysis.cli.main import main
+from flatplank_analysis.cli.main import main, verbs
 
 PATIENCE_S = 100.0
 
@@ -47,7 +47,6 @@ BREAK: dict[str, Callable[[Path], None]] = {
 
 def run(verb: str, arguments: list[str], broken: str, folder: Path) -> tuple[int | None, str]:
     """Exit code and stderr of one verb."""
-    said = folder / "stderr"
     pipe, end = os.pipe()
     child = os.fork()
     if child == 0:
@@ -70,7 +69,6 @@ def run(verb: str, arguments: list[str], broken: str, folder: Path) -> tuple[int
     with os.fdopen(pipe, "rb") as stream:
         os.set_blocking(stream.fileno(), False)
         text = (stream.read() or b"").decode()
-    said.unlink(missing_ok=True)
     return code, text
 
 
@@ -88,5 +86,8 @@ def wait(child: int) -> int | None:
 
 
 if __name__ == "__main__":
+    for entry in verbs().values():
+        entry.load()
+    assert "rclpy" not in sys.modules, "it could not be broken any more"
     where = Path(sys.argv[1])
     print(json.dumps([run(*case, where) for case in json.load(sys.stdin)]))

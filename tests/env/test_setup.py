@@ -14,6 +14,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = (".venv", ".cache", ".git", "build", "install", "log", "demo", "__pycache__")
 
+pytestmark = pytest.mark.timeout(300)
+
 
 @pytest.fixture
 def copied(tmp_path: Path) -> Path:
@@ -26,7 +28,7 @@ def copied(tmp_path: Path) -> Path:
 def start(folder: Path, *arguments: str, **variables: str) -> subprocess.CompletedProcess:
     env = {k: v for k, v in os.environ.items() if not k.startswith(("PIP_", "UV_"))} | variables
     return subprocess.run(
-        [folder / "flatplank", *arguments], capture_output=True, text=True, env=env, timeout=110
+        [folder / "flatplank", *arguments], capture_output=True, text=True, env=env, timeout=280
     )
 
 
@@ -52,14 +54,11 @@ NOTHING_TO_REACH = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "0",
                     "PIP_CONFIG_FILE": os.devnull, "PIP_NO_CACHE_DIR": "1"}  # fmt: skip
 
 
-@pytest.mark.parametrize("verb", ["doctor", "demo"])
-def test_a_copied_folder_is_made_anew_by_the_python_behind_its_own(
-    copied: Path, verb: str
-) -> None:
+def test_a_copied_folder_is_made_anew_by_the_python_behind_its_own(copied: Path) -> None:
     venv_of_another_folder(copied)
-    done = start(copied, verb, **NOTHING_TO_REACH)
+    done = start(copied, "doctor", **NOTHING_TO_REACH)
     assert "this folder was copied or moved" in done.stderr
-    assert "pip" in failed_in_one_line(done) or "index" in failed_in_one_line(done)
+    assert "package index cannot be reached" in failed_in_one_line(done)
     assert (copied / ".venv" / "pyvenv.cfg").exists(), "a .venv of its own"
 
 
@@ -73,11 +72,6 @@ def test_a_linked_environment_of_another_folder_is_left_alone(
     assert not (copied / ".venv").is_symlink()
 
 
-def test_no_network_is_one_line_and_says_so(copied: Path) -> None:
-    line = failed_in_one_line(start(copied, "doctor", **NOTHING_TO_REACH))
-    assert "package index cannot be reached: connect the network and start again" in line
-
-
 def test_a_folder_that_cannot_be_written_is_one_line(copied: Path) -> None:
     (copied / ".cache").write_text("a file where the set-up wants a folder")
     line = failed_in_one_line(start(copied, "demo"))
@@ -86,7 +80,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(copied: Path) -> None:
 
 def test_a_full_disk_is_one_line(copied: Path) -> None:
     command = f"ulimit -f 0; exec {copied}/flatplank doctor"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=110)
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=280)
     failed_in_one_line(done)
 
 

@@ -30,13 +30,17 @@ LOCK = ROOT / "requirements" / ("lock-jazzy.txt" if HAS_JAZZY else "lock.txt")
 SYSTEM_PATH = ("/usr/local/bin", "/usr/bin", "/bin")
 NO_NETWORK = (
     r"name resolution|NewConnectionError|ProxyError|Network is unreachable|Read timed out"
-    r"|dns error|error sending request|Request failed after"
+    r"|Connection refused|from versions: none|Max retries exceeded|dns error|error sending request"
 )
 PATH_LIKE = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH")
 
 
 class SetupError(Exception):
     """One line for the user: what, where, what to do."""
+
+
+class NoNetworkError(SetupError):
+    """The package index cannot be reached."""
 
 
 def say(text: str) -> None:
@@ -78,7 +82,7 @@ def run(command: list[str], log: Path, env: dict[str, str] | None = None) -> Non
             command, stdout=out, stderr=out, stdin=subprocess.DEVNULL, env=env, cwd=WORKSPACE
         ).returncode
     if code:
-        raise SetupError(explain(log))
+        raise failure(log)
 
 
 def side_by_side(*jobs: Callable[[], object]) -> None:
@@ -106,15 +110,17 @@ def trace_of(error: BaseException) -> str:
     return path
 
 
-def explain(log: Path) -> str:
+def failure(log: Path) -> SetupError:
     """The line of a failed step's log that says why."""
     text = log.read_text(errors="replace")
     if re.search(NO_NETWORK, text):
-        return f"the package index cannot be reached: connect the network and start again ({log})"
+        return NoNetworkError(
+            f"the package index cannot be reached: connect the network and start again ({log})"
+        )
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     errors = [line for line in lines if re.search(r"error", line, re.IGNORECASE)]
     reason = (errors or lines or ["no output"])[0][:300]
-    return f"{log.stem} failed: {reason} (all of it: {log})"
+    return SetupError(f"{log.stem} failed: {reason} (all of it: {log})")
 
 
 @contextmanager

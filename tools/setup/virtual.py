@@ -12,7 +12,19 @@ import sys
 import sysconfig
 from pathlib import Path
 
-from common import CACHE, HAS_JAZZY, LOCK, ROOT, VENV, WORKSPACE, SetupError, Stamp, run, say
+from common import (
+    CACHE,
+    HAS_JAZZY,
+    LOCK,
+    ROOT,
+    VENV,
+    WORKSPACE,
+    NoNetworkError,
+    SetupError,
+    Stamp,
+    run,
+    say,
+)
 from system import install_system_packages
 
 PIP_OPTIONS = ["--no-deps", "--no-compile", "--progress-bar", "off", "--disable-pip-version-check"]
@@ -112,7 +124,11 @@ def install(section: str) -> None:
             (uv,) = [line for line in locked("workspace") if line.startswith("uv==")]
             run([*pip, uv], CACHE / "pip-uv.log", PIP_ENV)
         command = [str(VENV / "bin" / "uv"), "pip", "install", "--python", python, "--no-deps"]
+        # of the first sections warm.py compiles what is used, which is less
+        command += [] if section in FIRST else ["--compile-bytecode"]
         run([*command, "--quiet", "-r", str(wanted)], CACHE / f"uv-{section}.log", uv_env())
+    except NoNetworkError:
+        raise
     except SetupError as error:
         say(f"{error}; trying with pip")
         run([*pip, "-r", str(wanted)], CACHE / f"pip-{section}.log", PIP_ENV)

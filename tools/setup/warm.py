@@ -29,6 +29,8 @@ def modules() -> None:
     for name in ("flatplank_control.cli.demo", "flatplank_control.nodes.client"):
         import_module(name)
     write_byte_code()
+    for name in ("flatplank_hw", "flatplank_control", "flatplank_analysis"):
+        compileall.compile_dir(import_module(name).__path__[0], quiet=2)
 
 
 def write_byte_code() -> None:
