@@ -114,7 +114,19 @@ def write_run(
         message = hub(head, i, c["loaded_radius"], 0.0, c["fz"], True, 0)
         bag.write("/measurement_hub/state", "flatplank_msgs/msg/HubState", stamp, message)
         message = drive(
-            bag.header(stamp, "wheel"), i, 4, 0, 0.0, 0.0, c["motor_torque"], 0.0, 0.0, 0.0, 0, 0
+            bag.header(stamp, "wheel"),
+            i,
+            4,
+            0,
+            0.0,
+            0.0,
+            c["motor_torque"],
+            0.0,
+            0.0,
+            0.0,
+            0,
+            0,
+            "",
         )
         bag.write("/wheel_drive/status", "flatplank_msgs/msg/DriveStatus", stamp, message)
         if "slip_reference" in c:
