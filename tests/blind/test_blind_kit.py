@@ -158,7 +158,8 @@ def test_what_stands_around_an_effect_is_not_the_effect(world, name):
         assert 200.0 < np.ptp(plain["fz"]) < 400.0
         more = mixed["fx"] - plain["fx"]
         assert np.corrcoef(more, plain["fz"])[0, 1] > 0.99
-        assert 0.15 < np.ptp(more) / np.ptp(plain["fz"]) < 0.26
+        # the crosstalk of the other forms saturates: half of a quarter at least is left
+        assert 0.125 < np.ptp(more) / np.ptp(plain["fz"]) < 0.26
 
 
 @pytest.mark.parametrize("name", ["coloured", "trending", "measured"])

@@ -99,6 +99,7 @@ class TwinBench:
         self._wait(S.Wait(f"done: {prompt_of(step)}", condition_of(step), timeout, 0.2))
 
     def _plank(self, step: S.Plank) -> None:
+        self._stops.asked(step)
         if "plank" not in self.twin.axes:
             self.twin.plant.operator.plank(step.direction, step.fast, step.stop_at)
             return

@@ -227,6 +227,7 @@ class RosBench:
         await self._wait(S.Wait(f"done: {text}", condition_of(step), timeout, 0.2))
 
     async def _plank(self, step: S.Plank) -> None:
+        self._stops.asked(step)
         if self.driven_plank:
             for part in by_drive(step):
                 await self.do(part)

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from flatplank_control.runner.steps import PlanFailed, Snapshot, Wait
+import math
+
+from flatplank_control.runner.steps import Plank, PlanFailed, Snapshot, Wait
 from flatplank_hw.drive.safety import REASONS, STOPS, is_latched
 from flatplank_hw.samples import DriveSample
 from flatplank_hw.troubles import TROUBLES
@@ -14,18 +16,23 @@ CHUNK = 25
 
 class StopWatch:
     """Ends a plan when the wheel's drive is stopped on the way; a stop that was there before the
-    plan is the plan's to clear."""
+    plan is the plan's to clear, and a plank that the plan itself stops is no trouble."""
 
     def __init__(self) -> None:
         self._ran = False
+        self._plank_rests = True
+
+    def asked(self, step: Plank) -> None:
+        """The plan moves or stops the plank."""
+        self._plank_rests = step.direction == 0 or math.isfinite(step.stop_at)
 
     def look(self, drive: DriveSample) -> None:
         """One sample; PlanFailed with the reason of a new stop."""
         stopped = is_latched(drive.stop_reason)
         fresh, self._ran = stopped and self._ran, not stopped
-        if fresh:
-            trouble = TROUBLES[STOPS[drive.stop_reason]]
-            raise PlanFailed(f"the wheel was stopped: {trouble.line()}")
+        if not fresh or (self._plank_rests and STOPS[drive.stop_reason] == "plank_stopped"):
+            return
+        raise PlanFailed(f"the wheel was stopped: {TROUBLES[STOPS[drive.stop_reason]].line()}")
 
 
 class Patience:
