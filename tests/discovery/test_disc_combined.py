@@ -91,7 +91,7 @@ def test_without_side_slip_at_one_load_the_base_has_no_more_numbers_than_before(
     model = TireModel(from_tables(tables("plain", seed=3)[:6]))
     names = {p.name for p in model.parameters}
     assert not names & {"combine", "swing", "rotate", "grip_y", "slip_turned", "slip_load"}
-    assert len(names) == 17
+    assert len(names) == 18
 
 
 @pytest.mark.long
