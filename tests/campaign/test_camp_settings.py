@@ -69,7 +69,7 @@ def test_a_held_wheel_goes_back(tmp_path):
 
 
 def test_hub_and_road_share_the_camber(tmp_path):
-    m = Measurement(gamma_deg=5.0, wheel_camber_deg=3.0, step_position=0.2, end_position=0.3)
+    m = Measurement(gamma_deg=5.0, wheel_camber_deg=3.0, step_position=0.2, end_position=0.8)
     table, twin = measured(m, tmp_path)
     assert np.degrees(np.median(table["road_camber"])) == pytest.approx(2.0, abs=0.05)
     assert np.degrees(np.median(table["total_camber"])) == pytest.approx(5.0, abs=0.05)
@@ -77,7 +77,7 @@ def test_hub_and_road_share_the_camber(tmp_path):
 
 
 def test_a_start_between_the_usual_ones(tmp_path):
-    m = Measurement(start_angle_deg=60.0, step_position=0.2, end_position=0.3)
+    m = Measurement(start_angle_deg=60.0, step_position=0.2, end_position=0.8)
     table, twin = measured(m, tmp_path)
     assert np.degrees(table.info.start_angle) == pytest.approx(60.0)
     assert np.degrees(twin.latest.encoders.wheel_angle) > 60.0

@@ -168,8 +168,7 @@ class Measurement:
             return None
         if not hub:
             return "gamma_deg", (
-                f"gamma_deg is {self.gamma_deg:g}, must be within {low:g} .. {high:g}; "
-                "more with a part at the hub (wheel_camber_deg)"
+                f"gamma_deg is {self.gamma_deg:g}, must be within {low:g} .. {high:g}"
             )
         return "gamma_deg", (
             f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub: the road would tilt by "
