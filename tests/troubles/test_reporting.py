@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from flatplank_hw.nodes import reporting
 from flatplank_hw.nodes.reporting import Collector, Reporter, telling
 from flatplank_hw.troubles import TROUBLES
+from flatplank_hw.troubles.bus import OF_HEALTH
 from flatplank_hw.troubles.drive import DRIVE
 
 
@@ -70,12 +71,20 @@ def test_what_happened_is_shown_for_a_while_and_not_logged_again_meanwhile(node,
 
 def test_the_worst_is_first_and_other_kinds_stay(node):
     node.says.happened("refused", "/a: no")
-    node.says.now({"plank_stands": "", "drag": "Fz 3700 N"}, DRIVE.__contains__)
+    node.says.now({"plank_stands": "", "drag": "Fz 3700 N"}, DRIVE)
     status = node.says.status({})
     assert status.level == DiagnosticStatus.ERROR
     assert status.message.startswith(TROUBLES["drag"].text)
-    node.says.now({}, DRIVE.__contains__)
+    node.says.now({}, DRIVE)
     assert node.says.status({}).message == TROUBLES["refused"].line("/a: no")
+
+
+def test_the_health_of_the_bus_is_one_of_its_troubles_at_a_time(node):
+    for name in OF_HEALTH.values():
+        node.says.now({name: "slave 3"}, OF_HEALTH.values())
+        assert node.says.status({}).message == TROUBLES[name].line("slave 3")
+    node.says.now({}, OF_HEALTH.values())
+    assert node.says.status({}).message == "ok"
 
 
 def test_refusals_of_services_are_told_however_they_answer(node):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future as Errand
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -145,7 +146,7 @@ class EthercatBus(BenchNode):
     def ask_for_diagnosis(self) -> None:
         if self.listening and not self.asked:
             self.asked = True
-            self.errands.submit(self.diagnose)
+            self.errands.submit(self.diagnose).add_done_callback(self.on_diagnosed)
 
     def diagnose(self) -> None:
         """What the bus process knows of itself, and how old the nodes' answers were."""
@@ -159,11 +160,16 @@ class EthercatBus(BenchNode):
         found["oldest_command_cycles"], self.oldest = self.oldest, 0
         self.found = found
         lasting = {OF_HEALTH[health]: found["reason"]} if health in OF_HEALTH else {}
-        self.troubles.now(lasting, OF_HEALTH.values().__contains__)
+        self.troubles.now(lasting, OF_HEALTH.values())
         if worst > health:
             self.troubles.happened(OF_HEALTH[worst], "it is over")
         if not self.client.alive and not self.ended:
             self.give_up("bus_ended")
+
+    def on_diagnosed(self, done: Errand) -> None:
+        """A fault of ours in a thread of its own must not pass unseen."""
+        if not done.cancelled() and done.exception() is not None:
+            self.get_logger().error(f"the bus could not be looked at: {done.exception()!r}")
 
     def numbers(self) -> dict[str, Any]:
         return {"bus file": self.parameters.bus_file, **self.found}

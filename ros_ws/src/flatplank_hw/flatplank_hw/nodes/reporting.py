@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Callable, Collection, Coroutine, Mapping
 from inspect import iscoroutinefunction
 from typing import Any, NamedTuple
 
@@ -39,12 +39,12 @@ class Reporter:
         self._present: dict[tuple[str, str], _Present] = {}
         self._lock = threading.RLock()
 
-    def now(self, wanted: Mapping[str, str], among: Callable[[str], bool]) -> None:
+    def now(self, wanted: Mapping[str, str], among: Collection[str]) -> None:
         """Of the troubles `among`, just these last now: name -> detail."""
         with self._lock:
             lasting = [name for name, of in self._present if not of]
         for name in lasting:
-            if among(name) and name not in wanted:
+            if name in among and name not in wanted:
                 self.end(name)
         for name, detail in wanted.items():
             self.begin(name, detail)

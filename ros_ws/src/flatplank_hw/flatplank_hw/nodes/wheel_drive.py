@@ -112,7 +112,7 @@ class DriveNode(BenchNode):
         seen = (sample.stop_reason, sample.error_code, self.drive.drags)
         if seen != self.told:
             self.told = seen
-            self.troubles.now(self.drive.troubles, DRIVE.__contains__)
+            self.troubles.now(self.drive.troubles, DRIVE)
 
     def say_mode(self, mode: str) -> None:
         """The sources work only in their own mode; a reference is waited for only then."""
