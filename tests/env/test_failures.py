@@ -81,8 +81,8 @@ def test_a_broken_environment_is_one_line(broken: str, tmp_path: Path) -> None:
         assert "Traceback" not in said, f"{verb}: {said}"
         assert code in (0, 1, 2), f"{verb}: exit code {code}: {said}"
         if code:
-            last = said.strip().splitlines()[-1]
-            assert last.startswith(f"flatplank {verb}"), f"{verb}: {said}"
+            lines = said.splitlines()
+            assert any(line.startswith(f"flatplank {verb}:") for line in lines), f"{verb}: {said}"
         if verb in REAL_WORK[broken]:
             assert code == 1, f"{verb}: {said}"
             assert len(said.strip().splitlines()) == 1, f"{verb}: {said}"
@@ -93,9 +93,11 @@ def test_a_taken_port_is_one_line(tmp_path: Path) -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
+        # NiceGUI believes itself in a test of its own when it sees pytest's variable
+        env = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
         done = subprocess.run(
             [ROOT / "flatplank", "panel", "--port", port, "--data", tmp_path],
-            capture_output=True, text=True, timeout=280,
+            capture_output=True, text=True, timeout=280, env=env,
         )  # fmt: skip
     assert done.returncode == 1
     assert "Traceback" not in done.stderr

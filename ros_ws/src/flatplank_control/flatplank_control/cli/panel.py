@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import secrets
+import socket
 import sys
 from pathlib import Path
 
@@ -27,10 +28,25 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
+def refuse_taken(host: str, port: int) -> None:
+    """ValueError when somebody listens there already."""
+    family, kind, protocol, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    with socket.socket(family, kind, protocol) as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            trial.bind(place)
+        except OSError as error:
+            raise ValueError(
+                f"{host}:{port}: {error.strerror}; end the program that has it, or give another "
+                "--port"
+            ) from None
+
+
 def main(argv: list[str]) -> int:
     """Serve until Ctrl-C."""
     o = parser().parse_args(argv)
     end_with_parent()
+    refuse_taken(o.host, o.port)
     token = o.token or ("" if is_loopback(o.host) else secrets.token_urlsafe(24))
     try:
         o.data.mkdir(parents=True, exist_ok=True)
