@@ -41,11 +41,13 @@ class At:
 
 
 DESIGNS: dict[str, tuple[At, ...]] = {
-    "plain": tuple(At(k, start=1 + i % 3) for i, k in enumerate((-0.1, -0.02, 0.02, 0.1))),
+    "plain": tuple(At(k, start=1 + i % 3) for i, k in enumerate((-0.1, -0.02, 0.0, 0.02, 0.1))),
     # what only one run shows of a channel is taken for noise (`tirebase/calm.py`)
     "twice": tuple(At(k, start=s) for k in (-0.05, 0.05) for s in (1, 2) * 2),
-    "loads": tuple(At(k, fz) for fz in (2400.0, 5000.0) for k in (-0.05, 0.05)),
-    "pressures": tuple(At(k, pressure=p) for p in (2.0, 3.0) for k in (-0.05, 0.05)),
+    "loads": tuple(At(k, fz, alpha_deg=1.0) for fz in (2400.0, 5000.0) for k in (-0.05, 0.05)),
+    "pressures": tuple(
+        At(k, pressure=p, alpha_deg=1.0) for p in (2.0, 3.0) for k in (-0.05, 0.05)
+    ),
     "angles": tuple(At(k, alpha_deg=a) for a in (-2.0, 1.0, 3.0) for k in (-0.03, 0.03)),
     "side slip": tuple(At(0.0, alpha_deg=a) for a in (-2.0, -1.0, 1.0, 2.0)),
     "angles twice": tuple(At(k, alpha_deg=a) for a in (-2.0, 2.0) for k in (-0.03, 0.03) * 2),

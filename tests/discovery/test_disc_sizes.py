@@ -94,6 +94,12 @@ CASES = (
         {"cos": 2e-4 * np.sin(0.7), "sin": 2e-4 * np.cos(0.7)}, 0.2, setting={"period": 0.2},
         left=0.4,
     ),
+    # the filter of the measured motion takes a third of so short a wave
+    Hidden(
+        "mesh_ripple", _kernel(ripple=2e-4, ripple_period=0.03, ripple_phase=0.7),
+        {"cos": 2e-4 * np.sin(0.7), "sin": 2e-4 * np.cos(0.7)}, 0.25, setting={"period": 0.03},
+        left=0.6,
+    ),
     Hidden("road_speed_error", _kernel(scale_error=3e-3), {"error": 3e-3}),
     Hidden("speed_droop", _kernel(droop=1.5e-6), {"give": 1.5e-6}),
     Hidden("worn_patch", {"patches": ((2.4, 2.7, 0.2),)},
