@@ -38,7 +38,7 @@ def probe_model():
 
 def _probe_table(index: int, kappa: float, start: int) -> MeasurementTable:
     rng = np.random.default_rng(index)
-    load, speed, radius = (3000.0, 4500.0)[start - 1], 0.085, 0.31
+    load, speed, radius = (3000.0, 4500.0, 6000.0)[index % 3], 0.085, 0.31
     time = np.arange(0.0, 50.0, 0.05)
     plank = np.maximum(time - 1.0, 0.0) * speed
     rolled = np.maximum(plank - 0.0015, 0.0) + kappa * np.maximum(plank - 0.7, 0.0)
