@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from flatplank_control.runner.steps import Plank, PlanFailed, Snapshot, Wait
+from flatplank_control.runner.steps import PlanFailed, Plank, Snapshot, Wait
 from flatplank_hw.drive.safety import REASONS, STOPS, is_latched
 from flatplank_hw.samples import DriveSample
 from flatplank_hw.troubles import TROUBLES
