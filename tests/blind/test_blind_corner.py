@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
@@ -11,6 +13,8 @@ from flatplank_analysis.tirebase.model import TireModel
 from flatplank_control.blind import cases
 from flatplank_control.blind.journal import diagnose
 from flatplank_control.blind.menu import KIN
+
+pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 
 
 def test_a_gap_that_a_strange_tire_imitates_is_found(monkeypatch):

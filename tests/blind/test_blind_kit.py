@@ -35,6 +35,8 @@ from flatplank_control.sealed.score import score
 from flatplank_hw.plant.campaign import Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
 
+pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
+
 
 def test_every_effect_of_the_library_is_on_the_menu():
     without = set(library()) - set(MENU)

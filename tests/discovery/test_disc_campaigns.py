@@ -18,6 +18,8 @@ from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
 
+pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
+
 SMALL = (-0.05, -0.01, 0.0, 0.01, 0.05)
 
 

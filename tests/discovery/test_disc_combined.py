@@ -18,6 +18,8 @@ from flatplank_analysis.tirebase.model import TireModel
 from flatplank_control.blind.third_world import ThirdWorld
 from flatplank_control.blind.worlds import WORLDS
 
+pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
+
 FLOORS = 1.15
 """root mean square of Fx and Fy over their floor; scatter of the tire is off"""
 

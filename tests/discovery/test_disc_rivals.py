@@ -18,6 +18,8 @@ from flatplank_control.blind.nulls import session_of
 from flatplank_control.blind.plan import runs_of
 from flatplank_control.blind.worlds import WORLDS, Scatter
 
+pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
+
 
 def diagnosis(world: str, seed: int, **hidden: float):
     """Of a small campaign with usual noise."""
