@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -84,6 +85,14 @@ class EmulatedGraph:
             now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
             start = now if start is None else start
             assert now - start < seconds, message
+
+    def last_word(self, kind: type, condition: Callable[[object], bool]) -> None:
+        """The newest sample fulfils a condition: of a node whose bus has gone, and that therefore
+        may have spoken for the last time."""
+        end = time.monotonic() + 30.0
+        while not (kind in self.latest and condition(self.latest[kind])):
+            assert time.monotonic() < end, self.latest.get(kind)
+            self.client.spin(0.2)
 
     def ask(self, kind: type, name: str, /, **fields) -> object:
         """A service that must say yes."""

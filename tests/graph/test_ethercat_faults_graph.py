@@ -268,7 +268,7 @@ def lost(bench: FaultyGraph, word: str) -> None:
     bench.cycles(LONGER)
     pid, _ = bench.graph.process(word)
     os.kill(pid, signal.SIGKILL)
-    bench.graph.until(DriveStatus, lambda s: s.stop_reason == RULES["inputs"].code, 2.0)
+    bench.graph.last_word(DriveStatus, lambda s: s.stop_reason == RULES["inputs"].code)
 
 
 def start_again(bench: FaultyGraph) -> None:
