@@ -6,6 +6,7 @@ what it has not run.
 from __future__ import annotations
 
 import faulthandler
+import importlib.util
 import os
 import signal
 from collections import Counter
@@ -34,6 +35,8 @@ GRACE_S = float(os.environ.get("FLATPLANK_TEST_GRACE", "60"))
 time-out
 """
 
+ROS_TOOLS = importlib.util.find_spec("ros2cli") is not None
+"""the real command line of ROS is there"""
 NOT_RUN = pytest.StashKey[Counter[str]]()
 LEFT = pytest.StashKey[set[str]]()
 STDERR = pytest.StashKey[int]()
@@ -50,18 +53,24 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("--long", False):
-        return
-    long = [item for item in items if item.get_closest_marker("long")]
-    if long:
-        config.hook.pytest_deselected(items=long)
-        items[:] = [item for item in items if item not in long]
+    left_out = [item for item in items if _left_out(item)]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if not _left_out(item)]
+
+
+def _left_out(item: pytest.Item) -> str:
+    """Why a test is not asked here; empty when it is."""
+    if item.get_closest_marker("long") and not item.config.getoption("--long", False):
+        return "takes minutes; runs with --long"
+    if item.get_closest_marker("installed_ros") and not ROS_TOOLS:
+        return "needs the ros2 command of an installed Jazzy, which no package of the set-up has"
+    return ""
 
 
 def pytest_deselected(items: list[pytest.Item]) -> None:
     for item in items:
-        long = item.get_closest_marker("long") and not item.config.getoption("--long", False)
-        why = "takes minutes; runs with --long" if long else "not chosen by -k, -m or --deselect"
+        why = _left_out(item) or "not chosen by -k, -m or --deselect"
         item.config.stash[NOT_RUN][why] += 1
 
 

@@ -2,13 +2,13 @@
 """The bench by the real tools of ROS, where they are installed.
 
 `ros2` and `launch` are in an installed Jazzy. They are not among the packages that the set-up
-takes from PyPI: there these tests are skipped and say so, and the same is held in plain Python by
-tests/troubles (arguments, ends, dumps) and over the graph API by the other tests of this folder.
+takes from PyPI: there these tests are left out, which the end of the run says, and the same is
+held in plain Python by tests/troubles (arguments, ends, dumps) and over the graph API by the other
+tests of this folder.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import re
 import signal
@@ -24,16 +24,7 @@ from bench_graph import loopback, next_domain
 
 from flatplank_hw.troubles import TROUBLES
 
-TOOLS = ("ros2cli", "ros2launch", "ros2topic", "ros2service", "ros2param", "launch_ros")
-MISSING = [name for name in TOOLS if importlib.util.find_spec(name) is None]
-
-pytestmark = [
-    pytest.mark.graph,
-    pytest.mark.timeout(400),
-    pytest.mark.skipif(
-        bool(MISSING), reason=f"{', '.join(MISSING)} not here: only an installed Jazzy has them"
-    ),
-]
+pytestmark = [pytest.mark.graph, pytest.mark.installed_ros, pytest.mark.timeout(400)]
 ROS2 = [sys.executable, "-c", "import sys; from ros2cli.cli import main; sys.exit(main())"]
 ALONE = ("--no-daemon", "--spin-time", "10")
 """no process is left behind; the graph is looked for so long [s]"""
