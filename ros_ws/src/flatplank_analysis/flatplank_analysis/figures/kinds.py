@@ -75,20 +75,13 @@ def parkings(result: CampaignResult) -> Iterator[Figure]:
 def turnings(result: CampaignResult) -> Iterator[Figure]:
     """Heading, side force and moment over travel."""
     for row in result.extras.get("turning", []):
-        found: Turning = row["found"]
-        x = found.position
-        heading = Series("", x, np.degrees(found.angle), color=PALETTE[2])
-        yield Figure(
+        yield _over_travel(
             f"turning_{row['run']}",
             f"Impulse turning, {_where(row)}",
             "A short turn of the steering of a rolling tire beside the linear brush on a carcass "
             "spring.",
-            (
-                Panel(ROAD, "heading ψ [°]", [heading]),
-                Panel(ROAD, pieces.FY, _pair(x, found.fy, found.fy_modelled)),
-                Panel(ROAD, MZ, _pair(x, found.mz, found.mz_modelled)),
-            ),
-            stacked=True,
+            ("heading ψ [°]", row["found"].angle),
+            row["found"],
         )
 
 
@@ -96,18 +89,29 @@ def turnings(result: CampaignResult) -> Iterator[Figure]:
 def camber_sweeps(result: CampaignResult) -> Iterator[Figure]:
     """Camber, side force and moment over travel."""
     for row in result.extras.get("camber_sweep", []):
-        found: CamberSweep = row["found"]
-        x = found.position
-        tilt = Series("", x, np.degrees(found.camber), color=PALETTE[2])
-        yield Figure(
+        yield _over_travel(
             f"camber_{row['run']}",
             f"Camber sweep, {_where(row)}",
             "The road is tilted under the rolling tire; the model follows the camber over a "
             "relaxation length.",
-            (
-                Panel(ROAD, "camber γ [°]", [tilt]),
-                Panel(ROAD, pieces.FY, _pair(x, found.fy, found.fy_modelled)),
-                Panel(ROAD, MZ, _pair(x, found.mz, found.mz_modelled)),
-            ),
-            stacked=True,
+            ("camber γ [°]", row["found"].camber),
+            row["found"],
         )
+
+
+def _over_travel(
+    name: str,
+    title: str,
+    caption: str,
+    given: tuple[str, np.ndarray],
+    found: Turning | CamberSweep,
+) -> Figure:
+    """The angle that was given [rad], and what side force and moment answered."""
+    label, angle = given
+    x = found.position
+    panels = (
+        Panel(ROAD, label, [Series("", x, np.degrees(angle), color=PALETTE[2])]),
+        Panel(ROAD, pieces.FY, _pair(x, found.fy, found.fy_modelled)),
+        Panel(ROAD, MZ, _pair(x, found.mz, found.mz_modelled)),
+    )
+    return Figure(name, title, caption, panels, stacked=True)
