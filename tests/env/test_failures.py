@@ -110,10 +110,18 @@ def children(pid: int) -> list[int]:
 
 
 def worker_of(pid: int) -> int | None:
-    """A process of the pool that has begun to work."""
+    """A process of the pool that has begun to work: the imports of its work are done.
+
+    Not before: until Python 3.12 a pool whose first process dies while it starts the next one may
+    wait for ever (its `submit` and its ending of a broken pool did not lock each other out).
+    """
     for child in children(pid):
-        if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-            return child
+        try:
+            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
+                if "scipy" in Path(f"/proc/{child}/maps").read_text():
+                    return child
+        except OSError:  # ended meanwhile
+            continue
     return None
 
 
