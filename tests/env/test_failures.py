@@ -83,6 +83,7 @@ def test_a_broken_environment_is_one_line(broken: str, tmp_path: Path) -> None:
         if code:
             lines = said.splitlines()
             assert any(line.startswith(f"flatplank {verb}:") for line in lines), f"{verb}: {said}"
+        assert "usage:" not in said and "Errno" not in said, f"{verb}: {said}"
         if verb in REAL_WORK[broken]:
             assert code == 1, f"{verb}: {said}"
             assert len(said.strip().splitlines()) == 1, f"{verb}: {said}"
@@ -117,9 +118,9 @@ def worker_of(pid: int) -> int | None:
     """
     for child in children(pid):
         try:
-            if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-                if "scipy" in Path(f"/proc/{child}/maps").read_text():
-                    return child
+            spawned = b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()
+            if spawned and "scipy" in Path(f"/proc/{child}/maps").read_text():
+                return child
         except OSError:  # ended meanwhile
             continue
     return None

@@ -6,12 +6,12 @@ from setuptools import find_namespace_packages, setup
 NAME = "flatplank_control"
 # One line per node: `ros2 run flatplank_control NAME`.
 NODES = [
-    "free_rolling_controller = flatplank_control.nodes.free_rolling_controller:main",
-    "slip_sequencer = flatplank_control.nodes.slip_sequencer:main",
-    "recorder = flatplank_control.nodes.recorder:main",
-    "measurement_runner = flatplank_control.nodes.measurement_runner:main",
-    "load_controller = flatplank_control.nodes.load_controller:main",
-    "axis_hold = flatplank_control.nodes.axis_hold:main",
+    "free_rolling_controller = flatplank_control.start:free_rolling_controller",
+    "slip_sequencer = flatplank_control.start:slip_sequencer",
+    "recorder = flatplank_control.start:recorder",
+    "measurement_runner = flatplank_control.start:measurement_runner",
+    "load_controller = flatplank_control.start:load_controller",
+    "axis_hold = flatplank_control.start:axis_hold",
 ]
 # One line per verb of the command `flatplank`: a module with `main(argv) -> exit code`; the first
 # line of its docstring is the help.

@@ -6,11 +6,11 @@ from setuptools import find_namespace_packages, setup
 NAME = "flatplank_hw"
 # One line per program: `ros2 run flatplank_hw NAME`.
 NODES = [
-    "simulated_plant = flatplank_hw.nodes.simulated_plant:main",
-    "measurement_hub = flatplank_hw.nodes.measurement_hub:main",
-    "encoders = flatplank_hw.nodes.encoders:main",
-    "wheel_drive = flatplank_hw.nodes.wheel_drive:main",
-    "ethercat_bus = flatplank_hw.nodes.ethercat_bus:main",
+    "simulated_plant = flatplank_hw.start:simulated_plant",
+    "measurement_hub = flatplank_hw.start:measurement_hub",
+    "encoders = flatplank_hw.start:encoders",
+    "wheel_drive = flatplank_hw.start:wheel_drive",
+    "ethercat_bus = flatplank_hw.start:ethercat_bus",
     "ethercat_emulator = flatplank_hw.ethercat.emulator.__main__:main",
 ]
 

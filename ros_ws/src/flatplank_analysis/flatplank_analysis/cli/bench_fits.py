@@ -16,6 +16,7 @@ from flatplank_analysis.benchmarks import (
     tires,
 )
 from flatplank_analysis.cli import common
+from flatplank_analysis.cli.arguments import Parser
 
 Part = Callable[[argparse.Namespace], Mapping[str, float]]
 #: part -> what is measured, what is wanted
@@ -40,7 +41,7 @@ PARTS: Mapping[str, tuple[Part, str]] = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank bench-fits [PART...] [--runs N] [--bags DIR] [--json]`."""
-    parser = argparse.ArgumentParser(prog="flatplank bench-fits", description=__doc__)
+    parser = Parser(prog="flatplank bench-fits", description=__doc__)
     parser.add_argument("parts", nargs="*", help=f"some of {', '.join(PARTS)}; default: all")
     parser.add_argument("--runs", type=int, default=800, help="of campaign_fit (default 800)")
     parser.add_argument("--bags", type=Path, help="campaign of bags; without it no bag_import")

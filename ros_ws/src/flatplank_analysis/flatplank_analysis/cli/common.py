@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.data.problem import Problem
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
@@ -20,7 +21,7 @@ NOTHING_USABLE = 2
 
 def campaign_parser(verb: str, text: str, several: bool = False) -> argparse.ArgumentParser:
     """A parser with the arguments that every verb on a campaign has."""
-    parser = argparse.ArgumentParser(prog=f"flatplank {verb}", description=text)
+    parser = Parser(prog=f"flatplank {verb}", description=text)
     many = {"nargs": "*"} if several else {}
     parser.add_argument("folder", metavar="DIR", help="campaign folder, or an fsspec URL", **many)
     parser.add_argument("--json", action="store_true", help="print JSON for programs")

@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import find, library, load_file
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank effects [NAME] [--effects FILE] [--write DIR] [--json]`, `... check FILE`."""
-    parser = argparse.ArgumentParser(prog="flatplank effects", description=__doc__)
+    parser = Parser(prog="flatplank effects", description=__doc__)
     parser.add_argument("what", nargs="*", help="nothing: all; NAME: one; check FILE: test a file")
     parser.add_argument("--effects", metavar="FILE", action="append", default=[])
     parser.add_argument("--write", metavar="DIR", help="a page with a picture for every effect")

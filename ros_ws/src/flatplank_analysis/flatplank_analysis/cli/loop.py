@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from flatplank_analysis.cli import common
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.session import Session
@@ -18,7 +19,7 @@ MODEL = "model.yaml"
 
 def loop_parser(verb: str, text: str, effect: bool = False) -> argparse.ArgumentParser:
     """A parser with the arguments of the loop."""
-    parser = argparse.ArgumentParser(prog=f"flatplank {verb}", description=text)
+    parser = Parser(prog=f"flatplank {verb}", description=text)
     if effect:
         parser.add_argument("effect", metavar="EFFECT", help="identifier, see `flatplank effects`")
         parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_state import tire_state
 
@@ -27,7 +27,7 @@ UNITS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank tire FILE.tir --fz N ... [--json]`; ISO W, SI."""
-    parser = argparse.ArgumentParser(prog="flatplank tire", description=__doc__)
+    parser = Parser(prog="flatplank tire", description=__doc__)
     parser.add_argument("file", metavar="FILE.tir")
     parser.add_argument("--fz", type=float, required=True, help="vertical force [N]")
     parser.add_argument("--kappa", type=float, default=0.0, help="slip, driving > 0 [-]")

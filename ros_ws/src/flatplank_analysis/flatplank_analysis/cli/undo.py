@@ -3,16 +3,16 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.modelfile import load_model, save_unchanged
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank undo [DIR] [--model FILE] [--json]`."""
-    parser = argparse.ArgumentParser(prog="flatplank undo", description=__doc__)
+    parser = Parser(prog="flatplank undo", description=__doc__)
     parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")
     parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
     parser.add_argument("--json", action="store_true", help="print JSON for programs")

@@ -18,7 +18,7 @@ from flatplank_control.bench.shared_memory import remove_orphans
 from flatplank_control.bench.starting import Vitals
 from flatplank_hw.parent import END_WITH_PARENT, STARTED
 
-GRACE = 5.0
+GRACE = 30.0
 """the nodes have so long to end by themselves [s]"""
 
 TICK_S = 1.0 / os.sysconf("SC_CLK_TCK")

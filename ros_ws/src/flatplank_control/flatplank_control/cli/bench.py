@@ -12,6 +12,7 @@ import threading
 import time
 from pathlib import Path
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.bench.node_specs import DRIVEN
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
@@ -22,7 +23,7 @@ from flatplank_hw.params import nearest
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank bench", description=__doc__)
+    p = Parser(prog="flatplank bench", description=__doc__)
     kind = p.add_mutually_exclusive_group(required=True)
     for name, text in {
         "sim": "simulated plant, no machine",

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.blind import journal
 from flatplank_control.blind.detectable import cache
 from flatplank_control.blind.lists import full
@@ -21,7 +22,7 @@ SEED = 20262
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank bench-blind", description=__doc__)
+    p = Parser(prog="flatplank bench-blind", description=__doc__)
     p.add_argument("--small", action="store_true", help="five campaigns of five slips")
     p.add_argument("--seed", type=int, default=SEED)
     p.add_argument("--jobs", type=int, default=1, help="processes")

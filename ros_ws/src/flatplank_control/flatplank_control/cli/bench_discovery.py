@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import multiprocessing
 import resource
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import start_base
@@ -104,7 +104,7 @@ def kept(count: int, found: dict[str, Any]) -> bool:
 
 def main(argv: list[str]) -> int:
     """Exit code 0: all numbers are as wanted; 1: not."""
-    p = argparse.ArgumentParser(prog="flatplank bench-discovery", description=__doc__)
+    p = Parser(prog="flatplank bench-discovery", description=__doc__)
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     p.add_argument(
         "--nulls",

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from typing import Any
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.bench.hold_bench import load_over_the_road, load_step, steering
 
 SLIPS = (0.0, -0.1)
@@ -33,7 +33,7 @@ def measure() -> dict[str, Any]:
 
 def main(argv: list[str]) -> int:
     """Print the table; 0: load and overshoot are as wanted, 1: not."""
-    p = argparse.ArgumentParser(prog="flatplank bench-hold", description=__doc__)
+    p = Parser(prog="flatplank bench-hold", description=__doc__)
     p.add_argument("--json", action="store_true", help="for programs")
     found = measure() if (o := p.parse_args(argv)) else {}
     if o.json:

@@ -3,18 +3,19 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
 from pathlib import Path
+
+from flatplank_analysis.cli.arguments import Parser
 
 PARTS = ("margins", "twin", "lockstep", "realtime", "ethercat", "start", "panel")
 
 
 def main(argv: list[str]) -> int:
     """Exit code 0: every part ran."""
-    p = argparse.ArgumentParser(prog="flatplank bench-speed", description=__doc__)
+    p = Parser(prog="flatplank bench-speed", description=__doc__)
     p.add_argument("parts", nargs="*", help=f"some of {', '.join(PARTS)}; default: all")
     p.add_argument("--minutes", type=float, help="how long the pages are watched; default: 2")
     p.add_argument("--write", action="store_true", help="the table of start into docs/start.md")

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.bench.driven_plank import DrivenPlank
 from flatplank_control.bench.start_bench import StartBench
 from flatplank_control.bench.start_cases import FURTHER, FZ, further, slip_errors
@@ -133,7 +134,7 @@ def measure(o: argparse.Namespace) -> dict[str, Any]:
 
 def main(argv: list[str]) -> int:
     """Print the table; 0: our way is within what is wanted, 1: not."""
-    p = argparse.ArgumentParser(prog="flatplank bench-start", description=__doc__)
+    p = Parser(prog="flatplank bench-start", description=__doc__)
     p.add_argument("--preset", help="defects of the machine: thesis2023")
     p.add_argument("--json", action="store_true", help="for programs")
     p.add_argument("--tire", help="only this one", choices=sorted({tire for tire, _ in CASES}))

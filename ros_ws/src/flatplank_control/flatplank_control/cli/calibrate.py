@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, Book, Entry
 from flatplank_control.calibration.line import Line, fit_line
@@ -150,7 +151,7 @@ def put(book: Book, entry: Entry) -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank calibrate", description=__doc__)
+    p = Parser(prog="flatplank calibrate", description=__doc__)
     p.add_argument("--book", type=Path, default=Path(FILE), help="file of the calibrations")
     p.add_argument("--date", default=date.today().isoformat(), help="ISO 8601; default: today")
     what = p.add_subparsers(dest="what", required=True)

@@ -8,12 +8,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from flatplank_control.demo import discover, evaluate, measure
+from flatplank_analysis.cli.arguments import Parser
+from flatplank_control.demo import discover, evaluate
+from flatplank_control.demo.measure import measure
 from flatplank_control.demo.steps import Teller
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank demo", description=__doc__)
+    p = Parser(prog="flatplank demo", description=__doc__)
     p.add_argument("--out", type=Path, default=Path("demo"), help="folder for everything it makes")
     p.add_argument("--seed", type=int, default=1, help="of the simulated bench")
     p.add_argument("--hidden", type=int, default=4, help="seed of the sealed challenge")
@@ -25,10 +27,9 @@ def main(argv: list[str]) -> int:
     """Exit code 0: everything was made; the last lines say what was found and where it is."""
     o = parser().parse_args(argv)
     out = o.out.resolve()
-    teller = Teller(steps=6)
+    teller = Teller(steps=7)
     campaign = out / "campaign"
-    radius = measure.on_the_graph(campaign, o.seed, teller)
-    measure.on_the_twin(campaign, o.seed, radius, o.jobs, teller)
+    radius = measure(campaign, o.seed, o.jobs, teller)
     page, found = evaluate.fit_and_report(campaign, out / "report", o.jobs, teller)
     challenge = discover.sealed_challenge(out / "challenge", o.hidden, teller)
     teller.close(

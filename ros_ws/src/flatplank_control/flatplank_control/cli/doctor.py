@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import shutil
@@ -14,6 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.cli.root import project_root
 
 JAZZY = Path("/opt/ros/jazzy")
@@ -139,7 +139,7 @@ OPTIONAL: dict[str, Callable[[], Finding]] = {
 
 def main(argv: list[str]) -> int:
     """Print the findings; 1 when something needed is not there."""
-    parser = argparse.ArgumentParser(prog="flatplank doctor", description=__doc__)
+    parser = Parser(prog="flatplank doctor", description=__doc__)
     parser.add_argument("--json", action="store_true", help="for programs: {name: {...}}")
     options = parser.parse_args(argv)
     found = {name: check() for name, check in (NEEDED | OPTIONAL).items()}

@@ -9,12 +9,13 @@ import socket
 import sys
 from pathlib import Path
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.panel.access import address, is_loopback
 from flatplank_hw.parent import end_with_parent
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank panel", description=__doc__)
+    p = Parser(prog="flatplank panel", description=__doc__)
     p.add_argument("--host", default="127.0.0.1", help="address to listen at; others need a token")
     p.add_argument("--port", type=int, default=8080)
     p.add_argument(

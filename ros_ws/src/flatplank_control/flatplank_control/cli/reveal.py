@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.wording import plain, quantity
 from flatplank_control.sealed.score import score
 from flatplank_control.sealed.seal import unseal
@@ -66,7 +66,7 @@ def read_diagnosis(path: Path, folder: Path) -> dict[str, Any]:
 
 def main(argv: list[str]) -> int:
     """Exit code 0: right; 1: not right."""
-    p = argparse.ArgumentParser(prog="flatplank reveal", description=__doc__)
+    p = Parser(prog="flatplank reveal", description=__doc__)
     p.add_argument("folder", type=Path, help="made by `flatplank simulate DIR --hidden SEED`")
     p.add_argument("--diagnosis", type=Path, help=f"JSON of diagnose; default: DIR/{DIAGNOSIS}")
     p.add_argument("--json", action="store_true", help="print JSON for programs")

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.data import Campaign
 from flatplank_control.bench.judging import read
 from flatplank_control.bench.setup import BenchSetup
@@ -33,7 +33,7 @@ def runs_of(folder: Path) -> list[Run]:
 
 def main(argv: list[str]) -> int:
     """Write the map; 0."""
-    p = argparse.ArgumentParser(prog="flatplank road-map", description=__doc__)
+    p = Parser(prog="flatplank road-map", description=__doc__)
     p.add_argument("folder", type=Path, help="campaign folder")
     p.add_argument("--cx", type=float, required=True, help="C_x of the tire [N/mm]")
     p.add_argument("--sigma", type=float, required=True, help="relaxation length [m]")

@@ -8,6 +8,7 @@ import os
 import sys
 from pathlib import Path
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.bench import axes_of
 from flatplank_control.cli.keys import Keys
@@ -39,7 +40,7 @@ KEYS = {
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank run", description=__doc__)
+    p = Parser(prog="flatplank run", description=__doc__)
     p.add_argument("plan", help="a file, or the name of a shipped plan")
     p.add_argument("--sim", action="store_true", help="on the twin, in this process")
     p.add_argument("--dry-run", action="store_true", help="check, and say what it takes")

@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many, starts_of
@@ -25,7 +26,7 @@ from flatplank_hw.plant.config import PlantConfig
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank simulate", description=__doc__)
+    p = Parser(prog="flatplank simulate", description=__doc__)
     p.add_argument("folder", type=Path, help="campaign folder; made when it is not there")
     p.add_argument("--plan", help="a campaign plan, shipped or a file, as `flatplank run --sim`")
     p.add_argument("--slips", help="slips [%%] with commas; default: the nine of the thesis")

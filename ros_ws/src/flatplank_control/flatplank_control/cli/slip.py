@@ -6,13 +6,14 @@ from __future__ import annotations
 import argparse
 import sys
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.cli.keys import Keys
 from flatplank_control.cli.wishes import OF_A_RUN, tell
 from flatplank_control.runner.measurement import from_mapping
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank slip", description=__doc__)
+    p = Parser(prog="flatplank slip", description=__doc__)
     p.add_argument("kappa", type=float, nargs="?", help="slip [%%], driving > 0")
     p.add_argument("--free-rolling", action="store_true", help="controller run, gives r_e")
     p.add_argument("--re", type=float, default=0.3108, help="effective rolling radius [m]")

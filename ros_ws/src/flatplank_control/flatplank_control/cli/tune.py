@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 
+from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.free_rolling.design import Gains, design
 from flatplank_control.free_rolling.figures import draw, loop_of, margins
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
@@ -17,7 +18,7 @@ THESIS = Gains(5.0e-3, 5.0e-4, 0.1105, THESIS_LEAD_ALPHA)
 
 
 def parser() -> argparse.ArgumentParser:
-    p = argparse.ArgumentParser(prog="flatplank tune", description=__doc__)
+    p = Parser(prog="flatplank tune", description=__doc__)
     how = p.add_mutually_exclusive_group(required=True)
     how.add_argument("--cx", type=float, help="tire stiffness C_x = C_Fk / sigma [N/mm]")
     how.add_argument("--cfk", type=float, help="slip stiffness C_Fk [kN]")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurements of the demo: some on the real graph, the rest of the campaign on the twin."""
+"""Measurements of the demo: one slip step on the real graph, the others on the twin."""
 
 from __future__ import annotations
 
@@ -26,46 +26,39 @@ SLIP_ON_GRAPH = (0.05, 1)
 STARTS = (1, 2, 3)
 
 
-def on_the_graph(folder: Path, seed: int, teller: Teller) -> float:
-    """A free-rolling run, then a slip step by the graph's action; the radius that it found [m]."""
+def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
+    """One free-rolling run and 27 slip steps, a bag each; the effective rolling radius [m]."""
     from flatplank_control.nodes.client import BenchClient
 
-    folder.mkdir(parents=True, exist_ok=True)
-    teller.step("the ROS graph on the simulated bench: free rolling, then a slip step, a bag each")
+    setup = BenchSetup(pace="hold", seed=seed, data=str(folder))
+    teller.step("a free-rolling run on the twin: the effective rolling radius")
+    radius = _free_rolling(folder, setup)
+    teller.now(f"effective rolling radius by (5.22): {radius:.4f} m")
+    base = Measurement(effective_rolling_radius=radius, r_e_source="controller")
+    runs = matrix(base, SLIPS, STARTS)
+    (on_graph,) = [m for m in runs if (m.kappa, m.start) == SLIP_ON_GRAPH]
+    others = [m for m in runs if m is not on_graph]
+    teller.step("one slip step on the ROS graph, recorded in a bag")
     for key, value in LOOPBACK.items():
         os.environ.setdefault(key, value)
-    setup = BenchSetup(pace="hold", seed=seed, data=str(folder))
     with BenchProcesses(setup, log=folder.parent / "nodes.log") as bench, BenchClient() as client:
         client.wait_connected(bench, say=teller.now)
-        radius = _radius(client, folder, teller)
-        teller.now(f"effective rolling radius by (5.22): {radius:.4f} m")
-        kappa, start = SLIP_ON_GRAPH
-        slip = Measurement(
-            kappa=kappa, start=start, effective_rolling_radius=radius, r_e_source="controller"
-        )
-        _measure(client, slip, folder, teller)
+        bag = _on_the_graph(client, on_graph, folder, teller)
+    teller.step(f"the other {len(others)} slip steps on the twin, a bag each")
+    simulate_many(others, setup, folder, bags=True, jobs=jobs, progress=teller.count)
+    write_campaign(folder, base.tire, [(on_graph.record(), bag)])
+    write_tire(folder, known_tires()[base.tire].record)
     return radius
 
 
-def _radius(client, folder: Path, teller: Teller) -> float:
-    path = _measure(client, FREE_ROLLING, folder, teller)
+def _free_rolling(folder: Path, setup: BenchSetup) -> float:
+    (path,) = simulate_many([FREE_ROLLING], setup, folder, bags=True, jobs=1)
     (run,) = [r for r in Campaign.load(folder).runs if r.info.name == path.name]
     return radius_of_run(run.table()).radius
 
 
-def _measure(client, m: Measurement, folder: Path, teller: Teller) -> Path:
+def _on_the_graph(client, m: Measurement, folder: Path, teller: Teller) -> str:
+    """Name of the bag."""
     plan = {k: v for k, v in vars(m).items() if v not in ("", {})}
     bags = client.measure(plan, simulated=True, folder=str(folder), say=teller.now)
-    path = Path(bags[-1])
-    write_campaign(folder, m.tire, [(m.record(), path.name)])
-    return path
-
-
-def on_the_twin(folder: Path, seed: int, radius: float, jobs: int | None, teller: Teller) -> None:
-    """The other runs of nine slips and three starts."""
-    base = Measurement(effective_rolling_radius=radius, r_e_source="controller")
-    runs = [m for m in matrix(base, SLIPS, STARTS) if (m.kappa, m.start) != SLIP_ON_GRAPH]
-    teller.step(f"the other {len(runs)} slip steps on the twin, a bag each")
-    setup = BenchSetup(pace="hold", seed=seed)
-    simulate_many(runs, setup, folder, bags=True, jobs=jobs, progress=teller.count)
-    write_tire(folder, known_tires()[base.tire].record)
+    return Path(bags[-1]).name

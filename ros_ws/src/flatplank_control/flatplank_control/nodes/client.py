@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from types import TracebackType
@@ -14,6 +15,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from flatplank_analysis.errors import FlatplankError
@@ -30,6 +32,8 @@ LISTEN = 0.05
 """Longest wait for one message while something is awaited [s of wall clock]."""
 ANSWER_TIMEOUT_S = 5.0
 """A node that was asked whether it is connected is asked anew after this [s of wall clock]."""
+ASK_AGAIN_S = 0.5
+"""A node that said that it is not connected is asked again after this [s of wall clock]."""
 
 
 class BenchError(FlatplankError):
@@ -87,7 +91,7 @@ class BenchClient:
         """
         ours = nodes if isinstance(nodes, BenchProcesses) else None
         start = Start(list(ours.running if ours else nodes), time.monotonic(), timeout)
-        asked: dict[str, tuple[Any, float]] = {}
+        asked: dict[str, tuple[Future | None, float]] = {}
         said = ""
         while start.missing:
             for name in start.missing:
@@ -104,23 +108,25 @@ class BenchClient:
             self.spin(LISTEN)
         return start.up_at
 
-    def _ask_connected(self, name: str, asked: dict[str, Any], start: Start) -> None:
-        """Ask a node that is there, hear its answer, ask again when it went astray."""
+    def _ask_connected(
+        self, name: str, asked: dict[str, tuple[Future | None, float]], start: Start
+    ) -> None:
+        """Ask a node that is there, hear its answer, ask again when it went astray or was no."""
         service = f"/{name}/connected"
         client = self._clients.get(service)
         if client is None:
             client = self._clients[service] = self.node.create_client(Trigger, service)
         now = time.monotonic()
-        future, since = asked.get(name, (None, now))
+        future, since = asked.get(name, (None, -math.inf))
         if future is not None and future.done():
             answer = future.result()
             start.heard(name, "" if answer.success else answer.message, now)
-            del asked[name]
+            asked[name] = None, now
         elif future is not None and now - since > ANSWER_TIMEOUT_S:
             # the request may have gone to a node that died meanwhile
             self.node.destroy_client(self._clients.pop(service))
             del asked[name]
-        elif future is None and client.service_is_ready():
+        elif future is None and now - since >= ASK_AGAIN_S and client.service_is_ready():
             asked[name] = client.call_async(Trigger.Request()), now
 
     def spin(self, seconds: float) -> None:

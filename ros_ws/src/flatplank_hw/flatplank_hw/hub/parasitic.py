@@ -119,8 +119,10 @@ def load(path: str | Path) -> ParasiticFit:
     """The fit of a file; ValueError when it cannot be used."""
     try:
         text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: cannot be read ({error})") from None
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: cannot be read (it is no text)") from None
     return from_text(text, str(path))
 
 

@@ -151,7 +151,7 @@ class BenchNode(LifecycleNode):
             self.parameters = read(self, self.PARAMETERS)
             self.configure(self.parameters)
         except (ValueError, OSError) as error:
-            self.get_logger().error(f"not configured: {error}")
+            self.get_logger().error(f"not configured: {_words(error)}")
             return TransitionCallbackReturn.FAILURE
         return TransitionCallbackReturn.SUCCESS
 
@@ -306,9 +306,16 @@ def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
     return 1 if failed else 0
 
 
+def _words(error: Exception) -> str:
+    """The error on one line; of an error of the system its file and reason, without its number."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return " ".join(str(error).split())
+
+
 def _told(error: Exception) -> str:
     """The error on one line, with the file of its trace."""
-    words = " ".join(str(error).split())
+    words = _words(error)
     try:
         handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")
         with os.fdopen(handle, "w", encoding="utf-8") as file:

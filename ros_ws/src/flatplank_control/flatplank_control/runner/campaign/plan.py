@@ -95,8 +95,10 @@ def load_plan(path: str | Path) -> CampaignPlan:
     """The plan of a file; PlanError names file, line and reason."""
     try:
         text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise PlanError([f"{path}: cannot be read ({error})"]) from None
+    except OSError as error:
+        raise PlanError([f"{path}: cannot be read ({error.strerror})"]) from None
+    except UnicodeDecodeError:
+        raise PlanError([f"{path}: cannot be read (it is no text)"]) from None
     return plan_from_text(text, str(path))
 
 
