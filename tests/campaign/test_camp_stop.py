@@ -37,6 +37,26 @@ def test_a_new_stop_ends_the_plan_and_an_old_one_does_not():
     watch.look(sample(LEFT_OPERATION))
 
 
+@pytest.mark.parametrize(
+    ("step", "ends"),
+    [(S.Plank(1), True), (S.Plank(0), False), (S.Plank(1, stop_at=2.0), False)],
+)
+def test_a_plank_that_stands_ends_a_plan_that_did_not_stop_it(step: S.Plank, ends: bool):
+    watch = StopWatch()
+    watch.asked(step)
+    watch.look(sample(0))
+    stands = sample(RULES["plank_stopped"].code)
+    if ends:
+        with pytest.raises(S.PlanFailed, match=TROUBLES["plank_stopped"].text):
+            watch.look(stands)
+    else:
+        watch.look(stands)
+        watch.asked(S.Plank(1))
+        watch.look(sample(0))
+        with pytest.raises(S.PlanFailed, match=TROUBLES["plank_stopped"].text):
+            watch.look(stands)
+
+
 @pytest.mark.parametrize("axes", [(), ("plank",)])
 def test_the_plank_stops_with_the_wheel_in_the_midst_of_a_run(tmp_path: Path, axes):
     twin = Twin(BenchSetup(pace="hold", axes=axes))
