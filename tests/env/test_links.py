@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the documents link to is there, and what the tour names stands in the file it links to."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+STATION = re.compile(r"`(\w+)` in\s+\[[^]]+\]\(([^)]+)\)")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_to_files(page: Path) -> None:
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    targets = [
+        t for t in LINK.findall(text) if not t.startswith(("http:", "https:", "#", "mailto:"))
+    ]
+    missing = [t for t in targets if not (page.parent / t.split("#")[0]).exists()]
+    assert not missing
+
+
+def test_the_tour_names_what_is_in_its_files() -> None:
+    page = ROOT / "docs" / "tour.md"
+    stations = STATION.findall(page.read_text(encoding="utf-8"))
+    assert len(stations) == 11
+    for name, link in stations:
+        code = (page.parent / link).read_text(encoding="utf-8")
+        assert re.search(rf"\b(def|class) {name}\b", code), f"{name} is not in {link}"
