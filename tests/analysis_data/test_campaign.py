@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.data.info import RunInfo, info_from_dict
 from flatplank_analysis.data.names import parse_name, run_name
+from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 
 
@@ -195,3 +197,34 @@ def test_operating_points_of_other_processes_meet(make_step):
     point = make_step(0.02).info.condition.operating_point
     there = pickle.loads(pickle.dumps(point))
     assert there == point and len({there, point}) == 1
+
+
+ZEROS = {
+    "kappa": (0.05, 0.0),
+    "alpha_deg": (2.0, 0.0),
+    "gamma_deg": (5.0, 0.0),
+    "start": (2, 1),
+    "start_angle_deg": (40.0, 0.0),
+    "run_index": (7, 0),
+    "repeat": (3, 1),
+    "direction": (-1.0, 1.0),
+    "wheel_camber_deg": (5.0, 0.0),
+    "measurement": ("free_rolling", "slip"),
+}
+"""key -> what the file says, and what campaign.yaml says: zero, or the usual value"""
+
+
+@pytest.mark.parametrize("key", ZEROS)
+def test_what_campaign_yaml_says_counts_also_where_it_is_zero(
+    key, write_campaign, make_step, edit_campaign
+):
+    own, said = ZEROS[key]
+    table = make_step(0.05)
+    table = MeasurementTable(table.columns, dataclasses.replace(table.info, **{key: own}))
+    folder = write_campaign([table])
+    edit_campaign(folder, 0, **{key: said})
+    (run,) = Campaign.load(folder).runs
+    assert getattr(run.table(check=False).info, key) == said
+    edit_campaign(folder, 0, **{key: None})
+    (run,) = Campaign.load(folder).runs
+    assert getattr(run.table(check=False).info, key) == own

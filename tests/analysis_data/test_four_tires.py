@@ -7,7 +7,7 @@ import json
 import math
 
 import pytest
-from plant_tires import SLIPS, plant_campaign
+from plant_tires import plant_campaign
 
 from flatplank_analysis.benchmarks import tires
 from flatplank_analysis.data import Campaign
@@ -15,15 +15,14 @@ from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.report.analysis import analyse
 
 TIRES = {"toyo": "TOY", "continental": "CON", "michelin": "MIC", "racing": "RAC"}
-SMALL = tuple(0.5 * k for k in SLIPS)
-"""the racing tire slides early: with the slips of the others its C_Fk is 3.3 % too small"""
+GRAIN = 0.005
+"""the plant's bristles are few: its slope at zero slip is up to 0.4 % off its own steady curve"""
 
 
 @pytest.fixture(scope="module", params=TIRES)
 def found(request, tmp_path_factory):
-    slips = SMALL if request.param == "racing" else SLIPS
     folder = tmp_path_factory.mktemp("four") / request.param
-    folder, truth = plant_campaign(folder, request.param, slips)
+    folder, truth = plant_campaign(folder, request.param)
     return analyse(Campaign.load(folder), tire=shipped_record(request.param)), truth, folder
 
 
@@ -31,9 +30,9 @@ def test_own_numbers_are_recovered(found):
     result, truth, _ = found
     (point,) = result.points
     free = point.carcass.without_bias()
-    assert point.carcass.slip_stiffness.value == pytest.approx(truth.slip_stiffness, rel=0.03)
-    assert free["c_cx"] == pytest.approx(truth.carcass_stiffness_x, rel=0.07)
-    assert free["sigma_x"] == pytest.approx(truth.relaxation_length_x, rel=0.07)
+    assert point.carcass.slip_stiffness.value == pytest.approx(truth.slip_stiffness, rel=GRAIN)
+    assert free["c_cx"] == pytest.approx(truth.carcass_stiffness_x, rel=0.03)
+    assert free["sigma_x"] == pytest.approx(truth.relaxation_length_x, rel=0.03)
     c = result.magic.tir.coefficients
     config = shipped_record(next(k for k, v in TIRES.items() if v == result.tire))
     assert (config.free_radius, truth.fz) == (c.UNLOADED_RADIUS, c.FNOMIN)
@@ -68,9 +67,12 @@ def test_simulate_fit_and_report_recover_the_tire(plant, tmp_path):
     """By the verbs, on the bench's own cores."""
     found = tires.measure_tire(plant, tmp_path)
     assert found["tire"] == TIRES[plant]
-    for name, limit in (("C_Fk", 0.04), ("c_cx", 0.07), ("sigma_x", 0.07), ("r_e", 0.01)):
+    for name, limit in (("C_Fk", GRAIN), ("c_cx", 0.03), ("sigma_x", 0.03), ("r_e", 0.01)):
         row = found["rows"][name]
         assert row["found"] == pytest.approx(row["true"], rel=limit), (name, row)
         assert math.isfinite(row["std_error"]) and row["std_error"] > 0.0, name
+    row = found["rows"]["C_Fk"]
+    miss = abs(row["found"] - row["true"])
+    assert miss < tires.T_90 * row["std_error"] + 0.5 * GRAIN * row["true"]
     fit = json.loads((tmp_path / plant / "fit.json").read_text())
     assert fit["tire_record"]["name"] == TIRES[plant]

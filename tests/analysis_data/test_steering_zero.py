@@ -9,9 +9,12 @@ from dataclasses import replace
 import pytest
 from plant_tires import plant_campaign
 
+from flatplank_analysis.cli import fit as fit_verb
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.identify.lateral import fit_lateral_carcass, lateral_run
 from flatplank_analysis.models.tire_record import shipped_record
+from flatplank_analysis.report.analysis import analyse
+from flatplank_analysis.report.tables import all_tables
 from flatplank_hw.plant.config import PlantConfig
 from flatplank_hw.plant.truth import truth_row
 
@@ -62,3 +65,36 @@ def test_one_sign_of_the_angle_is_warned_of(runs):
     assert "steering_zero" not in found
     assert "a steering zero error is in it" in found["cornering_stiffness"].note
     assert "both signs" in found["cornering_stiffness"].note
+    assert found["c_cy"].note == found["cornering_stiffness"].note
+
+
+WARNING = "a steering zero error is in it: add runs at 2 angles with both signs"
+
+
+@pytest.fixture(scope="module", params=[(0.0, 2.0, 5.0), (-5.0, -2.0, 0.0, 2.0, 5.0)])
+def folder(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("signs") / "toyo"
+    defects = {"steering_zero_error": {"angle": ZERO}}
+    plant_campaign(folder, "toyo", (-0.02, 0.0, 0.02), request.param, (1, 2), defects)
+    return folder, len(request.param) == 3
+
+
+def test_the_warning_stands_beside_the_number_wherever_it_is_printed(folder, capsys):
+    path, one_sided = folder
+    words = [str(path), "--jobs", "1"]
+    beside = {"lateral": ("c_cy", "cornering_stiffness"), "mf": ("PKY1", "PHY1", "PVY1", "QHZ1")}
+    for model, names in beside.items():
+        capsys.readouterr()
+        assert fit_verb.main([*words, "--model", model]) == 0
+        lines = [line for line in capsys.readouterr().out.splitlines() if line]
+        for name in names:
+            (line,) = [li for li in lines if name in li.split("  ") and not li.startswith("note")]
+            assert (WARNING in line) == one_sided, line
+            assert name != "c_cy" or "own bias" in line
+    assert fit_verb.main([*words, "--model", "lateral", "--json"]) == 0
+    assert (WARNING in capsys.readouterr().out) == one_sided
+    tables = {t.name: t for t in all_tables(analyse(Campaign.load(path)))}
+    rows = [
+        dict(zip(tables["lateral"].header, row, strict=True)) for row in tables["lateral"].rows
+    ]
+    assert rows and all((WARNING in row["remark"]) == one_sided for row in rows)

@@ -27,7 +27,12 @@ from flatplank_analysis.identify import (
 )
 from flatplank_analysis.identify.carcass_report import brush_bias
 from flatplank_analysis.identify.mean_response import asymptotes, balanced
-from flatplank_analysis.identify.steady_curve import curve_law, slope_lack, slope_weights
+from flatplank_analysis.identify.steady_curve import (
+    SteadyCurve,
+    curve_law,
+    slope_lack,
+    slope_weights,
+)
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.nonlinear import NonlinearY
@@ -254,29 +259,67 @@ def test_campaign_fits_go_on_past_a_bad_condition() -> None:
         fit_campaign(bad, FitFile("nonlinear"))
 
 
-def test_slope_at_zero_of_a_curve_that_bends_from_the_start() -> None:
+def brush_curve(slips: np.ndarray, q: float = 8.0) -> np.ndarray:
+    """Steady force of a brush with parabolic pressure, 95 kN, all sliding beyond 1/q."""
+    part = np.minimum(q * np.abs(slips), 1.0)
+    return np.sign(slips) * 9.5e4 / (3.0 * q) * (1.0 - (1.0 - part) ** 3)
+
+
+@pytest.mark.parametrize("q", [0.0001, 8.0, 23.0, 40.0])
+def test_slope_at_zero_of_a_curve_that_bends_from_the_start(q: float) -> None:
     slips = np.array([-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05])
-    force = 9.5e4 * slips * (1.0 - 8.0 * np.abs(slips))
-    assert slope_weights(slips) @ force == pytest.approx(9.5e4)
+    force = brush_curve(slips, q)
+    assert slope_weights(slips, force) @ force == pytest.approx(9.5e4)
     law = curve_law(slips, force)
-    assert law.stiffness().item() == pytest.approx(9.5e4 * (1.0 - 8.0 * 0.005), rel=0.01)
+    secant = brush_curve(np.array([0.005]), q)[0] / 0.005
+    assert law.stiffness().item() == pytest.approx(secant, rel=0.01)
     np.testing.assert_allclose(law.force(slips[None])[0][0], force, atol=2.0)
     two = curve_law(slips, np.vstack([force, 2.0 * force]))
     np.testing.assert_allclose(two.values[1], 2.0 * two.values[0], rtol=1e-12, atol=1e-9)
     # With one pair of levels only the slope between them is known.
-    assert slope_weights(slips[2:5]) @ force[2:5] == pytest.approx(9.5e4 * 0.92)
-    assert slope_lack(slips) == ""
-    assert slope_lack(slips[2:5]).startswith("a second pair of slips")
+    pair, own = slips[2:5], force[2:5]
+    assert slope_weights(pair, own) @ own == pytest.approx(own[2] / 0.01)
+    assert slope_lack(slips, force) == ""
+    assert slope_lack(pair, own).startswith("a second pair of slips")
+
+
+def test_weights_of_the_slope_are_its_derivative() -> None:
+    slips = np.array([-0.05, -0.021, -0.01, 0.001, 0.011, 0.02, 0.05])
+    force = brush_curve(slips, 23.0) + 30.0
+
+    def slope(values: np.ndarray) -> float:
+        return float(slope_weights(slips, values) @ values)
+
+    numeric = [(slope(force + d) - slope(force - d)) / 2.0 for d in np.eye(len(slips))]
+    np.testing.assert_allclose(slope_weights(slips, force), numeric, atol=1e-3)
+
+
+def test_slips_at_which_all_slides_do_not_tell_the_slope() -> None:
+    slips = np.array([-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05])
+    assert slope_lack(slips, brush_curve(slips, 49.0)) == ""
+    assert "at 2 % the whole contact slides" in slope_lack(slips, brush_curve(slips, 70.0))
+
+
+def test_error_of_the_slope_holds_the_form_of_the_curve() -> None:
+    """A third of what the last term of the brush moves; nothing where the curve is straight."""
+    slips = np.array([-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05])
+    force = brush_curve(slips, 23.0)
+    near, far = force[4] / 0.01, force[5] / 0.02
+    curve = SteadyCurve(slips, force, np.zeros(7), np.ones(7))
+    assert curve.slope().form == pytest.approx((9.5e4 - (2.0 * near - far)) / 3.0)
+    straight = SteadyCurve(slips, 9.5e4 * slips, np.zeros(7), np.ones(7))
+    assert straight.slope().form == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("side", [slice(3, None), slice(None, 4)])
 def test_slope_at_zero_of_one_sign_of_slip(side: slice) -> None:
     slips = np.array([-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05])[side]
-    force = 40.0 + 9.5e4 * slips * (1.0 - 8.0 * np.abs(slips))
-    assert slope_weights(slips) @ force == pytest.approx(9.5e4)
-    assert slope_lack(slips) == ""
+    force = 40.0 + brush_curve(slips)
+    assert slope_weights(slips, force) @ force == pytest.approx(9.5e4)
+    assert slope_lack(slips, force) == ""
     np.testing.assert_allclose(curve_law(slips, force).force(slips[None])[0][0], force, atol=2.0)
-    assert slope_lack(np.array([0.01, 0.02, 0.05])).startswith("a run without slip")
+    three = np.array([0.01, 0.02, 0.05])
+    assert slope_lack(three, brush_curve(three)).startswith("a run without slip")
 
 
 def test_carcass_of_one_pair_of_slips_says_what_it_does_not_know() -> None:

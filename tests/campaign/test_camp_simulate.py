@@ -44,3 +44,25 @@ def test_a_known_radius_is_taken_at_the_nominal_condition_only(tmp_path):
     for words in (("--fz", "5550"), ("--alpha", "5"), ("--tire", "racing")):
         assert math.isnan(asked(*words)[1])
     assert asked("--tire", "continental", "--name", "BMW", "--re", "0.34") == ("BMW", 0.34)
+
+
+@pytest.mark.parametrize(
+    ("words", "option", "remedy"),
+    [
+        (("--plan", "short", "--tire", "racing"), "--tire", "in the plan"),
+        (("--plan", "short", "--tire", "toyo"), "--tire", "in the plan"),
+        (("--plan", "short", "--alpha", "0"), "--alpha", "in the plan"),
+        (("--plan", "short", "--slips", "2", "--fz", "3700"), "--slips, --fz", "in the plan"),
+        (("--plan", "short", "--free-rolling"), "--free-rolling", "in the plan"),
+        (("--hidden", "4", "--tire", "racing"), "--tire", "leave"),
+        (("--hidden", "4", "--plan", "short"), "--plan", "leave"),
+        (("--hidden", "0", "--bags"), "--bags", "leave"),
+    ],
+)
+def test_what_would_be_ignored_is_refused(words, option, remedy, tmp_path):
+    folder = tmp_path / "campaign"
+    with pytest.raises(ValueError) as refusal:
+        main([str(folder), *words])
+    text = str(refusal.value)
+    assert text.startswith(f"{option}: ") and words[0] in text and remedy in text
+    assert "\n" not in text and not folder.exists()

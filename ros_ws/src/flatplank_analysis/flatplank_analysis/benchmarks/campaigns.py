@@ -54,7 +54,7 @@ class Truth:
     def stiffness(self) -> float:
         """C_Fk [N] of that table: the slope in the limit of zero slip."""
         slips = np.array(SLIPS)
-        return float(slope_weights(slips) @ self.steady(slips))
+        return float(slope_weights(slips, force := self.steady(slips)) @ force)
 
     def law(self) -> TableLaw:
         """The table that a campaign with these slips would find without noise."""

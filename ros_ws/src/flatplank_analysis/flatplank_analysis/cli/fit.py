@@ -176,7 +176,8 @@ def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str,
     if not e.determined:
         remark = e.note or "not determined"
     else:
-        remark = f"at its {e.at_bound} bound" if e.at_bound else e.note or beside
+        told = "; ".join(filter(None, (e.note, beside)))
+        remark = f"at its {e.at_bound} bound" if e.at_bound else told
     error = f"{e.std_error:.2g}" if e.determined and math.isfinite(e.std_error) else "-"
     return (condition, slip, e.name, f"{e.value:.5g}", error, e.unit, remark)
 

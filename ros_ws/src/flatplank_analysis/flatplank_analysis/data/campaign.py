@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,6 +36,8 @@ class Run:
     info: RunInfo
     store: Store
     mapping: Mapping[str, Any] | None = None
+    said: Collection[str] = ()
+    """keys with a value in campaign.yaml, which count whatever the file itself says"""
 
     def table(self, columns: Sequence[str] | None = None, check: bool = True) -> MeasurementTable:
         """The samples, `columns` only or all; raises `FlatplankError` when they are unusable."""
@@ -50,8 +52,8 @@ class Run:
         loaded = reader_for(self.store, self.info.file)(request)
         facts = dict(loaded.facts)
         measured = turned_facts(facts.pop(MEASURED, {}), self.mapping)
-        said = _merged(self.info, turned_facts(facts, self.mapping))
-        info, remarks = reconciled(said, measured)
+        merged = _merged(self.info, turned_facts(facts, self.mapping), self.said)
+        info, remarks = reconciled(merged, measured)
         table = MeasurementTable(turned_columns(loaded.columns, self.mapping), info)
         remarks += [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
         if check:
@@ -82,15 +84,16 @@ def _described(store: Store, info: RunInfo, mapping: Mapping | None) -> RunInfo:
     return info_from_dict(fill(said, loaded.facts.get(MEASURED, {})), info.file)[0]
 
 
-def _merged(info: RunInfo, facts: Mapping[str, Any]) -> RunInfo:
-    """The record of the campaign file, with what only the run's own file knows."""
+def _merged(info: RunInfo, facts: Mapping[str, Any], said: Collection[str]) -> RunInfo:
+    """The record of the campaign file, which `said` these keys, with what only the run's own file
+    knows."""
     own, _ = info_from_dict(facts, info.file)
     changes = {}
     for item in dataclasses.fields(RunInfo):
         ours, theirs = getattr(info, item.name), getattr(own, item.name)
         if item.name in ("file", "extra") or theirs == item.default:
             continue
-        if ours == item.default or ours != ours:
+        if ours != ours or (ours == item.default and item.name not in said):
             changes[item.name] = theirs
     return dataclasses.replace(info, **changes) if changes else info
 
@@ -157,7 +160,8 @@ class Campaign:
         ]
         if own and _is_bag(store, info.file):
             self.problems += untold(info, RECORD_FILE)
-        self.runs.append(Run(turned_info(info, mapping), store, mapping))
+        said = () if own else frozenset(k for k, v in entry.items() if v not in (None, "", {}))
+        self.runs.append(Run(turned_info(info, mapping), store, mapping, said))
 
     def _tell_unlisted(self, store: Store) -> None:
         """Runs that lie in the folder, and that its campaign.yaml does not name."""

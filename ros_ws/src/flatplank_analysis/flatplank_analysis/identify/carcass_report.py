@@ -88,8 +88,8 @@ def report(
 ) -> CarcassFit:
     """Estimates of c_cx, C_Fk and sigma_x with their errors; `edge` names a bound c_cx is on."""
     problem, c_cx = state.problem, state.c_cx
-    slope = problem.curve.slope_weights()
-    stiffness = float(slope @ problem.curve.force)
+    found = problem.curve.slope()
+    slope, stiffness = found.weights, found.value
     a = float(problem.geometry.half_length(np.mean([r.mean_load for r in runs]), runs[0].pressure))
     gradients = {
         "c_cx": np.append(1.0, np.zeros_like(slope)),
@@ -97,9 +97,10 @@ def report(
         "sigma_x": np.append(-stiffness / c_cx**2, slope / c_cx),
     }
     values = {"c_cx": c_cx, "slip_stiffness": stiffness, "sigma_x": stiffness / c_cx + a}
+    forms = {"c_cx": 0.0, "slip_stiffness": found.form, "sigma_x": found.form / c_cx}
     noise = repeat_noise(runs, state)
     estimates = {
-        name: _estimate(name, values[name], gradient, runs, state, noise, edge)
+        name: _estimate(name, values[name], gradient, runs, state, noise, edge, forms[name])
         for name, gradient in gradients.items()
     }
     return CarcassFit(
@@ -146,8 +147,12 @@ def _estimate(
     state: JointState,
     noise: ARNoise,
     edge: str,
+    form: float,
 ) -> Estimate:
-    """Error from what each run brings; from the noise alone where nothing was repeated."""
+    """Error from what each run brings; from the noise alone where nothing was repeated.
+
+    `form`: what the form of the steady curve adds.
+    """
     sensitivity = state.sensitivity(gradient)
     correction = _repeat_correction(state.problem.curve)
     brought = np.sum(sensitivity * state.error, axis=1)
@@ -158,11 +163,12 @@ def _estimate(
     effective = np.sum(share) ** 2 / max(float(np.sum(share**2)), 1e-300)
     dof = float(max(effective / correction, 2.0))
     held = bool(edge) and name != "slip_stiffness"
-    lack = slope_lack(state.problem.curve.kappa)
+    lack = slope_lack(state.problem.curve.kappa, state.problem.curve.force)
     known = not held and not lack
     note = f"not determined: needs {lack}" if lack else ""
     at_bound = edge if name == "c_cx" else ""
-    return Estimate(name, value, UNITS[name], error, dof, at_bound, known, note=note)
+    whole = float(np.hypot(error, form))
+    return Estimate(name, value, UNITS[name], whole, dof, at_bound, known, note=note)
 
 
 def _curve_errors(state: JointState) -> np.ndarray:
@@ -218,7 +224,7 @@ def _confusions(runs: Sequence[StepRun], curve: SteadyCurve, edge: str) -> tuple
                 "repeat each slip level at another start angle",
             )
         )
-    lack = slope_lack(curve.kappa)
+    lack = slope_lack(curve.kappa, curve.force)
     if lack:
         found.append(
             Confusion(

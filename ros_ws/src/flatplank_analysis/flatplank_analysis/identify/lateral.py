@@ -22,7 +22,7 @@ from .carcass import fit_carcass
 from .carcass_report import CarcassFit
 from .grid import SPACING, bin_means
 from .runs import StepRun
-from .steering_zero import TAIL, lack_of_mirrors, steering_zero
+from .steering_zero import TAIL, steering_zero, zero_warning
 
 SMALL_STEP = 0.02
 """Largest slip whose step tells the slip stiffness at a slip angle [-]."""
@@ -83,7 +83,7 @@ def fit_lateral_carcass(runs: Sequence[StepRun], **options: Any) -> CarcassFit:
     """c_cy [N/m], cornering stiffness [N/rad] and sigma_y [m] from lateral runs of one condition.
 
     From runs at +alpha and -alpha the steering zero is found first, and taken off; without them
-    the cornering stiffness carries a warning. `options` as for `fit_carcass`.
+    cornering stiffness and c_cy carry a warning. `options` as for `fit_carcass`.
     """
     zero = steering_zero(runs)
     if zero is not None:
@@ -91,12 +91,9 @@ def fit_lateral_carcass(runs: Sequence[StepRun], **options: Any) -> CarcassFit:
     found = fit_carcass(runs, longitudinal=False, **options)
     changes = {name: replace(getattr(found, name), name=other) for name, other in RENAMED.items()}
     bias = {RENAMED[name]: value for name, value in found.model_bias.items()}
-    stiffness = replace(changes["slip_stiffness"], unit="N/rad")
-    lack = lack_of_mirrors([run.level for run in runs])
-    if lack:
-        open_zero = f"a steering zero error is in it: add {lack}"
-        stiffness = replace(stiffness, note="; ".join(filter(None, (stiffness.note, open_zero))))
+    changes["slip_stiffness"] = replace(changes["slip_stiffness"], unit="N/rad")
+    warning = zero_warning([run.level for run in runs])
+    for name in ("c_cx", "slip_stiffness"):
+        changes[name] = changes[name].with_note(warning)
     beside = () if zero is None else (zero.zero, zero.ply)
-    return replace(
-        found, model_bias=bias, beside=beside, **(changes | {"slip_stiffness": stiffness})
-    )
+    return replace(found, model_bias=bias, beside=beside, **changes)

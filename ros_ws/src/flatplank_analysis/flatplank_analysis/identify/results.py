@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,10 @@ class Estimate:
             return (-math.inf, math.inf)
         reach = t_quantile(0.5 + level / 2.0, self.dof) * self.std_error
         return (self.value - reach, self.value + reach)
+
+    def with_note(self, text: str) -> Estimate:
+        """The same with one more note; as it is where there is none."""
+        return replace(self, note="; ".join(filter(None, (self.note, text))))
 
     def to_json(self) -> dict[str, Any]:
         """Plain values, with the 90 % interval."""

@@ -14,6 +14,8 @@ from .runs import StepRun, by_level
 
 NEAR_ZERO = 2e-3
 """Slips below this count as free rolling [-]."""
+FORM = 1.0 / 3.0
+"""Standard error of the extrapolation to zero slip, as a share of what its last term moves."""
 
 
 @dataclass(frozen=True)
@@ -33,64 +35,104 @@ class SteadyCurve:
         """As the look-up table of the model."""
         return curve_law(self.kappa, self.force)
 
-    def slope_weights(self) -> np.ndarray:
-        """Weights (k,) [1] of the forces in C_Fkappa, the slope in the limit of zero slip."""
-        return slope_weights(self.kappa)
+    def slope(self) -> Slope:
+        """C_Fkappa, the slope in the limit of zero slip, and what it hangs on."""
+        weights = slope_weights(self.kappa, self.force)
+        plain = slope_weights(self.kappa, self.force, bend=0.0)
+        form = FORM * abs(float((weights - plain) @ self.force))
+        return Slope(float(weights @ self.force), weights, form)
 
 
-def slope_weights(kappa: np.ndarray) -> np.ndarray:
-    """What each level's force contributes to the slope at zero slip (k,).
+@dataclass(frozen=True)
+class Slope:
+    """Slope of a steady curve at zero slip."""
 
-    The slope between the levels next to zero is too low, since the curve bends from the start:
-    F = K kappa (1 - q |kappa|) in the brush model. K is extrapolated, with a second pair of levels
-    or, on one side, from zero and two levels. Fewer give the secant (see `slope_lack`).
+    value: float
+    """[N]"""
+    weights: np.ndarray
+    """Its derivative by the force of each level (k,) [1]."""
+    form: float
+    """Standard error [N] from the form of the curve between zero and its neighbours."""
+
+
+def slope_weights(kappa: np.ndarray, force: np.ndarray, bend: float | None = None) -> np.ndarray:
+    """Weights (..., k) [1] of each level's force (..., k) in the slope at zero slip.
+
+    The slope between the levels next to zero is too low, since the curve bends from the start: in
+    the brush model F = K kappa (1 - q |kappa| + (q kappa)^2 / 3) until all slides at 1/q (Pacejka
+    2012, section 3.2). K and q follow from a second pair of levels or, on one side, from zero and
+    two levels; `bend` is q where it is given. Fewer levels give the secant (see `slope_lack`).
     """
-    pairs, side = _pairs(kappa), _side(kappa)
-    if len(pairs) > 1:
-        secants = [_secant(kappa, low, high) for low, high in pairs]
-        reach = [_reach(kappa, low, high) for low, high in pairs]
-        return (secants[0] * reach[1] - secants[1] * reach[0]) / (reach[1] - reach[0])
-    if side:
-        return _parabola(kappa, side)
-    low, high = pairs[0] if pairs else (0, len(kappa) - 1)
-    return _secant(kappa, low, high)
+    chords = _chords(kappa)
+    force = np.asarray(force, float)
+    if not chords:
+        low, high = (_pairs(kappa) or [(0, len(kappa) - 1)])[0]
+        return np.broadcast_to(_secant(kappa, low, high), force.shape)
+    q = np.asarray(_bend(kappa, force) if bend is None else bend)[..., None]
+    (r1, c1), (r2, c2) = (_reach(kappa, *chord) for chord in chords)
+    first, second = (1.0 - q * r + q**2 * c / 3.0 for r, c in ((r1, c1), (r2, c2)))
+    turn1, turn2 = (2.0 * q * c / 3.0 - r for r, c in ((r1, c1), (r2, c2)))
+    near, far = (_secant(kappa, *chord) for chord in chords)
+    return (turn2 * near - turn1 * far) / (first * turn2 - second * turn1)
 
 
-def slope_lack(kappa: np.ndarray) -> str:
-    """What is missing for the slope at zero slip; empty when the levels tell it."""
-    if len(_pairs(kappa)) > 1 or _side(kappa):
+def slope_lack(kappa: np.ndarray, force: np.ndarray) -> str:
+    """What is missing for the slope at zero slip; empty when the levels (k,) tell it."""
+    chords = _chords(kappa)
+    if not chords:
+        pair = "a second pair of slips, braking and driving"
+        return pair if _pairs(kappa) else "a run without slip and two small slips of one sign"
+    reach = _reach(kappa, *chords[1])[0]
+    if _bend(kappa, force) * reach < 1.0:
         return ""
-    if _pairs(kappa):
-        return "a second pair of slips, braking and driving"
-    return "a run without slip and two small slips of one sign"
+    return f"smaller slips: at {100.0 * reach:.2g} % the whole contact slides"
 
 
 def curve_law(kappa: np.ndarray, force: np.ndarray) -> TableLaw:
     """Table through the levels (k,), force (k,) or (lanes, k), with its true slope at zero slip.
 
-    Half-way between zero and its neighbours a point is put on F = F0 + K kappa (1 - q |kappa|).
+    Half-way between zero and its neighbours a point is put on the curve of the brush.
     """
-    zero = int(np.argmin(np.abs(kappa)))
-    pairs, side = _pairs(kappa), _side(kappa)
-    if abs(kappa[zero]) > NEAR_ZERO or (len(pairs) < 2 and not side):
+    zero, chords = int(np.argmin(np.abs(kappa))), _chords(kappa)
+    if abs(kappa[zero]) > NEAR_ZERO or not chords:
         return table_law(kappa, force)
     values = np.atleast_2d(force)
-    slope = values @ slope_weights(kappa)
-    low, high = pairs[0] if len(pairs) > 1 else sorted(side[:2])
-    secant = (values[:, high] - values[:, low]) / (kappa[high] - kappa[low])
-    reach = max(abs(kappa[low]), abs(kappa[high]))
-    bend = (slope - secant) / (_reach(kappa, low, high) if len(pairs) > 1 else reach)
+    q = _bend(kappa, values)
+    slope = np.sum(slope_weights(kappa, values) * values, axis=1)
     middle = values[:, zero] - slope * kappa[zero]
+
+    def brush(slip: float) -> np.ndarray:
+        return middle + slope * slip * (1.0 - q * abs(slip) + (q * slip) ** 2 / 3.0)
+
     points, added = [], []
-    for level in {low, high} - {zero}:
+    for level in set(chords[0]) - {zero}:
         end, half = kappa[level], 0.5 * kappa[level]
-        miss = values[:, level] - (middle + slope * end - bend * end * abs(end))
         points.append(half)
-        added.append(middle + slope * half - bend * half * abs(half) + 0.5 * miss)
+        added.append(brush(half) + 0.5 * (values[:, level] - brush(end)))
     slips = np.concatenate([kappa, points])
     order = np.argsort(slips)
     forces = np.hstack([values, np.array(added).T])[:, order]
     return table_law(slips[order], forces if np.ndim(force) > 1 else forces[0])
+
+
+def _bend(kappa: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """q of the brush (...,) [1] from the forces (..., k); at most where the far levels slide."""
+    near, far = _chords(kappa)
+    (r1, c1), (r2, c2) = _reach(kappa, *near), _reach(kappa, *far)
+    one, two = (force @ _secant(kappa, *chord) for chord in (near, far))
+    sliding = (c2 / 3.0) / (r2**2 - r1 * r2 + c1 / 3.0)
+    ratio = np.clip(np.divide(two, one, out=np.ones_like(two), where=one != 0.0), None, r2 / r1)
+    a, b, c = (c2 - ratio * c1) / 3.0, r2 - ratio * r1, 1.0 - ratio
+    root = 2.0 * c / (b + np.sqrt(np.maximum(b**2 - 4.0 * a * c, 0.0)))
+    return np.where(ratio > sliding, np.minimum(root, 1.0 / r2), 1.0 / r2)
+
+
+def _chords(kappa: np.ndarray) -> tuple[tuple[int, int], ...]:
+    """Levels (low, high) of the two chords that tell slope and bend, the near one first."""
+    pairs, side = _pairs(kappa), _side(kappa)
+    if len(pairs) > 1:
+        return pairs[0], pairs[1]
+    return tuple((min(side[0], i), max(side[0], i)) for i in side[1:])
 
 
 def _pairs(kappa: np.ndarray) -> list[tuple[int, int]]:
@@ -110,22 +152,16 @@ def _side(kappa: np.ndarray) -> tuple[int, ...]:
     return (zero, *(int(i) for i in found[0][:2])) if found else ()
 
 
-def _reach(kappa: np.ndarray, low: int, high: int) -> float:
-    """Slip by which the secant of K kappa (1 - q |kappa|) is too low: K (1 - q reach)."""
-    return float((kappa[high] ** 2 + kappa[low] ** 2) / (kappa[high] - kappa[low]))
+def _reach(kappa: np.ndarray, low: int, high: int) -> tuple[float, float]:
+    """What the chord of |kappa| kappa [-] and of kappa^3 [-] is, over that of kappa."""
+    one, two = kappa[low], kappa[high]
+    span = two - one
+    return float((two * abs(two) - one * abs(one)) / span), float((two**3 - one**3) / span)
 
 
 def _secant(kappa: np.ndarray, low: int, high: int) -> np.ndarray:
     weights = np.zeros(len(kappa))
     weights[[low, high]] = np.array([-1.0, 1.0]) / (kappa[high] - kappa[low])
-    return weights
-
-
-def _parabola(kappa: np.ndarray, side: tuple[int, ...]) -> np.ndarray:
-    """Slope at zero slip of the parabola through three levels."""
-    weights = np.zeros(len(kappa))
-    powers = np.vander(kappa[list(side)], 3, increasing=True)
-    weights[list(side)] = np.linalg.solve(powers.T, np.array([0.0, 1.0, 0.0]))
     return weights
 
 

@@ -64,6 +64,12 @@ def lack_of_mirrors(levels: Sequence[float]) -> str:
     return f"runs at {MIRRORED} angles with both signs, as in alpha_deg: [-5, -1, 1, 5]"
 
 
+def zero_warning(levels: Sequence[float]) -> str:
+    """What stands beside every number from these angles [deg]; empty when they tell the zero."""
+    lack = lack_of_mirrors(levels)
+    return lack and f"a steering zero error is in it: add {lack}"
+
+
 def steering_zero(runs: Sequence[StepRun]) -> SteeringZero | None:
     """From lateral runs of one condition; None without mirrored angles.
 

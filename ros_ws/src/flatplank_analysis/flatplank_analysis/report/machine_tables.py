@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.data.info import Condition
+from flatplank_analysis.identify.steering_zero import zero_warning
 from flatplank_analysis.report.beside import LateralResult
 from flatplank_analysis.report.results import CampaignResult, PointResult
 from flatplank_analysis.report.table import Cell, Table, point_table
@@ -135,8 +137,8 @@ class LateralRow:
 
     found: LateralResult
     a: float
-    mirrored: bool = True
-    """Whether the same angle was measured with the other sign."""
+    warning: str = ""
+    """On the steering zero, where the angles that were measured do not tell it."""
 
     @property
     def spring(self) -> float:
@@ -152,12 +154,7 @@ class LateralRow:
         fit = self.found.fit
         told = [e.note for e in (fit.sigma, fit.slip_stiffness) if not e.determined]
         told += [] if fit.settled else ["not settled: the asymptote is an extrapolation"]
-        told += (
-            []
-            if self.mirrored
-            else ["a steering zero error is in it: no run at the opposite angle"]
-        )
-        return "; ".join(dict.fromkeys(told))
+        return "; ".join(dict.fromkeys(filter(None, [*told, self.warning])))
 
 
 def lateral_table(result: CampaignResult) -> Table:
@@ -180,14 +177,18 @@ def lateral_table(result: CampaignResult) -> Table:
         "(7.27) in y with σ_c = a; `flatplank fit --model lateral` takes all angles together and, "
         "from runs at +α and −α, finds the steering zero."
     )
-    measured = {p.point for p in result.points if p.beside.lateral is not None}
+    angles: dict[Condition, list[float]] = {}
+    for p in result.points:
+        if p.beside.lateral is not None:
+            other = p.point._replace(alpha_deg=math.nan)
+            angles.setdefault(other, []).append(p.point.alpha_deg)
     rows = [
         (
             p.point,
             LateralRow(
                 found,
                 result.geometry.half_length(p.point.fz, p.point.pressure),
-                p.point._replace(alpha_deg=-p.point.alpha_deg) in measured,
+                zero_warning(angles[p.point._replace(alpha_deg=math.nan)]),
             ),
         )
         for p in result.points

@@ -24,6 +24,15 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sealed.generate import make_challenge
 from flatplank_hw.plant.config import PlantConfig
 
+RULED = {
+    "hidden": ({"outside", "jobs"}, "--hidden has a campaign of its own; leave it out"),
+    "plan": (
+        {"preset", "plant", "seed", "bags", "jobs"},
+        "with --plan it stands in the plan; leave it out, or write it into a plan of your own",
+    ),
+}
+"""option that says what is measured -> options that go along with it, and what of the others"""
+
 
 def parser() -> argparse.ArgumentParser:
     p = Parser(prog="flatplank simulate", description=__doc__)
@@ -77,6 +86,17 @@ def plan_arguments(o: argparse.Namespace) -> list[str]:
     return [*words, "--bags"] if o.bags else words
 
 
+def refuse_unheard(argv: list[str]) -> None:
+    """ValueError on options that the one which says what is measured would not hear."""
+    names = vars(parser().parse_args(argv))
+    said = vars(parser().parse_args(argv, argparse.Namespace(**dict.fromkeys(names))))
+    given = [name for name, value in said.items() if value is not None and name != "folder"]
+    for ruler, (along, text) in RULED.items():
+        unheard = [f"--{n.replace('_', '-')}" for n in given if n not in along | {ruler}]
+        if ruler in given and unheard:
+            raise ValueError(f"{', '.join(unheard)}: {text}")
+
+
 def slips_of(text: str | None) -> list[float]:
     if text is None:
         return list(SLIPS)
@@ -96,6 +116,7 @@ def show(done: int, count: int, name: str) -> None:
 def main(argv: list[str]) -> int:
     """Exit code 0: all runs are there."""
     o = parser().parse_args(argv)
+    refuse_unheard(argv)
     if o.outside and o.hidden is None:
         raise ValueError("--outside hides something: give --hidden SEED, too")
     if o.hidden is not None:

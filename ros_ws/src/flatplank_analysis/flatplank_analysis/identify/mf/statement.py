@@ -11,11 +11,15 @@ import numpy as np
 from ..information import confusions
 from ..least_squares import Solution, linearise
 from ..results import Estimate, Fit
+from ..steering_zero import zero_warning
 from ..uncertainty import Carried, Covariance, run_covariance
 from .candidates import proposals
 from .points import SteadyPoints
 from .problem import OutputProblem
 from .twins import twin_of
+
+SHIFTED = ("PKY1", "PHY1", "PVY1", "QHZ1")
+"""coefficients that a steering zero changes"""
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,11 @@ def report(
         open_mask |= np.isin(names, twin.statement.names)
     stated = np.array([name in problem.priors for name in names])
     open_mask = (open_mask & ~stated)[~held]
-    estimates = _estimates(problem, solution, cover, held, open_mask)
+    warning = zero_warning(np.degrees(problem.points.alpha).tolist())
+    estimates = tuple(
+        e.with_note(warning if e.name in SHIFTED else "")
+        for e in _estimates(problem, solution, cover, held, open_mask)
+    )
     error = residual * problem.error_scale()
     fit = Fit(
         model=f"mf:{output}",
