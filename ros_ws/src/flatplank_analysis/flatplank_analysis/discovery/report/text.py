@@ -3,24 +3,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.wording import plain, quantity
+
+NAMES = {"fx": "Fx", "fy": "Fy"}
+"""channels as people write them"""
 
 
 def text_of(result: Diagnosis) -> str:
     """The diagnosis in words."""
     lines = [f"verdict: {result.verdict} ({result.reason})"]
     if result.search is not None:
-        lines.append(
-            f"error of Fx: {result.rmse_before:.1f} N before, {result.rmse_after:.1f} N after, "
-            f"floor {result.floor:.1f} N; held out {result.held_out_after:.1f} N"
-        )
-    if result.limits is not None:
-        lines.append(
-            f"what counts: a mean rest of more than {result.limits.rest:.1f} N, within 5 cm "
-            f"{result.limits.stretch:.0f} N; to be found, an error up to "
-            f"{result.limits.error:.1f} N"
-        )
+        lines += _errors(result, result.search.model.runs)
     for found in result.found:
         d = found.decision
         effect, unit = d.term.effect, d.term.effect.main_parameter().unit
@@ -30,8 +27,8 @@ def text_of(result: Diagnosis) -> str:
             f"(90 %: {plain(low, 4)} .. {plain(high, 4)}), {effect.kind}, p = {d.p_value:.2g}",
             f"  {effect.what}",
             f"  check: {effect.check}",
-            f"  removed by: {effect.removes}",
         ]
+        lines += [f"  removed by: {effect.removes}"] if effect.removes else []
         if found.told:
             lines.append(f"  cannot be told apart here: {', '.join(r.name for r in found.told)}")
         for rival in found.told:
@@ -49,7 +46,7 @@ def text_of(result: Diagnosis) -> str:
             who = "; ".join(event.conditions)
             lines.append(
                 f"event: {event.coordinate} {event.start:.2f} .. {event.end:.2f}, "
-                f"{event.level:.0f} N, in {who}"
+                f"{event.level:.{0 if event.level >= 1.0 else 3}f} {_unit(result)}, in {who}"
             )
     if result.next_run:
         repeats = result.next_run.get("repeats")
@@ -58,3 +55,32 @@ def text_of(result: Diagnosis) -> str:
         )
     lines += [f"note: {note}" for note in result.notes]
     return "\n".join(lines + [f"{result.seconds:.1f} s"])
+
+
+def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
+    """Errors of the first channel in its unit, and what counts."""
+    unit, digits = _unit(result), 1 if result.floor >= 1.0 else 3
+
+    def told(value: float) -> str:
+        return f"{value:.{digits}f} {unit}"
+
+    yield (
+        f"error of {NAMES.get(runs.channels[0], runs.channels[0])}: "
+        f"{told(result.rmse_before)} before, {told(result.rmse_after)} after, "
+        f"floor {told(result.floor)}; held out {told(result.held_out_after)}"
+    )
+    limits = result.limits
+    if limits is None:
+        return
+    along = any(c.local and c.unit == "m" for c in runs.coordinates.values())
+    stretch = f", within 5 cm {limits.stretch:.0f} {unit}" if along else ""
+    yield (
+        f"what counts: a mean rest of more than {told(limits.rest)}{stretch}; "
+        f"to be found, an error up to {told(limits.error)}"
+    )
+
+
+def _unit(result: Diagnosis) -> str:
+    """Of the first channel."""
+    units = result.search.model.runs.units if result.search else ()
+    return units[0] if units else "N"
