@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.identify.mf import SteadyPoints, fit_magic_formula
 from flatplank_analysis.models.registry import SHIPPED, shipped_tir
 from flatplank_analysis.models.tir import check_tir, format_tir, parse_tir, read_tir, write_tir
 from flatplank_analysis.models.tire_state import tire_state
@@ -87,7 +88,8 @@ def test_round_trip_keeps_everything(tmp_path: Path) -> None:
         ("WIDTH                    = 0.205", "PKX1 = 15", "PKX1 is 15 in line 21 and 16 here"),
         ("PDX1                     = 1.0", "PKX1 = 15", "PKX1 stands twice, first in line"),
         ("'meter'", "'cubit'", "unit of LENGTH is cubit"),
-        ("= 61 ", "= 6 ", "not Magic Formula 6.1"),
+        ("= 61 ", "= 70 ", "not Magic Formula 5.2 or 6.0 to 6.2"),
+        ("= 61 ", "= 52 \n[LATERAL_COEFFICIENTS]\nPCY2 = 0.8", "PCY2 is of .* motorcycles"),
         ("2.0e+05", "2,0e5", "is not a number"),
         ("FNOMIN                   = 4000", "FNOMIN = 0", "FNOMIN = 0 is not positive"),
     ],
@@ -193,3 +195,64 @@ def test_what_is_written_again_has_the_units_of_the_file(tmp_path: Path) -> None
     assert again.sections["VERTICAL"]["FNOMIN"].value == "4.5"
     assert again.values["VERTICAL_STIFFNESS"] == pytest.approx(2e5)
     assert again.sections["UNITS"]["MASS"].value == "'kg'"
+
+
+OLD_TEXT = (
+    TEXT.replace("= 61 ", "= 6  ").replace("NOMPRES                  = 2.2E5", "")
+    + """
+[SCALING_COEFFICIENTS]
+LGAY                     = 0.9
+[LATERAL_COEFFICIENTS]
+PHY3                     = 0.03
+PVY3                     = -0.2
+"""
+)
+
+
+@pytest.mark.parametrize("version", ["5", "6", "21", "52"])
+def test_files_of_5_2_are_read_with_their_law(tmp_path: Path, version: str) -> None:
+    path = tmp_path / "old.tir"
+    path.write_text(OLD_TEXT.replace("= 6  ", f"= {version}  "))
+    tir = read_tir(path)
+    assert tir.law == "5.2"
+    c = tir.coefficients
+    assert (c.law, c.LGAY, c.PHY3, c.LGAX) == ("5.2", 0.9, 0.03, 1.0)
+    side = tire_state(tir, 4000, gamma=0.05).fy - tire_state(tir, 4000).fy
+    stiffness = tire_state(tir, 4000).ky
+    # small camber: its shift times the cornering stiffness, and its own force
+    assert side == pytest.approx(0.045 * (0.03 * stiffness - 0.2 * 4000), rel=0.01)
+    again = tmp_path / "again.tir"
+    write_tir(tir, again)
+    assert read_tir(again).coefficients.__dict__ == c.__dict__
+    said = " | ".join(tir.warnings())
+    assert "PHY3" not in said and "the contact length is not known" in said
+    assert tire_state(tir, 4000).to_json()["a"] is None
+
+
+def test_what_the_law_does_not_have_is_not_used_and_named() -> None:
+    mixed = parse_tir(OLD_TEXT + "PPY1 = 0.4\nPKY4 = 2\n")
+    assert mixed.coefficients.PPY1 == 0.0
+    said = " | ".join(mixed.warnings())
+    assert "Magic Formula 5.2 has no PPY1: not used; write FITTYP = 61 if" in said
+    new = parse_tir(OLD_TEXT.replace("= 6  ", "= 61 "))
+    assert new.coefficients.PHY3 == 0.0
+    assert "Magic Formula 6.1 has no PHY3, LGAY: not used; write FITTYP = 6 if" in " | ".join(
+        new.warnings()
+    )
+
+
+def test_without_fittyp_the_coefficients_tell_the_law() -> None:
+    line = " FITTYP                  = 6                 $ MF 6.1\n"
+    without = parse_tir(OLD_TEXT.replace(line, ""))
+    assert "FITTYP" not in without.entries and without.law == "5.2"
+    assert any("taken as Magic Formula 5.2" in w for w in without.warnings())
+    plain = TEXT.replace(line.replace("= 6  ", "= 61 "), "")
+    assert parse_tir(plain).law == "6.1"
+    assert parse_tir(plain.replace("'MF_05'", "'PAC2002'")).law == "5.2"
+
+
+def test_a_fit_starts_from_a_file_of_6_x() -> None:
+    points = SteadyPoints.__new__(SteadyPoints)
+    with pytest.raises(FlatplankError, match="is of Magic Formula 5.2, fits are of 6.1") as error:
+        fit_magic_formula(points, parse_tir(OLD_TEXT, "old.tir"))
+    assert "FITTYP 60 to 62" in str(error.value) and "old.tir" in str(error.value)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 
+import mf52_scalar
 import mf_scalar
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from flatplank_analysis.cli import tire as tire_verb
 from flatplank_analysis.models.magic_formula import (
     DEFAULTS,
+    OLD,
     Coefficients,
     operating_point,
     steady,
@@ -187,3 +189,25 @@ def test_radius_that_grows_with_speed_agrees_with_its_own_speed() -> None:
     assert omega * radius == pytest.approx(44.0, rel=1e-12)
     growth = 0.3135 * 0.002 * (omega * 0.3135 / 16.7) ** 2
     assert radius == pytest.approx(tire_state(Coefficients(BOOK), 4000).re + growth, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_every_term_of_5_2_against_the_formulas_spelt_out(seed: int) -> None:
+    """With every coefficient of 6.1 given, too: 5.2 has none of them."""
+    rng = np.random.default_rng(seed)
+    values = _everything(rng) | {"PTX1": 2.3, "PTX2": 1.4, "PTX3": -0.2, "PTY1": 2.1, "PTY2": 1.9}
+    c = Coefficients(values, OLD)
+    for _ in range(20):
+        point = [rng.uniform(1500, 7000), *rng.uniform(-0.2, 0.2, 2), rng.uniform(-0.1, 0.1)]
+        wanted = mf52_scalar.forces(values, *point, 16.7)
+        found = tire_state(c, *point, rng.uniform(1.6e5, 2.8e5), 16.7).to_json()
+        for name, value in wanted.items():
+            assert found[name] == pytest.approx(value, rel=1e-9), name
+
+
+def test_5_2_and_6_1_agree_without_camber_and_pressure() -> None:
+    old, new = Coefficients(BOOK, OLD), Coefficients(BOOK)
+    for row in BOOK_ROWS:
+        fz, kappa, alpha = row[:3]
+        at = (fz, kappa, alpha, 0.0, BOOK["NOMPRES"], 16.7)
+        assert tire_state(old, *at) == tire_state(new, *at)

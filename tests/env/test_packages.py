@@ -20,7 +20,8 @@ INSTALL = ROOT / "ros_ws" / "install"
 PACKAGES = sorted(path.parent.name for path in SOURCES.glob("*/package.xml"))
 PYTHON_PACKAGES = [name for name in PACKAGES if (SOURCES / name / "setup.py").exists()]
 KEYS = {"yaml": "python3-yaml", "control": "python-control-pip"} | {
-    name: f"python3-{name}" for name in ("jinja2", "matplotlib", "numba", "numpy", "scipy")
+    name: f"python3-{name}"
+    for name in ("jinja2", "matplotlib", "numba", "numpy", "pandas", "scipy")
 }
 """Keys of imports that are not called `python3-NAME-pip`. What ends in `-pip` comes from PyPI, and
 the README's command leaves it out."""

@@ -39,6 +39,7 @@ setup(
         "mcap",
         "numba",
         "numpy",
+        "pandas",
         "pyarrow",
         "pyyaml",
         "rosbags",

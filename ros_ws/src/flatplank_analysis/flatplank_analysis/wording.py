@@ -18,3 +18,16 @@ def plain(value: float, digits: int = 3) -> str:
 def quantity(value: float, unit: str, digits: int = 3) -> str:
     """A number with its unit; what has none (unit "1") stands alone."""
     return plain(value, digits) + ("" if unit == "1" else f" {unit}")
+
+
+def table(rows: list[tuple[str, ...]]) -> str:
+    """Text columns, the first to the left, the others to the right."""
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    out = []
+    for row in rows:
+        cells = [
+            cell.ljust(w) if i == 0 else cell.rjust(w)
+            for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        out.append("  ".join(cells).rstrip())
+    return "\n".join(out)

@@ -6,10 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from flatplank_analysis.cli import common, loop
+from flatplank_analysis.cli import common
 from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import find, library, load_file
+from flatplank_analysis.wording import table
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -86,7 +87,7 @@ def _one(effect: type[Effect], as_json: bool) -> int:
         low, high = p["bounds"]
         cells = (f"{p['null']:g}", f"{low:g} .. {high:g}", f"{p['matters']:g}")
         rows.append((p["name"], p["unit"], *cells))
-    print(loop.table(rows))
+    print(table(rows))
     return 0
 
 

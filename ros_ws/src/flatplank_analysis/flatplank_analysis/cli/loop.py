@@ -98,26 +98,18 @@ def _require_access(folder: Path) -> None:
         raise FlatplankError("may not be written to", str(folder), "choose another place")
 
 
+def watched() -> bool:
+    """True where a person looks on: a terminal, or a notebook."""
+    return sys.stderr.isatty() or "ipykernel" in sys.modules
+
+
 def progress(text: str, share: float) -> None:
     """One line that is overwritten, where a person looks on."""
-    if sys.stderr.isatty():
+    if watched():
         print(f"\r\x1b[2K{min(share, 0.99):4.0%} {text}", end="", file=sys.stderr, flush=True)
 
 
 def progress_done() -> None:
     """Clear the progress line."""
-    if sys.stderr.isatty():
+    if watched():
         print("\r\x1b[2K", end="", file=sys.stderr, flush=True)
-
-
-def table(rows: list[tuple[str, ...]]) -> str:
-    """Text columns, the first to the left, the others to the right."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    out = []
-    for row in rows:
-        cells = [
-            cell.ljust(w) if i == 0 else cell.rjust(w)
-            for i, (cell, w) in enumerate(zip(row, widths, strict=True))
-        ]
-        out.append("  ".join(cells).rstrip())
-    return "\n".join(out)

@@ -163,6 +163,14 @@ class RunInfo:
         return out | dict(self.extra)
 
 
+UNITS: Mapping[str, str] = {
+    "kappa": "1", "fz": "N", "pressure": "bar", "alpha_deg": "deg", "gamma_deg": "deg",
+    "start_angle_deg": "deg", "effective_rolling_radius": "m", "step_position": "m",
+    "speed": "m/s", "et_value": "m", "adapter_thickness": "m", "wheel_camber_deg": "deg",
+}  # fmt: skip
+"""of the fields that have one"""
+
+
 def stem_of(file: str) -> str:
     """A file or bag without folder and suffix."""
     stem = file.rstrip("/").rsplit("/", 1)[-1]

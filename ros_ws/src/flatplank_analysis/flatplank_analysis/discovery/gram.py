@@ -22,6 +22,13 @@ class Gram:
     energy: np.ndarray
     """(runs,)"""
 
+    @classmethod
+    def of(cls, s: np.ndarray, e: np.ndarray) -> Gram:
+        """Sums of columns (runs, m, n) and a residual (runs, n), both as they count."""
+        return cls(
+            s @ np.swapaxes(s, 1, 2), (s @ e[:, :, None])[:, :, 0], np.einsum("ri,ri->r", e, e)
+        )
+
     def total(self, rows=None) -> tuple[np.ndarray, np.ndarray, float]:
         """Sums over all runs or some."""
         pick = slice(None) if rows is None else rows
@@ -61,11 +68,7 @@ class Metric:
 
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> Gram:
         """Sums of a residual (channels, runs, samples) and columns (n, ... the same)."""
-        s = np.moveaxis(self(columns), 0, 1)
-        e = self(residual[None])[0]
-        return Gram(
-            s @ np.swapaxes(s, 1, 2), (s @ e[:, :, None])[:, :, 0], np.einsum("ri,ri->r", e, e)
-        )
+        return Gram.of(np.moveaxis(self(columns), 0, 1), self(residual[None])[0])
 
     def _white(self, values: np.ndarray) -> np.ndarray:
         count, channels, runs, _ = values.shape

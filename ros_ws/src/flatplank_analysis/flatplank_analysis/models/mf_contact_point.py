@@ -42,7 +42,7 @@ class ContactPointMF(MFTyre):
         c = self.coefficients.replaced(changed)
         o = self._point(c, inputs)._replace(alpha=self.contact_alpha(c, inputs))
         spring = np.broadcast_to(shape.stiffness_x(c, o), shape_of)
-        flat = Coefficients({k: v[..., 0] if np.ndim(v) else v for k, v in c.__dict__.items()})
+        flat = c.at(0)
         points = _by_sample(o, shape_of)
         slip = _start(flat, points[0], np.broadcast_to(inputs.start_fx, shape_of[:2]))
         out = np.empty((shape_of[2], *shape_of[:2]))

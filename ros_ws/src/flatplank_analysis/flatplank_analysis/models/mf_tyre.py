@@ -85,7 +85,7 @@ def _contact_slip(
 def _start(c: Coefficients, o: OperatingPoint, inputs: RunInputs, axis: str) -> np.ndarray:
     """Slip that gives the measured start force along the tangent at zero slip (lanes, runs)."""
     first = OperatingPoint(*(v[..., 0] if np.ndim(v) else v for v in o))
-    first_c = Coefficients({k: v[..., 0] if np.ndim(v) else v for k, v in c.__dict__.items()})
+    first_c = c.at(0)
     forces = steady(first_c, first)
     if axis == "fx":
         return (inputs.start_fx - forces.fx) / forces.kxk

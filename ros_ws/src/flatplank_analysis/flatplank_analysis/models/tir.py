@@ -3,7 +3,8 @@
 
 Read is what the tools of the field write: a key may stand in two sections (MASS in [UNITS] and in
 [INERTIA]), a value may be empty, other units are converted, what is missing takes its documented
-default and a remark names it. Unknown sections and keys are kept, in their order, and written
+default and a remark names it. FITTYP says which law the coefficients belong to; those that it does
+not have are not used, and named. Unknown sections and keys are kept, in their order, and written
 again. A contradiction is an error of one line.
 """
 
@@ -15,10 +16,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import FlatplankError
-from .magic_formula import DEFAULTS, REQUIRED, SECTION_OF, Coefficients
+from .magic_formula import (
+    DEFAULTS,
+    LATEST,
+    NOT_OF,
+    OLD,
+    REQUIRED,
+    SECTION_OF,
+    Coefficients,
+)
 from .tir_units import UNITS, factor
 
-FORMULAS = {60, 61, 62}
+LAWS = {5: OLD, 6: OLD, 21: OLD, 51: OLD, 52: OLD, 60: LATEST, 61: LATEST, 62: LATEST}
+"""FITTYP -> law of the Magic Formula"""
+MOTORCYCLE = "PCY2"
+"""the Magic Formula of motorcycles (MF-MCTyre, PAC_MC) has a second curve, of the camber"""
+OLD_FORMATS = ("pac2002",)
+"""PROPERTY_FILE_FORMAT of files without FITTYP that are of 5.2"""
 LISTED = (
     "LONGITUDINAL_COEFFICIENTS", "LATERAL_COEFFICIENTS", "ALIGNING_COEFFICIENTS",
     "SCALING_COEFFICIENTS",
@@ -74,7 +88,19 @@ class TirFile:
     @property
     def coefficients(self) -> Coefficients:
         """Coefficients ready for use; what is not given has its null value."""
-        return Coefficients(self.values)
+        given = self.values
+        # 5.2 knows no pressure: any will do as the nominal one
+        usual = {"NOMPRES": given.get("INFLPRES") or 1e5} if self.law == OLD else {}
+        return Coefficients(usual | given, self.law)
+
+    @property
+    def law(self) -> str:
+        """The law that the coefficients belong to, as FITTYP says, else by what there is."""
+        given = self.entries
+        if "FITTYP" in given:
+            return LAWS.get(int(_number("FITTYP", given["FITTYP"], self.path)), LATEST)
+        kind = _text(given.get("PROPERTY_FILE_FORMAT", Entry(""))).lower()
+        return OLD if kind in OLD_FORMATS or NOT_OF[LATEST] & given.keys() else LATEST
 
     def replaced(self, values: Mapping[str, float]) -> TirFile:
         """The same file with other or more coefficients, given in SI."""
@@ -150,13 +176,20 @@ def check_tir(tir: TirFile) -> None:
             )
     _refuse_two_values(tir)
     version = entries.get("FITTYP")
-    if version and _number("FITTYP", version, tir.path) not in FORMULAS:
+    if version and _number("FITTYP", version, tir.path) not in LAWS:
         raise FlatplankError(
-            f"FITTYP = {version.value} is not Magic Formula 6.1 or 6.2",
+            f"FITTYP = {version.value} is not Magic Formula 5.2 or 6.0 to 6.2",
             f"{tir.path} line {version.line}",
             "convert the file to FITTYP = 61",
         )
-    missing = [key for key in REQUIRED if key not in entries]
+    if MOTORCYCLE in entries:
+        raise FlatplankError(
+            f"{MOTORCYCLE} is of the Magic Formula of motorcycles",
+            f"{tir.path} line {entries[MOTORCYCLE].line}",
+            "give a file of a car tire, FITTYP 6 or 60 to 62",
+        )
+    needed = [k for k in REQUIRED if not (k == "NOMPRES" and tir.law == OLD)]
+    missing = [key for key in needed if key not in entries]
     if missing:
         first = f"[{SECTION_OF[missing[0]]}]"
         raise FlatplankError(
@@ -214,14 +247,16 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
         )
     if c.PKY2 == 0.0:
         yield "PKY2 = 0: the load of the largest cornering stiffness is zero, taken as the limit"
-    for stiffness, length in (
-        ("LONGITUDINAL_STIFFNESS", "sigma_x"),
-        ("LATERAL_STIFFNESS", "sigma_y"),
+    for stiffness, own, length in (
+        ("LONGITUDINAL_STIFFNESS", c.PTX1, "sigma_x"),
+        ("LATERAL_STIFFNESS", c.PTY1, "sigma_y"),
     ):
-        if not given.get(stiffness, 0.0) > 0.0:
+        if not (given.get(stiffness, 0.0) > 0.0 or own):
             yield f"{stiffness} is missing: {length} is not known"
     if not c.VERTICAL_STIFFNESS > 0.0:
         yield "VERTICAL_STIFFNESS is missing: R_e and the contact length are not known"
+    elif not (c.Q_RA1 or c.Q_RA2):
+        yield "Q_RA1 and Q_RA2 are missing: the contact length is not known"
     angle = tir.sections.get("UNITS", {}).get("ANGLE")
     if angle and _text(angle).lower().startswith("deg"):
         yield "ANGLE is in degrees: coefficients are per radian all the same, as tools write them"
@@ -229,10 +264,18 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
     if others:
         yield f"converted to SI from {', '.join(others)}"
     if "FITTYP" not in tir.entries:
-        yield "FITTYP is missing: taken as Magic Formula 6.1"
+        yield f"FITTYP is missing: taken as Magic Formula {tir.law}"
+    foreign = [k for k in given if k in NOT_OF[tir.law] and given[k] != DEFAULTS[k]]
+    if foreign:
+        other = 61 if tir.law == OLD else 6
+        yield (
+            f"Magic Formula {tir.law} has no {', '.join(foreign)}: not used; write FITTYP = "
+            f"{other} if the file was fitted with the other one"
+        )
     if not any(given.get(key) for key in ("RBX1", "RBY1")):
         yield "RBX1 and RBY1 are missing: combined slip does not reduce the forces"
     absent = [k for k in DEFAULTS if k not in given and DEFAULTS[k] == DEFAULTS[k]]
+    absent = [k for k in absent if k not in NOT_OF[tir.law]]
     plain = [k for k in absent if SECTION_OF[k] in LISTED]
     if plain:
         yield f"not in the file, taken with their defaults: {', '.join(plain)}"

@@ -27,7 +27,7 @@ class TireState:
     re: float
     """Effective rolling radius [m]."""
     a: float
-    """Half contact length [m]."""
+    """Half contact length [m]; NaN when the file has none of its coefficients."""
     sigma_x: float
     """Longitudinal relaxation length [m]."""
     sigma_y: float
@@ -65,7 +65,7 @@ def tire_state(
         mz=float(forces.mz),
         mx=_overturning(c, o, forces.fy),
         re=float(shape.rolling(c, o, vx)[0]),
-        a=float(shape.contact_length(c, o)),
+        a=float(shape.contact_length(c, o)) if c.Q_RA1 or c.Q_RA2 else math.nan,
         sigma_x=float(shape.relaxation_x(c, o)),
         sigma_y=float(shape.relaxation_y(c, o)),
         kx=float(forces.kxk),

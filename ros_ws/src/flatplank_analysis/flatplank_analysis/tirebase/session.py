@@ -47,8 +47,12 @@ class Session:
     @classmethod
     def open(cls, folder: str, files: Sequence[str] = (), mapping: Any = None) -> Session:
         """Read a campaign; `files` hold effects of the user, which must keep the contract."""
+        return cls.of(Campaign.load(folder, mapping=mapping), files)
+
+    @classmethod
+    def of(cls, campaign: Campaign, files: Sequence[str] = ()) -> Session:
+        """The same of a campaign that is loaded."""
         effects = sound_library(files)
-        campaign = Campaign.load(folder, mapping=mapping)
         data = load_runs(campaign)
         return cls(campaign, data, TireModel(data), effects, tuple(files))
 
@@ -172,14 +176,17 @@ class Session:
         state = make_state(self.model, fitter, fit, list(self.effects.values()))
         return Step(state, screen.screen(state), [])
 
-    def add(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
-        """Put an effect into the model and refit everything jointly."""
+    def add(
+        self, model: ModelFile, name: str, before: Step | None = None
+    ) -> tuple[ModelFile, Step, dict[str, Any]]:
+        """Put an effect into the model and refit everything jointly; `before`: `fit(model)`, when
+        it is known."""
         effect = self.effects.get(name) or find(name, self.files)
         if sum(e.name == name for e in model.effects) >= effect.instances:
             raise FlatplankError(
                 f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
             )
-        before = self.fit(model)
+        before = before or self.fit(model)
         known = screen.settings_of(before.screen, name)
         if not known:
             raise FlatplankError(

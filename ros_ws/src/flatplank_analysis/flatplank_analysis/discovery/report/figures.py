@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.fit import amplitude
-from flatplank_analysis.discovery.search import Search
+from flatplank_analysis.discovery.search import Search, Step
 from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
@@ -20,8 +22,22 @@ BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
 
 
+class Drawn(Figure):
+    """A figure that a notebook shows by itself; matplotlib's own is shown by pyplot only."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as a picture."""
+    stream = io.BytesIO()
+    FigureCanvasAgg(figure).print_png(stream)
+    return stream.getvalue()
+
+
 def _figure(width: float, height: float) -> Figure:
-    return Figure(figsize=(width, height), layout="constrained", dpi=110)
+    return Drawn(figsize=(width, height), layout="constrained", dpi=110)
 
 
 def _clean(axes) -> None:
@@ -34,18 +50,19 @@ def short(label: str) -> str:
     return label.split(",", 1)[0]
 
 
-def conditions(search: Search) -> Figure:
-    """Error of every condition before and after, with the floor."""
-    first, last = search.steps[0], search.last
-    runs = search.model.runs
+def conditions(steps: Sequence[Step]) -> Figure:
+    """Error of every condition at the first and the last step, with the floor."""
+    first, last = steps[0], steps[-1]
+    runs = last.state.runs
     before = first.state.floors[0].rmse_condition
     after = last.state.floors[0].rmse_condition
     x = np.arange(len(before))
     figure = _figure(8.0, 3.4)
     axes = figure.add_subplot()
-    moved = len(search.steps) > 1
+    moved = len(steps) > 1
+    alone = "with its effects" if first.state.fit.terms else "base alone"
     width = 0.4 if moved else 0.7
-    axes.bar(x - (0.2 if moved else 0), before, width, color=GREY, label="base alone")
+    axes.bar(x - (0.2 if moved else 0), before, width, color=GREY, label=alone)
     if moved:
         axes.bar(x + 0.2, after, width, color=BLUE, label="with the effects")
     floor = last.state.floors[0].floor
@@ -151,13 +168,13 @@ def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
     return figure
 
 
-def residual(search: Search) -> Figure:
+def residual(step: Step) -> Figure:
     """Mean residual of every condition over the first place coordinate: a picture, no more."""
-    runs = search.model.runs
-    mean = runs.mean(search.last.state.residual[0])
+    runs = step.state.runs
+    mean = runs.mean(step.state.residual[0])
     name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))
     coordinate = runs.coordinates[name]
-    floor = search.last.state.floors[0].floor
+    floor = step.state.floors[0].floor
     figure = _figure(8.0, 0.8 + 0.42 * len(mean))
     axes = figure.add_subplot()
     gap = max(4.0 * floor, 1.2 * float(np.abs(mean).max()))

@@ -12,7 +12,6 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, select_autoescape
 from markupsafe import Markup
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
@@ -32,7 +31,7 @@ class _Book:
 
     def add(self, name: str, figure: Figure) -> Markup:
         """Save as PNG and SVG; the SVG text, its ids made unique on the page."""
-        FigureCanvasAgg(figure).print_png(self.folder / f"{name}.png")
+        (self.folder / f"{name}.png").write_bytes(figures.png(figure))
         text = io.StringIO()
         FigureCanvasSVG(figure).print_svg(text)
         svg = text.getvalue()
@@ -75,9 +74,9 @@ def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
     maps = where.make_maps(runs, first.state.residual[0], first.state.floors[0].floor)
     steps = waterfall_steps(result, history)
     svg = {
-        "conditions": book.add("conditions", figures.conditions(search)),
+        "conditions": book.add("conditions", figures.conditions(search.steps)),
         "ranking": book.add("ranking", figures.ranking(search)),
-        "residual": book.add("residual", figures.residual(search)),
+        "residual": book.add("residual", figures.residual(search.last)),
         "waterfall": book.add("waterfall", figures.waterfall(steps, result.floor)),
     }
     return environment.get_template("page.html.j2").render(
@@ -129,7 +128,7 @@ def waterfall_steps(
     result: Diagnosis, history: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, Any]]:
     """Name, `rmse` and `held_out` of the steps of a model file and of those found from there."""
-    steps = _history_steps(history)
+    steps = history_steps(history)
     if not steps:
         return figures.steps_of(result)
     began = [t.effect.identifier for t in result.search.steps[0].state.fit.terms]
@@ -138,7 +137,7 @@ def waterfall_steps(
     return steps + (figures.steps_of(result)[1:] if began == ended else [])
 
 
-def _history_steps(history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def history_steps(history: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Waterfall from the history of a model file."""
     sign = {"add": "+ ", "remove": "− "}
     return [

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FlatplankError
-from ...models.magic_formula import Coefficients
+from ...models.magic_formula import LATEST, Coefficients
 from ...models.tir import TirFile
 from ..least_squares import Solution
 from ..quality import relative_error
@@ -88,6 +88,12 @@ def fit_magic_formula(
     Raises when force curves were wanted and the points have none: the result would be `tir`'s.
     """
     settings = settings or MFSettings()
+    if tir.law != LATEST:
+        raise FlatplankError(
+            f"is of Magic Formula {tir.law}, fits are of {LATEST}",
+            tir.path or "start file",
+            "start from a file of FITTYP 60 to 62, or without one",
+        )
     if not np.isfinite(points.pressure).all():
         remedy = "write 'pressure:' [bar] in the run records"
         raise FlatplankError("inflation pressure not said", "Magic Formula", remedy)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The coefficients of the Magic Formula 6.1/6.2: names, sections, defaults.
+"""The coefficients of the Magic Formula 5.2 and 6.0 to 6.2: names, sections, defaults.
 
 Names and sections are those of a `.tir` file (tire property file). A coefficient that a file
 does not give has its null value: 1 for a scaling factor, 0 otherwise, with the few exceptions
@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
 
 SECTIONS: dict[str, str] = {
     "MODEL": "LONGVL VXLOW",
@@ -30,19 +32,19 @@ SECTIONS: dict[str, str] = {
     "FLATPLANK_RADIUS": "Q_REA Q_REG",
     "SCALING_COEFFICIENTS": (
         "LFZO LCX LMUX LEX LKX LHX LVX LCY LMUY LEY LKY LHY LVY LKYC LKZC LTR LRES LXAL LYKA "
-        "LVYKA LS LVMX LMX"
+        "LVYKA LS LVMX LMX LGAX LGAY LGAZ LSGKP LSGAL"
     ),
     "LONGITUDINAL_COEFFICIENTS": (
         "PCX1 PDX1 PDX2 PDX3 PEX1 PEX2 PEX3 PEX4 PKX1 PKX2 PKX3 PHX1 PHX2 PVX1 PVX2 "
-        "PPX1 PPX2 PPX3 PPX4 RBX1 RBX2 RBX3 RCX1 REX1 REX2 RHX1"
+        "PPX1 PPX2 PPX3 PPX4 RBX1 RBX2 RBX3 RCX1 REX1 REX2 RHX1 PTX1 PTX2 PTX3"
     ),
     "OVERTURNING_COEFFICIENTS": (
         "QSX1 QSX2 QSX3 QSX4 QSX5 QSX6 QSX7 QSX8 QSX9 QSX10 QSX11 QSX12 QSX13 QSX14 PPMX1"
     ),
     "LATERAL_COEFFICIENTS": (
         "PCY1 PDY1 PDY2 PDY3 PEY1 PEY2 PEY3 PEY4 PEY5 PKY1 PKY2 PKY3 PKY4 PKY5 PKY6 PKY7 "
-        "PHY1 PHY2 PVY1 PVY2 PVY3 PVY4 PPY1 PPY2 PPY3 PPY4 PPY5 "
-        "RBY1 RBY2 RBY3 RBY4 RCY1 REY1 REY2 RHY1 RHY2 RVY1 RVY2 RVY3 RVY4 RVY5 RVY6"
+        "PHY1 PHY2 PHY3 PVY1 PVY2 PVY3 PVY4 PPY1 PPY2 PPY3 PPY4 PPY5 "
+        "RBY1 RBY2 RBY3 RBY4 RCY1 REY1 REY2 RHY1 RHY2 RVY1 RVY2 RVY3 RVY4 RVY5 RVY6 PTY1 PTY2"
     ),
     "ALIGNING_COEFFICIENTS": (
         "QBZ1 QBZ2 QBZ3 QBZ4 QBZ5 QBZ9 QBZ10 QCZ1 QDZ1 QDZ2 QDZ3 QDZ4 QDZ6 QDZ7 QDZ8 QDZ9 "
@@ -72,6 +74,22 @@ _UNKNOWN = dict.fromkeys(
     ("VERTICAL_STIFFNESS", "LATERAL_STIFFNESS", "LONGITUDINAL_STIFFNESS"), float("nan")
 )
 
+LATEST, OLD = "6.1", "5.2"
+"""laws: equations of 6.0 to 6.2 (2010, 2012), and of 5.0 to 5.2 (2006)"""
+_OF_ONE_LAW = {
+    OLD: "LGAX LGAY LGAZ LSGKP LSGAL PTX1 PTX2 PTX3 PTY1 PTY2 PHY3",
+    LATEST: (
+        "PFZ1 PCFX1 PCFX2 PCFX3 PCFY1 PCFY2 PCFY3 LKYC LKZC PPX1 PPX2 PPX3 PPX4 RBX3 "
+        "QSX4 QSX5 QSX6 QSX7 QSX8 QSX9 QSX10 QSX11 QSX12 QSX13 QSX14 PPMX1 "
+        "PEY5 PKY4 PKY5 PKY6 PKY7 PPY1 PPY2 PPY3 PPY4 PPY5 RBY4 QDZ10 QDZ11 PPZ1 PPZ2"
+    ),
+}
+NOT_OF: dict[str, frozenset[str]] = {
+    OLD: frozenset(_OF_ONE_LAW[LATEST].split()),
+    LATEST: frozenset(_OF_ONE_LAW[OLD].split()),
+}
+"""law -> coefficients that it does not have: they keep their null values"""
+
 DEFAULTS: dict[str, float] = {
     name: 1.0 if section == "SCALING_COEFFICIENTS" else 0.0 for name, section in SECTION_OF.items()
 } | (_NOT_ZERO | _UNKNOWN)
@@ -80,16 +98,25 @@ DEFAULTS: dict[str, float] = {
 class Coefficients:
     """All coefficients as attributes; a value is a float or an array that broadcasts (lanes).
 
-    SI units (N, m, Pa, rad). Names that the Magic Formula does not know are ignored.
+    SI units (N, m, Pa, rad). Names that the law does not know are ignored.
     """
 
-    def __init__(self, values: Mapping[str, Any]) -> None:
+    def __init__(self, values: Mapping[str, Any], law: str = LATEST) -> None:
+        foreign = NOT_OF[law]
         self.__dict__.update(DEFAULTS)
-        self.__dict__.update({k: v for k, v in values.items() if k in SECTION_OF})
+        self.__dict__.update(
+            {k: v for k, v in values.items() if k in SECTION_OF and k not in foreign}
+        )
+        self.__dict__["law"] = law
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"the Magic Formula has no coefficient {name}")
 
     def replaced(self, values: Mapping[str, Any]) -> Coefficients:
         """The same coefficients with some of them changed."""
-        return Coefficients(self.__dict__ | dict(values))
+        return Coefficients(self.__dict__ | dict(values), self.law)
+
+    def at(self, sample: int) -> Coefficients:
+        """The same of one sample, where coefficients follow the samples."""
+        values = {k: v[..., sample] if np.ndim(v) else v for k, v in self.__dict__.items()}
+        return Coefficients(values, self.law)

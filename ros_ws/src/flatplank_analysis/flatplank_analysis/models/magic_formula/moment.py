@@ -4,13 +4,16 @@
 Where the book and the article of 2010 differ, the article is followed, as MF-Tyre does: the trail
 grows with QDZ3 gamma (signed), its slope with QBZ4 gamma + QBZ5 |gamma|, the arm of Fx uses
 FNOMIN, and the equivalent slip angles go through tangents (A54, A55).
+
+In 5.2 the camber thrust has the trail of all side force, the camber of trail and residual moment
+has the scaling factor LGAZ, and Mx has three coefficients (Pacejka 2006, section 4.3.2).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from .coefficients import Coefficients
+from .coefficients import LATEST, OLD, Coefficients
 from .pure import PureY, lateral
 from .state import OperatingPoint, Value, away_from_zero, cos_atan, cos_course, curve_angle, sign
 
@@ -29,13 +32,14 @@ def aligning(
     # (K_x/K_y kappa)^2: slip of the other direction, told as a slip angle.
     other = kxk / kya * o.kappa
     other = other * other
+    tilted = o._replace(gamma=o.gamma * c.LGAZ)
     alpha_r = _equivalent(o.alpha + pure_y.sh_y + pure_y.sv_y / kya, other)
-    alpha_t = o.alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * o.gamma
-    fy_prime = _force_without_camber(c, o, pure_y) * g_yk
-    moment = _residual(c, o, pure_y) * cos_atan(
+    alpha_t = o.alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * tilted.gamma
+    fy_prime = WITH_TRAIL[c.law](c, o, pure_y) * g_yk
+    moment = _residual(c, tilted, pure_y) * cos_atan(
         (c.QBZ9 * c.LKY / c.LMUY + c.QBZ10 * pure_y.b_y * pure_y.c_y) * alpha_r
     )
-    moment = moment - _trail(c, o, alpha_t, _equivalent(alpha_t, other)) * fy_prime
+    moment = moment - _trail(c, tilted, alpha_t, _equivalent(alpha_t, other)) * fy_prime
     if np.any(c.SSZ1) or np.any(c.SSZ2) or np.any(c.SSZ3) or np.any(c.SSZ4):
         arm = c.SSZ1 + c.SSZ2 * fy / c.FNOMIN + (c.SSZ3 + c.SSZ4 * o.dfz) * o.gamma
         moment = moment + c.UNLOADED_RADIUS * arm * c.LS * fx
@@ -51,6 +55,15 @@ def _equivalent(angle: Value, other: Value) -> Value:
 def _force_without_camber(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
     """Fy0 at gamma = 0 (4.E74): camber thrust has no trail."""
     return lateral(c, o._replace(gamma=0.0)).fy0 if np.any(o.gamma) else pure_y.fy0
+
+
+def _whole_force(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
+    """Fy0 as it is, of 5.2."""
+    return pure_y.fy0
+
+
+WITH_TRAIL = {LATEST: _force_without_camber, OLD: _whole_force}
+"""law -> the part of Fy0 that acts at the pneumatic trail"""
 
 
 def _trail(c: Coefficients, o: OperatingPoint, alpha_t: Value, alpha_eq: Value) -> Value:
@@ -76,6 +89,17 @@ def _residual(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
 
 
 def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
+    """Mx [Nm]."""
+    return OVERTURNING[c.law](c, o, fy)
+
+
+def _overturning_old(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
+    """Mx [Nm] of 5.2: LMX scales camber and side force only."""
+    loaded = (c.QSX3 * fy / c.FNOMIN - c.QSX2 * o.gamma) * c.LMX
+    return c.UNLOADED_RADIUS * o.fz * (c.QSX1 * c.LVMX + loaded)
+
+
+def _overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
     """Mx [Nm] (equation 49 of the draft of the article, with QSX12 to QSX14)."""
     load, side = o.fz / c.FNOMIN, fy / c.FNOMIN
     mixed = np.cos(c.QSX5 * np.arctan((c.QSX6 * load) ** 2))
@@ -85,3 +109,6 @@ def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
     per_load = per_load + c.QSX10 * np.arctan(c.QSX11 * load) * o.gamma
     per_side = c.QSX13 + c.QSX14 * np.abs(o.gamma)
     return c.UNLOADED_RADIUS * c.LMX * (o.fz * per_load + fy * per_side)
+
+
+OVERTURNING = {LATEST: _overturning, OLD: _overturning_old}

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pure slip: Fx0 and Fy0 of the Magic Formula (equations 4.E9 to 4.E30, no turn slip)."""
+"""Pure slip: Fx0 and Fy0 of the Magic Formula (equations 4.E9 to 4.E30, no turn slip).
+
+What 5.2 does in another way is marked (Pacejka 2006, section 4.3.2; the same terms in PAC2002):
+camber counts by a scaling factor of its own in Fx, Fy and Mz, and shifts the side slip by PHY3.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .coefficients import Coefficients
+from .coefficients import LATEST, OLD, Coefficients
 from .state import OperatingPoint, Value, away_from_zero, curve_angle, sign
 
 
@@ -39,7 +43,8 @@ def longitudinal_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
 def longitudinal(c: Coefficients, o: OperatingPoint) -> PureX:
     """Fx at zero slip angle (4.E9 to 4.E18)."""
     pressure = 1.0 + c.PPX3 * o.dpi + c.PPX4 * o.dpi * o.dpi
-    camber = 1.0 - c.PDX3 * o.gamma * o.gamma
+    gamma = o.gamma * c.LGAX
+    camber = 1.0 - c.PDX3 * gamma * gamma
     d_x = (c.PDX1 + c.PDX2 * o.dfz) * pressure * camber * c.LMUX * o.fz
     c_x = c.PCX1 * c.LCX
     kxk = longitudinal_stiffness(c, o)
@@ -53,22 +58,36 @@ def longitudinal(c: Coefficients, o: OperatingPoint) -> PureX:
 
 def cornering_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
     """K_ya (4.E25) [N/rad]; PKY2 = 0 means a load of the maximum at zero, hence the atan2."""
-    load_of_maximum = (c.PKY2 + c.PKY5 * o.gamma * o.gamma) * (1.0 + c.PPY2 * o.dpi)
+    gamma = o.gamma * c.LGAY
+    load_of_maximum = (c.PKY2 + c.PKY5 * gamma * gamma) * (1.0 + c.PPY2 * o.dpi)
     fz0 = c.LFZO * c.FNOMIN
     angle = np.arctan2(o.fz / fz0 * sign(load_of_maximum), np.abs(load_of_maximum))
-    factor = c.PKY1 * fz0 * (1.0 + c.PPY1 * o.dpi) * (1.0 - c.PKY3 * np.abs(o.gamma))
+    factor = c.PKY1 * fz0 * (1.0 + c.PPY1 * o.dpi) * (1.0 - c.PKY3 * np.abs(gamma))
     return factor * np.sin(c.PKY4 * angle) * c.LKY
 
 
 def lateral(c: Coefficients, o: OperatingPoint) -> PureY:
     """Fy at zero longitudinal slip (4.E19 to 4.E30)."""
     kya = cornering_stiffness(c, o)
+    o = o._replace(gamma=o.gamma * c.LGAY)
     sv_gamma = o.fz * (c.PVY3 + c.PVY4 * o.dfz) * o.gamma * c.LKYC * c.LMUY
-    kyg0 = o.fz * (c.PKY6 + c.PKY7 * o.dfz) * (1.0 + c.PPY5 * o.dpi) * c.LKYC
-    sh_y = (c.PHY1 + c.PHY2 * o.dfz) * c.LHY
-    sh_y = sh_y + (kyg0 * o.gamma - sv_gamma) / away_from_zero(kya)
+    sh_y = (c.PHY1 + c.PHY2 * o.dfz) * c.LHY + CAMBER_SHIFT[c.law](c, o, kya, sv_gamma)
     sv_y = o.fz * (c.PVY1 + c.PVY2 * o.dfz) * c.LVY * c.LMUY + sv_gamma
     return _lateral_curve(c, o, kya, sh_y, sv_y)
+
+
+def _by_stiffness(c: Coefficients, o: OperatingPoint, kya: Value, sv_gamma: Value) -> Value:
+    """Share of S_Hy that gives the camber stiffness K_yg0 (4.E27, 4.E30) [rad]."""
+    kyg0 = o.fz * (c.PKY6 + c.PKY7 * o.dfz) * (1.0 + c.PPY5 * o.dpi) * c.LKYC
+    return (kyg0 * o.gamma - sv_gamma) / away_from_zero(kya)
+
+
+def _by_camber(c: Coefficients, o: OperatingPoint, _kya: Value, _sv_gamma: Value) -> Value:
+    """The same of 5.2: proportional to the camber [rad]."""
+    return c.PHY3 * o.gamma
+
+
+CAMBER_SHIFT = {LATEST: _by_stiffness, OLD: _by_camber}
 
 
 def _lateral_curve(

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Radii, deflection, contact patch, stiffnesses and relaxation lengths.
 
-Source: Besselink, Schmeitz, Pacejka (2010), equations 1 to 10 and 17 to 19; thesis (7.20), (7.21).
+Source: Besselink, Schmeitz, Pacejka (2010), equations 1 to 10 and 17 to 19; thesis (7.20), (7.21);
+relaxation lengths of 5.2: Pacejka 2006, as the manual of MF-Tyre 5.2 has them.
 """
 
 from __future__ import annotations
@@ -83,10 +84,18 @@ def stiffness_y(c: Coefficients, o: OperatingPoint) -> Value:
 
 
 def relaxation_x(c: Coefficients, o: OperatingPoint) -> Value:
-    """sigma_x = K_xk / C_x [m] (7.7)."""
-    return np.abs(longitudinal_stiffness(c, o) / stiffness_x(c, o))
+    """sigma_x [m]: K_xk / C_x (7.7), or the formula of 5.2 where its coefficients are given."""
+    if not np.any(c.PTX1):
+        return np.abs(longitudinal_stiffness(c, o) / stiffness_x(c, o))
+    size = (c.PTX1 + c.PTX2 * o.dfz) * np.exp(-c.PTX3 * o.dfz) * c.LSGKP
+    return np.abs(c.UNLOADED_RADIUS * o.fz / c.FNOMIN * size)
 
 
 def relaxation_y(c: Coefficients, o: OperatingPoint) -> Value:
-    """sigma_y = K_ya / C_y [m]."""
-    return np.abs(cornering_stiffness(c, o) / stiffness_y(c, o))
+    """sigma_y [m]: K_ya / C_y, or the formula of 5.2 where its coefficients are given."""
+    if not np.any(c.PTY1):
+        return np.abs(cornering_stiffness(c, o) / stiffness_y(c, o))
+    fz0 = c.LFZO * c.FNOMIN
+    shape = np.sin(2.0 * np.arctan2(o.fz / fz0, np.abs(c.PTY2)))
+    camber = 1.0 - c.PKY3 * np.abs(o.gamma * c.LGAY)
+    return np.abs(c.PTY1 * shape * camber * c.UNLOADED_RADIUS * c.LFZO * c.LSGAL)

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model lacks, as `flatplank diagnose` tells it, with figures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from flatplank_analysis.api.choice import chosen
+from flatplank_analysis.api.model import Model, open_session
+from flatplank_analysis.api.runs import same_runs
+from flatplank_analysis.api.shown import page
+from flatplank_analysis.cli import loop
+from flatplank_analysis.discovery.report.text import text_of
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.errors import FlatplankError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def diagnose(
+    runs: pd.DataFrame,
+    model: Model | None = None,
+    effects: Sequence[str | os.PathLike[str]] = (),
+    measured: Mapping[str, Mapping[str, float]] | None = None,
+) -> Diagnosed:
+    """Search for what a model lacks; without one the bare tire is asked.
+
+    effects: files of one's own beside the library; measured: starting values [SI] by effect and
+    parameter, as a calibration gives them.
+    """
+    files = [*map(os.fspath, effects), *(model.session.files if model else ())]
+    if model and same_runs(model.session.campaign, runs) and not effects:
+        session = model.session
+    else:
+        session = open_session(runs, files)
+    start = model.start if model else None
+    result = session.diagnose(start, loop.progress, measured)
+    loop.progress_done()
+    return Diagnosed(result, session.campaign.path, start.history if start else ())
+
+
+class Diagnosed:
+    """A verdict with everything that is told with it; `print` shows what the command prints."""
+
+    def __init__(
+        self, result: Diagnosis, campaign: str, history: Sequence[Mapping[str, Any]]
+    ) -> None:
+        self.result, self.campaign, self._history = result, campaign, history
+
+    @property
+    def verdict(self) -> str:
+        """One of `flatplank_analysis.discovery.verdict.VERDICTS`."""
+        return self.result.verdict
+
+    @property
+    def effects(self) -> pd.DataFrame:
+        """What was found: name, size, unit, interval, what looks the same, p-value."""
+        return pd.DataFrame(self.to_dict()["effects"])
+
+    @property
+    def next_run(self) -> dict[str, Any]:
+        """The run that would tell more; empty when none would."""
+        return self.result.next_run
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `flatplank diagnose`."""
+        return self.result.to_dict()
+
+    def plot(self, what: str = "conditions") -> Figure:
+        """A figure: `conditions`, `ranking`, `residual`, `waterfall`, or an effect's name."""
+        from flatplank_analysis.discovery.report import figures
+        from flatplank_analysis.discovery.report.page import waterfall_steps
+
+        search = self.result.search
+        if search is None:
+            raise FlatplankError(self.result.reason, self.campaign, "there is nothing to draw")
+        drawn = {
+            "conditions": lambda: figures.conditions(search.steps),
+            "ranking": lambda: figures.ranking(search),
+            "residual": lambda: figures.residual(search.last),
+            "waterfall": lambda: figures.waterfall(
+                waterfall_steps(self.result, self._history), self.result.floor
+            ),
+        }
+        for i, found in enumerate(self.result.found):
+            name = found.decision.term.effect.identifier
+            drawn[name] = lambda i=i: figures.collapse(search, i)
+        return chosen(drawn, what)()
+
+    def report(self, folder: str | os.PathLike[str]) -> Path:
+        """Write the page of `flatplank diagnose --report`; returns it."""
+        from flatplank_analysis.discovery.report.page import write_report
+
+        return write_report(self.result, Path(folder), self.campaign, self._history)
+
+    def __repr__(self) -> str:
+        return text_of(self.result)
+
+    def _repr_html_(self) -> str:
+        drawn = [self.plot("conditions"), self.plot("ranking")] if self.result.search else []
+        return page(repr(self), figures=drawn)

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A model of runs: fitted numbers, effects in and out, comparison with runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from flatplank_analysis.api.choice import chosen
+from flatplank_analysis.api.runs import campaign_of, same_runs, warn
+from flatplank_analysis.api.shown import page
+from flatplank_analysis.cli import loop
+from flatplank_analysis.discovery import determined
+from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
+from flatplank_analysis.discovery.search import Step
+from flatplank_analysis.tirebase import comparison
+from flatplank_analysis.tirebase.session import Session
+from flatplank_analysis.wording import plain, quantity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def fit(
+    runs: pd.DataFrame,
+    model: str | os.PathLike[str] | None = None,
+    effects: Sequence[str | os.PathLike[str]] = (),
+) -> Model:
+    """Fit the tire to a table of runs; `flatplank compare` does the same.
+
+    model: a model file to begin with, its effects included; effects: files of one's own.
+    """
+    file = load_model(model) if model is not None else None
+    own = [e.file for e in file.effects if e.file] if file else []
+    session = open_session(runs, [*map(os.fspath, effects), *own])
+    made = Model(session, file)
+    _ = made.step
+    return made
+
+
+def open_session(runs: pd.DataFrame, files: Sequence[str] = ()) -> Session:
+    """What the verbs open, of a table of runs; its problems are warnings."""
+    campaign = campaign_of(runs)
+    session = Session.of(campaign, files)
+    warn(campaign.problems)
+    return session
+
+
+class Model:
+    """A tire with the effects that were added; nothing of it changes, `add` gives another one."""
+
+    def __init__(
+        self,
+        session: Session,
+        start: ModelFile | None,
+        before: Model | None = None,
+        numbers: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.session = session
+        self.start = start
+        """the model file that the fit begins with, None: the bare tire"""
+        self.before = before
+        self.numbers: Mapping[str, Any] = numbers or {}
+        """what `flatplank add --json` tells of the last step: size, interval, error, doubts"""
+
+    @cached_property
+    def step(self) -> Step:
+        """The fit, with its floor."""
+        loop.progress("fit", 0.3)
+        step = self.session.fit(self.start)
+        loop.progress_done()
+        return step
+
+    @property
+    def file(self) -> ModelFile:
+        """What `save` writes: the numbers of the fit, and how they came about."""
+        if self.start is not None and self.start.history:
+            return self.start
+        start = self.start or ModelFile()
+        return self.session.begun(self.session.file_of(start, self.step.state.fit), self.step)
+
+    @property
+    def effects(self) -> list[str]:
+        """Effects in the model by identifier."""
+        return [e.name for e in self.file.effects]
+
+    @cached_property
+    def parameters(self) -> pd.DataFrame:
+        """Every fitted number: value, 90 % interval, and which runs determine it."""
+        return pd.DataFrame(
+            {
+                "of": n.owner or "tire",
+                "parameter": n.name,
+                "value": n.value,
+                "unit": n.unit,
+                "low": n.interval[0],
+                "high": n.interval[1],
+                "determined by": n.words(),
+                "remark": "at an end of its range" if n.at_bound else "",
+            }
+            for n in determined.numbers_of(self.step.state)
+        )
+
+    @property
+    def history(self) -> pd.DataFrame:
+        """Error, floor and held-out error [N] after every step."""
+        kept = ("action", "effect", "rmse", "floor", "held_out")
+        return pd.DataFrame([{k: step.get(k) for k in kept} for step in self.file.history])
+
+    def add(self, effect: str) -> Model:
+        """The model with one more effect, everything refitted; `flatplank add` does the same."""
+        loop.progress("refit of everything", 0.3)
+        file, _, numbers = self.session.add(self._begin, effect, self.step)
+        loop.progress_done()
+        return Model(self.session, file, self, numbers)
+
+    def remove(self, effect: str) -> Model:
+        """The model without the last instance of an effect, everything refitted."""
+        loop.progress("refit of everything", 0.3)
+        file, _, numbers = self.session.remove(self._begin, effect)
+        loop.progress_done()
+        return Model(self.session, file, self, numbers)
+
+    def undo(self) -> Model:
+        """The model as it was before the last `add` or `remove`, to the number."""
+        return Model(self.session, self._begin.undone())
+
+    @property
+    def _begin(self) -> ModelFile:
+        """What the verbs find where this model was saved, or nothing was."""
+        return self.start or ModelFile()
+
+    def compare(self, runs: pd.DataFrame) -> Comparison:
+        """The model fitted to runs, beside the floor of their repeats."""
+        if same_runs(self.session.campaign, runs):
+            return Comparison(self.session, [m.step for m in (self._first, self) if m is not None])
+        session = open_session(runs, self.session.files)
+        return Comparison(session, [session.fit(self.start)])
+
+    @property
+    def _first(self) -> Model | None:
+        """The model that this one grew from."""
+        first = self.before
+        while first is not None and first.before is not None:
+            first = first.before
+        return first
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write a model file, which the verbs and `fit(runs, model=path)` read."""
+        save_unchanged(self.file, path)
+        return Path(path)
+
+    def plot(self) -> Figure:
+        """Fitted and held-out error after every step."""
+        from flatplank_analysis.discovery.report import figures
+        from flatplank_analysis.discovery.report import page as pages
+
+        level = self.step.state.floors[0].floor
+        return figures.waterfall(pages.history_steps(self.file.history), level)
+
+    def __repr__(self) -> str:
+        now = self.session.numbers(self.step)
+        lines = [f"model: {' + '.join(['tire', *self.effects])}"]
+        if "size" in self.numbers:
+            low, high = self.numbers["interval"]
+            size = quantity(self.numbers["size"], self.numbers["unit"], 4)
+            lines.append(f"{self.effects[-1]}: {size} (90 %: {plain(low, 4)} .. {plain(high, 4)})")
+        lines.append(f"error of Fx {now['rmse']:.1f} N, floor {now['floor']:.1f} N")
+        return "\n".join(lines + [f"doubt: {d}" for d in self.numbers.get("doubts", ())])
+
+    def _repr_html_(self) -> str:
+        return page(repr(self), [self.parameters, self.history])
+
+
+class Comparison:
+    """Error of a model beside the floor, by condition and over the coordinates.
+
+    `numbers` is the JSON of `flatplank compare`, `print` shows its words.
+    """
+
+    def __init__(self, session: Session, steps: Sequence[Step]) -> None:
+        self.steps = list(steps)
+        self.numbers = comparison.numbers(session, self.steps[-1])
+
+    @property
+    def conditions(self) -> pd.DataFrame:
+        """Error, floor and what is beyond it [N] of every condition."""
+        return pd.DataFrame(self.numbers["conditions"])
+
+    def plot(self, what: str = "conditions") -> Figure:
+        """A figure: `conditions`, `residual`, or a coordinate of `maps`."""
+        from flatplank_analysis.discovery import where
+        from flatplank_analysis.discovery.report import figures
+
+        step, runs = self.steps[-1], self.steps[-1].state.runs
+        drawn = {
+            "conditions": lambda: figures.conditions(self.steps),
+            "residual": lambda: figures.residual(step),
+        }
+        maps = where.make_maps(runs, step.state.residual[0], step.state.floors[0].floor)
+        drawn |= {m.coordinate: lambda m=m: figures.map_of(m, runs.condition_names) for m in maps}
+        return chosen(drawn, what)()
+
+    @property
+    def maps(self) -> list[str]:
+        """Coordinates over which what is left can be drawn, the one that orders it best first."""
+        return [m["coordinate"] for m in self.numbers["where"]]
+
+    def __repr__(self) -> str:
+        return comparison.text_of(self.numbers)
+
+    def _repr_html_(self) -> str:
+        return page(repr(self), figures=[self.plot()])

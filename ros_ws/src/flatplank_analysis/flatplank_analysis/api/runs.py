@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A campaign as a pandas table of runs, and the samples of a run as a DataFrame with units."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from flatplank_analysis.cli.common import read_mapping
+from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
+from flatplank_analysis.data.campaign import Run as CampaignRun
+from flatplank_analysis.data.info import UNITS
+from flatplank_analysis.data.problem import Problem
+from flatplank_analysis.errors import FlatplankError
+
+RUN = "run"
+"""column of a table of runs that holds the runs themselves"""
+SHOWN = ("name", "condition", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start")
+"""columns that every table of runs has, beside those in which some run says something"""
+
+
+class Run:
+    """One run of a table of runs; `table` reads its samples, `info` is its record."""
+
+    def __init__(self, campaign: Campaign, run: CampaignRun) -> None:
+        self.campaign, self.source = campaign, run
+
+    @property
+    def info(self) -> RunInfo:
+        """The run record."""
+        return self.source.info
+
+    @property
+    def measured(self) -> MeasurementTable:
+        """The samples as the verbs have them."""
+        return self.source.table()
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The samples in SI units, read anew; `attrs["units"]` has the unit of each column."""
+        measured = self.measured
+        frame = pd.DataFrame(dict(measured.columns))
+        frame.attrs = {"run": self.info.file, "units": measured.units}
+        return frame
+
+    def __repr__(self) -> str:
+        return self.info.name
+
+
+def load(
+    folder: str | os.PathLike[str], mapping: str | Mapping[str, Any] | None = None
+) -> pd.DataFrame:
+    """The runs of a campaign folder, one a row; column `run` holds the runs themselves.
+
+    mapping: foreign topics or columns, as a dictionary or a YAML file. Runs that cannot be used
+    are told as warnings. `attrs["units"]` has the units of the columns.
+    """
+    given = mapping if isinstance(mapping, Mapping) else read_mapping(mapping)
+    campaign = Campaign.load(folder, mapping=given)
+    warn(campaign.problems)
+    rows = [_row(campaign, run) for run in campaign.runs]
+    said = {k for k in rows[0] if k in SHOWN or any(_says(row[k], k) for row in rows)}
+    frame = pd.DataFrame([{k: v for k, v in row.items() if k in said} for row in rows])
+    frame.attrs = {"units": {k: UNITS[k] for k in frame if k in UNITS}}
+    return frame
+
+
+def _row(campaign: Campaign, run: CampaignRun) -> dict[str, Any]:
+    info = run.info
+    head = {RUN: Run(campaign, run), "name": info.name, "condition": info.condition.label()}
+    return head | {f.name: getattr(info, f.name) for f in _FIELDS}
+
+
+_FIELDS = [f for f in dataclasses.fields(RunInfo) if f.name not in ("file", "extra")]
+_DEFAULTS = {f.name: f.default for f in _FIELDS}
+
+
+def _says(value: Any, key: str) -> bool:
+    """False for a default, NaN among them."""
+    return key not in _DEFAULTS or (value != _DEFAULTS[key] and value == value)
+
+
+def campaign_of(runs: pd.DataFrame) -> Campaign:
+    """The campaign of a table of runs: also of some of them, or of several tables in one."""
+    if not isinstance(runs, pd.DataFrame) or RUN not in runs:
+        raise FlatplankError(
+            f"{type(runs).__name__} is no table of runs", "runs", 'make one by load("FOLDER")'
+        )
+    own: Sequence[Run] = list(dict.fromkeys(runs[RUN]))
+    if not own:
+        raise FlatplankError("no run is left", "runs", "keep some of the rows")
+    folders = list({id(r.campaign): r.campaign for r in own}.values())
+    path = "+".join(campaign.path for campaign in folders)
+    return Campaign(path, [r.source for r in own], folders[0].tire)
+
+
+def same_runs(campaign: Campaign, runs: pd.DataFrame) -> bool:
+    """True when a campaign was made of just these runs."""
+    other = campaign_of(runs).runs
+    return [id(r) for r in campaign.runs] == [id(r) for r in other]
+
+
+def warn(problems: Iterable[Problem]) -> None:
+    """Problems as Python's warnings, one line each."""
+    for problem in problems:
+        warnings.warn(str(problem), stacklevel=3)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How well each fitted number is known, and which runs say so.
+
+A fit turns the scores of the runs into numbers: z = A^-1 (sum of scores + S prior), with A the
+products P_r of the Jacobian of all runs and the strength S of what was known beforehand. With a
+row a of A^-1 the interval of a number comes from the scatter of a's score among repeats, whatever
+the noise is like; a'P_r a is what run r knows of it with all other numbers free, a'Sa the prior.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm as normal
+from scipy.stats import t as student
+
+from flatplank_analysis.discovery.dispersion import among_repeats
+from flatplank_analysis.discovery.fit import priors
+from flatplank_analysis.discovery.gram import Gram, solve
+from flatplank_analysis.discovery.state import State
+
+PRIOR = "what is known beforehand"
+TOLD, LEAST = 3, 0.1
+"""at most so many conditions are named, each with at least this share"""
+HALF = 0.5
+"""share of a number that data and prior must determine together"""
+
+
+@dataclass(frozen=True)
+class Number:
+    """A fitted number of a model."""
+
+    owner: str
+    """effect, empty for the tire"""
+    name: str
+    unit: str
+    value: float
+    interval: tuple[float, float]
+    """90 %; infinite where the runs do not determine it"""
+    shares: tuple[tuple[str, float], ...]
+    """what determines it, the largest share first"""
+    at_bound: bool = False
+
+    def words(self) -> str:
+        """What determines it."""
+        if not np.isfinite(self.interval[0]):
+            return "not determined by these runs"
+        told = [f"{who} {share:.0%}" for who, share in self.shares if share >= LEAST]
+        return "; ".join(told[:TOLD]) or "many conditions, a little each"
+
+
+def numbers_of(state: State) -> list[Number]:
+    """All fitted numbers of a state's model, the tire's first."""
+    fit, runs = state.fit, state.runs
+    entries = state.fitter.task(fit).entries
+    weight = state.fitter.weight
+    gram = Gram.of(_rows(fit.jacobian * weight), _rows((state.residual * weight)[None])[:, 0])
+    strength = state.fitter.known_before(entries)[1]
+    whole = gram.total()[0] + np.diag(strength)
+    inverse = solve(whole, gram.total()[1])[1]
+    known = np.where(strength > 0.0, priors(entries)[1], 0.0)
+    prior_part = (inverse * strength) ** 2 @ known**2
+    out = []
+    for i, entry in enumerate(entries):
+        row, p = inverse[i], entry.parameter
+        parts = np.einsum("j,rjk,k->r", row, gram.products, row)
+        reach = np.inf
+        if float(row @ whole[:, i]) > HALF:
+            reach = entry.scale * _reach(runs.groups, gram.scores @ row, parts, prior_part[i])
+        term = fit.terms[entry.term] if entry.term >= 0 else None
+        value = term.named()[p.name] if term else float(fit.base[_place(state, p.name)])
+        out.append(
+            Number(
+                term.effect.identifier if term else "", p.name, p.unit, value,
+                (value - reach, value + reach),
+                _shares(state, parts, float(row**2 @ strength)),
+                p.name in fit.at_bound,
+            )
+        )  # fmt: skip
+    return out
+
+
+def _rows(values: np.ndarray) -> np.ndarray:
+    """(n, channels, runs, samples) as (runs, n, channels and samples)."""
+    return np.moveaxis(values, 2, 0).reshape(values.shape[2], len(values), -1)
+
+
+def _reach(groups, contributed: np.ndarray, parts: np.ndarray, prior: float) -> float:
+    """Half the 90 % interval of a number in its scale, from the scatter among repeats."""
+    dispersion, freedom = among_repeats(groups, contributed, parts)
+    scatter = float(student.ppf(0.95, freedom)) ** 2 * dispersion * float(parts.sum())
+    return float(np.sqrt(scatter + float(normal.ppf(0.95)) ** 2 * prior))
+
+
+def _shares(state: State, parts: np.ndarray, prior: float) -> tuple[tuple[str, float], ...]:
+    """Conditions and what is known beforehand by their share, the largest first."""
+    runs = state.runs
+    heads = [name.split(",", 1)[0] for name in runs.condition_names]
+    names = heads if len(set(heads)) == len(heads) else runs.condition_names
+    all_parts = {n: float(parts[g].sum()) for n, g in zip(names, runs.groups, strict=True)}
+    all_parts |= {PRIOR: prior} if prior > 0.0 else {}
+    total = max(sum(all_parts.values()), 1e-30)
+    return tuple(sorted(((n, v / total) for n, v in all_parts.items()), key=lambda s: -s[1]))
+
+
+def _place(state: State, name: str) -> int:
+    return [p.name for p in state.model.parameters].index(name)

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A diagnosis in words, as the command line and a notebook show it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.wording import plain, quantity
+
+NAMES = {"fx": "Fx", "fy": "Fy"}
+"""channels as people write them"""
+
+
+def text_of(result: Diagnosis) -> str:
+    """The diagnosis in words."""
+    lines = [f"verdict: {result.verdict} ({result.reason})"]
+    if result.search is not None:
+        lines += _errors(result, result.search.model.runs)
+    for found in result.found:
+        d = found.decision
+        effect, unit = d.term.effect, d.term.effect.main_parameter().unit
+        low, high = d.interval
+        lines += [
+            f"{effect.identifier}: {quantity(d.term.size, unit, 4)} "
+            f"(90 %: {plain(low, 4)} .. {plain(high, 4)}), {effect.kind}, p = {d.p_value:.2g}",
+            f"  {effect.what}",
+            f"  check: {effect.check}",
+        ]
+        lines += [f"  removed by: {effect.removes}"] if effect.removes else []
+        if found.told:
+            lines.append(f"  cannot be told apart here: {', '.join(r.name for r in found.told)}")
+        for rival in found.told:
+            other = rival.term.effect
+            size = quantity(rival.term.size, other.main_parameter().unit, 4)
+            lines += [
+                f"  or {rival.name}: {size}",
+                f"    check: {other.check}",
+                f"    removed by: {other.removes}",
+            ]
+    if result.verdict in ("none of these", "partly"):
+        for m in result.maps[:3]:
+            lines.append(f"left over {m.coordinate}: {m.words()}")
+        for event in result.events[:3]:
+            who = "; ".join(event.conditions)
+            lines.append(
+                f"event: {event.coordinate} {event.start:.2f} .. {event.end:.2f}, "
+                f"{event.level:.{0 if event.level >= 1.0 else 3}f} {_unit(result)}, in {who}"
+            )
+    if result.next_run:
+        repeats = result.next_run.get("repeats")
+        lines.append(
+            f"next run: {result.next_run['what']}" + (f", {repeats} x" if repeats else "")
+        )
+    lines += [f"note: {note}" for note in result.notes]
+    return "\n".join(lines + [f"{result.seconds:.1f} s"])
+
+
+def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
+    """Errors of the first channel in its unit, and what counts."""
+    unit, digits = _unit(result), 1 if result.floor >= 1.0 else 3
+
+    def told(value: float) -> str:
+        return f"{value:.{digits}f} {unit}"
+
+    yield (
+        f"error of {NAMES.get(runs.channels[0], runs.channels[0])}: "
+        f"{told(result.rmse_before)} before, {told(result.rmse_after)} after, "
+        f"floor {told(result.floor)}; held out {told(result.held_out_after)}"
+    )
+    limits = result.limits
+    if limits is None:
+        return
+    along = any(c.local and c.unit == "m" for c in runs.coordinates.values())
+    stretch = f", within 5 cm {limits.stretch:.0f} {unit}" if along else ""
+    yield (
+        f"what counts: a mean rest of more than {told(limits.rest)}{stretch}; "
+        f"to be found, an error up to {told(limits.error)}"
+    )
+
+
+def _unit(result: Diagnosis) -> str:
+    """Of the first channel."""
+    units = result.search.model.runs.units if result.search else ()
+    return units[0] if units else "N"
