@@ -207,6 +207,11 @@ def test_the_recorder_fills_in_what_nobody_said(tmp_path):
     )
 
 
+def test_a_recording_that_never_began_says_so():
+    said = in_words(told("{tire: TOY}").record)
+    assert said.startswith("nothing was recorded: the plank did not start to move")
+
+
 def test_what_was_said_stays_and_what_was_measured_otherwise_is_noted(tmp_path):
     record, _ = recorded(tmp_path, controlled(0.05), "{tire: TOY, kappa: 0.0, pressure: 2.5}")
     assert (record.name, record.kappa, record.fz) == ("TOY_by_hand", 0.0, 3700.0)

@@ -66,6 +66,11 @@ def told(text: str, name: str = "") -> Told:
 
 def in_words(record: RunRecord) -> str:
     """What was recorded, on one line for people."""
+    if not record.cycles_received:
+        return (
+            "nothing was recorded: the plank did not start to move "
+            "(at_once: true records a bench at rest)"
+        )
     words = [record.measurement.replace("_", " ")]
     if record.measurement == "slip":
         name = record.waveform.get("name", "step")
