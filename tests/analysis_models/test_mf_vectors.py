@@ -15,6 +15,7 @@ from flatplank_analysis.cli import tire as tire_verb
 from flatplank_analysis.models.magic_formula import (
     DEFAULTS,
     OLD,
+    SWITCHES,
     Coefficients,
     operating_point,
     steady,
@@ -110,13 +111,19 @@ def _everything(rng: np.random.Generator) -> dict[str, float]:
     values |= {k: float(rng.uniform(0.8, 1.2)) for k in DEFAULTS if k[0] == "L" and "_" not in k}
     values |= {"LONGVL": 16.7, "PEX1": -1.5, "PEX4": 0.3, "PEY1": 0.7, "PEY4": 8.0, "PEY5": -12.0}
     values |= {"PDX3": 1.5, "PDY3": 1.2, "PKX3": 0.3, "QEZ1": -2.0, "QBZ10": 0.7, "RVY5": 1.9}
+    values |= {"TAN_ALPHA": 0.0, "CAP_E": 1.0, "A_MU": 1.0}
     return values | {"RVY4": 9.0, "RVY6": 12.0, "RBX3": 6.0, "RBY4": 7.0, "PKY5": 1.1, "QSX9": 2.0}
 
 
+SETTINGS = [{}, {"TAN_ALPHA": 1.0}, {"CAP_E": 0.0}, {"A_MU": 10.0}]
+SETTINGS.append({"TAN_ALPHA": 1.0, "CAP_E": 0.0, "A_MU": 10.0})
+
+
+@pytest.mark.parametrize("switches", SETTINGS, ids=lambda s: "+".join(s) or "as MF-Tyre")
 @pytest.mark.parametrize("seed", range(8))
-def test_every_term_against_the_formulas_spelt_out(seed: int) -> None:
+def test_every_term_against_the_formulas_spelt_out(seed: int, switches: dict[str, float]) -> None:
     rng = np.random.default_rng(seed)
-    values = _everything(rng)
+    values = _everything(rng) | switches
     c = Coefficients(values)
     for _ in range(20):
         point = [rng.uniform(1500, 7000), *rng.uniform(-0.2, 0.2, 2), rng.uniform(-0.1, 0.1)]
@@ -211,3 +218,22 @@ def test_5_2_and_6_1_agree_without_camber_and_pressure() -> None:
         fz, kappa, alpha = row[:3]
         at = (fz, kappa, alpha, 0.0, BOOK["NOMPRES"], 16.7)
         assert tire_state(old, *at) == tire_state(new, *at)
+
+
+@pytest.mark.parametrize("name", SWITCHES)
+def test_a_switch_is_an_option_is_kept_in_the_file_and_changes_forces(
+    name: str, tmp_path, capsys
+) -> None:
+    """Of the verb, of a file that is written, of the coefficients."""
+    file, value = tmp_path / "tire.tir", 1.0 - DEFAULTS[name] if name != "A_MU" else 10.0
+    tir = shipped_tir().replaced({"LMUY": 0.7, "PEY1": 1.4, "PEX1": 1.4})
+    write_tir(tir, file)
+    at = ["--fz", "3700", "--kappa", "0.1", "--alpha", "0.3", "--json"]
+    assert tire_verb.main([str(file), *at]) == 0
+    usual = json.loads(capsys.readouterr().out)
+    assert tire_verb.main([str(file), *at, f"--{name.lower().replace('_', '-')}", str(value)]) == 0
+    other = json.loads(capsys.readouterr().out)
+    assert other["fy"] != pytest.approx(usual["fy"], rel=1e-6)
+    write_tir(tir.replaced({name: value}), file)
+    assert tire_verb.main([str(file), *at]) == 0
+    assert json.loads(capsys.readouterr().out) == other

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.cli.arguments import Parser
+from flatplank_analysis.models.magic_formula import SWITCHES
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_state import tire_state
 
@@ -35,9 +36,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--gamma", type=float, default=0.0, help="camber angle [rad]")
     parser.add_argument("--pressure", type=float, help="[Pa] (default: nominal)")
     parser.add_argument("--vx", type=float, default=0.03, help="speed [m/s]")
+    for name, text in SWITCHES.items():
+        option = f"--{name.lower().replace('_', '-')}"
+        parser.add_argument(option, dest=name, type=float, metavar="NUMBER", help=text)
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     arguments = parser.parse_args(argv)
     tire = read_tir(arguments.file)
+    set_here = {k: getattr(arguments, k) for k in SWITCHES if getattr(arguments, k) is not None}
+    tire = tire.replaced(set_here)
     for warning in tire.warnings(arguments.vx):
         print(f"warning: {warning}", file=sys.stderr)
     names = ("fz", "kappa", "alpha", "gamma", "pressure", "vx")

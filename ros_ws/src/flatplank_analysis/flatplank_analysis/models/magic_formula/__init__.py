@@ -3,7 +3,8 @@
 MF-Tyre has it.
 
 MF-Tyre's practice is followed: alpha itself instead of tan(alpha), digressive friction with
-A_mu = 1, sign(0) = +1, curvature factors capped at 1, no reduction of slip at low speed.
+A_mu = 1, sign(0) = +1, curvature factors capped at 1, no reduction of slip at low speed. Other
+programs differ in the first three: `SWITCHES`.
 """
 
 from .coefficients import (
@@ -14,6 +15,7 @@ from .coefficients import (
     REQUIRED,
     SECTION_OF,
     SECTIONS,
+    SWITCHES,
     Coefficients,
 )
 from .forces import SteadyForces, steady, steady_forces
@@ -27,6 +29,7 @@ __all__ = [
     "REQUIRED",
     "SECTIONS",
     "SECTION_OF",
+    "SWITCHES",
     "Coefficients",
     "OperatingPoint",
     "SteadyForces",

@@ -30,6 +30,7 @@ SECTIONS: dict[str, str] = {
     # Not of MF-Tyre: the thesis measured that R_e depends on side slip and camber (figures 7.30,
     # 7.31). Other tools pass over a section that they do not know.
     "FLATPLANK_RADIUS": "Q_REA Q_REG",
+    "FLATPLANK_FORMULA": "TAN_ALPHA CAP_E A_MU",
     "SCALING_COEFFICIENTS": (
         "LFZO LCX LMUX LEX LKX LHX LVX LCY LMUY LEY LKY LHY LVY LKYC LKZC LTR LRES LXAL LYKA "
         "LVYKA LS LVMX LMX LGAX LGAY LGAZ LSGKP LSGAL"
@@ -69,7 +70,7 @@ REQUIRED: tuple[str, ...] = (
 )
 """Without these no force can be computed; the vertical stiffness tells only R_e, a and rho."""
 
-_NOT_ZERO = {"Q_RE0": 1.0, "PKY4": 2.0, "LONGVL": 16.7}
+_NOT_ZERO = {"Q_RE0": 1.0, "PKY4": 2.0, "LONGVL": 16.7, "CAP_E": 1.0, "A_MU": 1.0}
 _UNKNOWN = dict.fromkeys(
     ("VERTICAL_STIFFNESS", "LATERAL_STIFFNESS", "LONGITUDINAL_STIFFNESS"), float("nan")
 )
@@ -89,6 +90,13 @@ NOT_OF: dict[str, frozenset[str]] = {
     LATEST: frozenset(_OF_ONE_LAW[OLD].split()),
 }
 """law -> coefficients that it does not have: they keep their null values"""
+
+SWITCHES = {
+    "TAN_ALPHA": "1: tan(alpha) is the slip of all curves, as in the book; 0: alpha itself",
+    "CAP_E": "1: curvature factors are at most 1; 0: as they are",
+    "A_MU": "digressive friction of the vertical shifts (4.E8): 1 none, the book uses 10",
+}
+"""What programs do differently; the defaults are the practice of MF-Tyre."""
 
 DEFAULTS: dict[str, float] = {
     name: 1.0 if section == "SCALING_COEFFICIENTS" else 0.0 for name, section in SECTION_OF.items()

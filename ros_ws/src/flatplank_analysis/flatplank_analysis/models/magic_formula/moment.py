@@ -15,7 +15,17 @@ import numpy as np
 
 from .coefficients import LATEST, OLD, Coefficients
 from .pure import PureY, lateral
-from .state import OperatingPoint, Value, away_from_zero, cos_atan, cos_course, curve_angle, sign
+from .state import (
+    OperatingPoint,
+    Value,
+    away_from_zero,
+    capped,
+    cos_atan,
+    cos_course,
+    curve_angle,
+    sign,
+    slip_angle,
+)
 
 
 def aligning(
@@ -32,22 +42,24 @@ def aligning(
     # (K_x/K_y kappa)^2: slip of the other direction, told as a slip angle.
     other = kxk / kya * o.kappa
     other = other * other
-    tilted = o._replace(gamma=o.gamma * c.LGAZ)
-    alpha_r = _equivalent(o.alpha + pure_y.sh_y + pure_y.sv_y / kya, other)
-    alpha_t = o.alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * tilted.gamma
+    alpha, tilted = slip_angle(c, o), o._replace(gamma=o.gamma * c.LGAZ)
+    alpha_r = _equivalent(c, alpha + pure_y.sh_y + pure_y.sv_y / kya, other)
+    alpha_t = alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * tilted.gamma
     fy_prime = WITH_TRAIL[c.law](c, o, pure_y) * g_yk
     moment = _residual(c, tilted, pure_y) * cos_atan(
         (c.QBZ9 * c.LKY / c.LMUY + c.QBZ10 * pure_y.b_y * pure_y.c_y) * alpha_r
     )
-    moment = moment - _trail(c, tilted, alpha_t, _equivalent(alpha_t, other)) * fy_prime
+    moment = moment - _trail(c, tilted, alpha_t, _equivalent(c, alpha_t, other)) * fy_prime
     if np.any(c.SSZ1) or np.any(c.SSZ2) or np.any(c.SSZ3) or np.any(c.SSZ4):
         arm = c.SSZ1 + c.SSZ2 * fy / c.FNOMIN + (c.SSZ3 + c.SSZ4 * o.dfz) * o.gamma
         moment = moment + c.UNLOADED_RADIUS * arm * c.LS * fx
     return moment
 
 
-def _equivalent(angle: Value, other: Value) -> Value:
+def _equivalent(c: Coefficients, angle: Value, other: Value) -> Value:
     """Slip angle that has the same effect as this angle with the slip of the other direction."""
+    if np.any(c.TAN_ALPHA):  # tangents already (4.E77, 4.E78)
+        return np.sqrt(angle * angle + other) * sign(angle)
     tangent = np.tan(angle)
     return np.arctan(np.sqrt(tangent * tangent + other)) * sign(angle)
 
@@ -72,7 +84,7 @@ def _trail(c: Coefficients, o: OperatingPoint, alpha_t: Value, alpha_eq: Value) 
     b_t = load * (1.0 + c.QBZ4 * o.gamma + c.QBZ5 * np.abs(o.gamma)) * c.LKY / c.LMUY
     skew = (c.QEZ4 + c.QEZ5 * o.gamma) * (2.0 / np.pi) * np.arctan(b_t * c.QCZ1 * alpha_t)
     e_t = (c.QEZ1 + (c.QEZ2 + c.QEZ3 * o.dfz) * o.dfz) * (1.0 + skew)
-    e_t = np.minimum(e_t, 1.0)
+    e_t = capped(c, e_t)
     d_t = (c.QDZ1 + c.QDZ2 * o.dfz) * (1.0 - c.PPZ1 * o.dpi)
     d_t = d_t * (1.0 + c.QDZ3 * o.gamma + c.QDZ4 * o.gamma * o.gamma)
     # FNOMIN, not LFZO FNOMIN: MF-Tyre multiplies the trail by LFZO once more.

@@ -12,7 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from .coefficients import LATEST, OLD, Coefficients
-from .state import OperatingPoint, Value, away_from_zero, curve_angle, sign
+from .state import (
+    OperatingPoint,
+    Value,
+    away_from_zero,
+    capped,
+    curve_angle,
+    digressive,
+    sign,
+    slip_angle,
+)
 
 
 class PureX(NamedTuple):
@@ -51,8 +60,8 @@ def longitudinal(c: Coefficients, o: OperatingPoint) -> PureX:
     b_x = kxk / away_from_zero(c_x * d_x)
     kappa_x = o.kappa + (c.PHX1 + c.PHX2 * o.dfz) * c.LHX
     e_x = (c.PEX1 + (c.PEX2 + c.PEX3 * o.dfz) * o.dfz) * (1.0 - c.PEX4 * sign(kappa_x)) * c.LEX
-    e_x = np.minimum(e_x, 1.0)
-    sv_x = o.fz * (c.PVX1 + c.PVX2 * o.dfz) * c.LVX * c.LMUX
+    e_x = capped(c, e_x)
+    sv_x = o.fz * (c.PVX1 + c.PVX2 * o.dfz) * c.LVX * digressive(c, c.LMUX)
     return PureX(d_x * np.sin(curve_angle(c_x, b_x, e_x, kappa_x)) + sv_x, kxk)
 
 
@@ -69,10 +78,10 @@ def cornering_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
 def lateral(c: Coefficients, o: OperatingPoint) -> PureY:
     """Fy at zero longitudinal slip (4.E19 to 4.E30)."""
     kya = cornering_stiffness(c, o)
-    o = o._replace(gamma=o.gamma * c.LGAY)
-    sv_gamma = o.fz * (c.PVY3 + c.PVY4 * o.dfz) * o.gamma * c.LKYC * c.LMUY
+    o, shifts = o._replace(gamma=o.gamma * c.LGAY), digressive(c, c.LMUY)
+    sv_gamma = o.fz * (c.PVY3 + c.PVY4 * o.dfz) * o.gamma * c.LKYC * shifts
     sh_y = (c.PHY1 + c.PHY2 * o.dfz) * c.LHY + CAMBER_SHIFT[c.law](c, o, kya, sv_gamma)
-    sv_y = o.fz * (c.PVY1 + c.PVY2 * o.dfz) * c.LVY * c.LMUY + sv_gamma
+    sv_y = o.fz * (c.PVY1 + c.PVY2 * o.dfz) * c.LVY * shifts + sv_gamma
     return _lateral_curve(c, o, kya, sh_y, sv_y)
 
 
@@ -93,7 +102,7 @@ CAMBER_SHIFT = {LATEST: _by_stiffness, OLD: _by_camber}
 def _lateral_curve(
     c: Coefficients, o: OperatingPoint, kya: Value, sh_y: Value, sv_y: Value
 ) -> PureY:
-    alpha_y = o.alpha + sh_y
+    alpha_y = slip_angle(c, o) + sh_y
     gamma2 = o.gamma * o.gamma
     pressure = 1.0 + c.PPY3 * o.dpi + c.PPY4 * o.dpi * o.dpi
     mu_y = (c.PDY1 + c.PDY2 * o.dfz) * pressure * (1.0 - c.PDY3 * gamma2) * c.LMUY
@@ -102,6 +111,6 @@ def _lateral_curve(
     b_y = kya / away_from_zero(c_y * d_y)
     asymmetry = (c.PEY3 + c.PEY4 * o.gamma) * sign(alpha_y)
     e_y = (c.PEY1 + c.PEY2 * o.dfz) * (1.0 + c.PEY5 * gamma2 - asymmetry) * c.LEY
-    e_y = np.minimum(e_y, 1.0)
+    e_y = capped(c, e_y)
     fy0 = d_y * np.sin(curve_angle(c_y, b_y, e_y, alpha_y)) + sv_y
     return PureY(fy0, kya, mu_y, sh_y, sv_y, b_y, c_y)

@@ -70,3 +70,18 @@ def curve_angle(c: Value, b: Value, e: Value, x: Value) -> Value:
 def cos_atan(x: Value) -> Value:
     """cos(atan(x)) without a trigonometric function."""
     return 1.0 / np.sqrt(1.0 + x * x)
+
+
+def slip_angle(c: Coefficients, o: OperatingPoint) -> Value:
+    """alpha, or tan(alpha) (4.E3), as the switch TAN_ALPHA says."""
+    return np.tan(o.alpha) if np.any(c.TAN_ALPHA) else o.alpha
+
+
+def capped(c: Coefficients, e: Value) -> Value:
+    """A curvature factor of at most 1, unless the switch CAP_E is 0."""
+    return np.minimum(e, 1.0) if np.any(c.CAP_E) else e
+
+
+def digressive(c: Coefficients, lmu: Value) -> Value:
+    """lambda_mu' (4.E8), which scales the vertical shifts."""
+    return c.A_MU * lmu / (1.0 + (c.A_MU - 1.0) * lmu)
