@@ -38,6 +38,7 @@ from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
 from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.report.tire import record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
+from flatplank_analysis.steady.stopping import until_stop
 
 COLUMNS = (*STEP_COLUMNS, "motor_torque", "loaded_radius")
 MODEL_SPACING = 0.005
@@ -167,7 +168,7 @@ def _tables(runs: Sequence[Run], problems: list[Problem]) -> list[MeasurementTab
     for run in runs:
         found = _guarded(problems, run.read, COLUMNS, file=run.info.file)
         if found is not None:
-            tables.append(found[0])
+            tables.append(until_stop(found[0]))
             problems.extend(found[1])
     return tables
 

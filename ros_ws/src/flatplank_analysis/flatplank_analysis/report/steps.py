@@ -22,6 +22,7 @@ from flatplank_analysis.parallel import Executor
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.results import PointResult
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
+from flatplank_analysis.steady.stopping import until_stop
 
 COLUMNS = (
     "time",
@@ -47,6 +48,7 @@ def read_lateral(runs: Sequence[Run]) -> Group:
             continue
         try:
             table, remarks = run.read(COLUMNS)
+            table = until_stop(table)
             problems += remarks
             if table.has("fy"):
                 starts.append(lateral_run(table))
@@ -63,6 +65,7 @@ def read_group(runs: Sequence[Run]) -> Group:
     for run in runs:
         try:
             table, remarks = run.read(COLUMNS)
+            table = until_stop(table)
             problems += remarks
             radii.append(radius_of_run(table))
             if run.info.is_step:
