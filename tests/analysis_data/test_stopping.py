@@ -7,6 +7,7 @@ import numpy as np
 
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.figures.chapter6 import _smooth
 from flatplank_analysis.report.analysis import _tables
 from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.steps import read_group
@@ -44,3 +45,10 @@ def test_neither_fits_nor_repeatability_see_the_stop(write_campaign, make_step):
     tables = _tables(runs, problems)
     found = condition_result(tables[0].info.condition, tables)
     assert abs(found.measured["fx"][-1] - found.measured["fx"][-200]) < 60.0
+
+
+def test_one_value_at_the_end_of_a_figure_counts_once():
+    values = np.append(np.ones(400), 27.0)
+    assert _smooth(values)[-1] == 2.0
+    np.testing.assert_allclose(_smooth(values)[:300], 1.0)
+    assert _smooth(np.ones(7)).shape == (7,)

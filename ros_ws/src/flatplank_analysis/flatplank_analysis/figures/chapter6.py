@@ -147,6 +147,7 @@ def repeatability(result: CampaignResult) -> Iterator[Figure]:
 
 
 def _smooth(values: np.ndarray, width: int = 50) -> np.ndarray:
-    width += 1 - width % 2
-    pad = np.pad(values, width // 2, mode="edge")
-    return np.convolve(pad, np.ones(width) / width, mode="valid")[: values.size]
+    """Mean over `width` values, at the ends over those that are there."""
+    ones = np.ones(min(width + 1 - width % 2, values.size))
+    count = np.convolve(np.ones(values.size), ones, mode="same")
+    return np.convolve(values, ones, mode="same") / count

@@ -92,7 +92,7 @@ def settling(result: CampaignResult) -> Iterator[Figure]:
     for run in runs:
         x = run["position"]
         fit = ExponentialFit(run["p1"], run["p2"], run["p3"], 0.0)
-        keep = x >= 0.1
+        keep = (x >= 0.1) & np.isfinite(run["fx"])
         mark = run["settling_distance"]
         lines = [
             Series("measured", x, run["fx"], color=PALETTE[0]),

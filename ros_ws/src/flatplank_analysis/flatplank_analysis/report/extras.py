@@ -29,6 +29,7 @@ from flatplank_analysis.steady.stiffness import (
     static_longitudinal_stiffness,
     vertical_stiffness,
 )
+from flatplank_analysis.steady.stopping import until_stop
 from flatplank_analysis.steady.transmission import friction_torque
 
 Found = dict[str, Any]
@@ -190,7 +191,7 @@ def _settling(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) ->
     """
 
     def one(table: MeasurementTable) -> dict[str, Any]:
-        grid = on_grid(table, ["fx"])
+        grid = on_grid(until_stop(table), ["fx"])
         fit = fit_exponential(grid.position, grid["fx"])
         force = grid["fx"][np.isfinite(grid["fx"])]
         last = force[-round(1.5 / SPACING) :]
