@@ -11,6 +11,8 @@ from flatplank_msgs.action import RunMeasurement
 
 OFTEN = 1.0
 """progress is told so often during a wait [s of wall clock]"""
+SHARE = 0.05
+"""and at once when so much more of the measurement is done: a simulated bench is fast"""
 
 
 class Feedback:
@@ -20,7 +22,7 @@ class Feedback:
         self.message = RunMeasurement.Feedback(measurements=1, measurement=1)
         self._goal = goal
         self._progress: Progress | None = None
-        self._step, self._told = 0, 0.0
+        self._step, self._told, self._share = 0, 0.0, 0.0
 
     def say(self, text: str, prompt: str = "") -> None:
         """What is going on, and what the operator must do."""
@@ -29,7 +31,7 @@ class Feedback:
 
     def follow(self, progress: Progress) -> None:
         """The steps of a single measurement begin."""
-        self._progress, self._step = progress, 0
+        self._progress, self._step, self._share = progress, 0, 0.0
         self.passing(0.0)
 
     def next_step(self) -> None:
@@ -44,6 +46,7 @@ class Feedback:
             return
         self.message.progress = progress.done(self._step, seconds)
         self.message.time_left = progress.left(self._step, seconds)
-        if now - self._told >= OFTEN and not self.message.prompt:
-            self._told = now
+        due = now - self._told >= OFTEN or self.message.progress - self._share >= SHARE
+        if due and not self.message.prompt:
+            self._told, self._share = now, self.message.progress
             self._goal.publish_feedback(self.message)
