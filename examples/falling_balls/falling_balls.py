@@ -74,8 +74,8 @@ class Updraft(Drag):
     """A decoy: something that slows all balls alike."""
 
     identifier = "updraft"
-    title = "an upward push that grows with time"
-    what = "All balls are slowed alike, the more the later."
+    title = "a push upward in proportion to the speed"
+    what = "All balls are slowed alike, whatever their mass and diameter."
     check = "Drop a ball on a day without wind."
     a: float = param(0.0, unit="1/s", bounds=(-2.0, 2.0), screen=0.05, matters=0.02)
 

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from flatplank_analysis.api.choice import chosen
 from flatplank_analysis.api.model import Model, open_session
 from flatplank_analysis.api.runs import same_runs
-from flatplank_analysis.api.shown import page
+from flatplank_analysis.api.shown import figure_of, page
 from flatplank_analysis.cli import loop
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -91,7 +90,7 @@ class Diagnosed:
         for i, found in enumerate(self.result.found):
             name = found.decision.term.effect.identifier
             drawn[name] = lambda i=i: figures.collapse(search, i)
-        return chosen(drawn, what)()
+        return figure_of(drawn, what)()
 
     def report(self, folder: str | os.PathLike[str]) -> Path:
         """Write the page of `flatplank diagnose --report`; returns it."""

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from flatplank_analysis.api.choice import chosen
 from flatplank_analysis.api.runs import campaign_of, same_runs, warn
-from flatplank_analysis.api.shown import page
+from flatplank_analysis.api.shown import figure_of, page
 from flatplank_analysis.cli import loop
 from flatplank_analysis.discovery import determined
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
@@ -204,7 +203,7 @@ class Comparison:
         }
         maps = where.make_maps(runs, step.state.residual[0], step.state.floors[0].floor)
         drawn |= {m.coordinate: lambda m=m: figures.map_of(m, runs.condition_names) for m in maps}
-        return chosen(drawn, what)()
+        return figure_of(drawn, what)()
 
     @property
     def maps(self) -> list[str]:

@@ -4,13 +4,24 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
+
+from flatplank_analysis.errors import FlatplankError
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+Plot = TypeVar("Plot")
+
+
+def figure_of(known: Mapping[str, Plot], name: str) -> Plot:
+    """The figure of that name; FlatplankError says which there are."""
+    if name not in known:
+        raise FlatplankError(f"no figure '{name}'", "plot", f"known: {', '.join(known)}")
+    return known[name]
 
 
 def words(text: str) -> str:

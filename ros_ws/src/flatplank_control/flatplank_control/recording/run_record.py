@@ -20,6 +20,7 @@ import yaml
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.metadata import replace_text
 from flatplank_control.recording.naming import MeasurementName, check_name, kind_of
+from flatplank_hw.files import read_text
 
 FORMAT = "flatplank-run/1"
 FILE_NAME = "run.yaml"
@@ -193,9 +194,9 @@ def load_record(folder: Path) -> RunRecord:
     """The record beside a bag."""
     path = folder / FILE_NAME
     try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be read ({error.strerror})") from None
+        text = read_text(path)
+    except ValueError as error:
+        raise RecordingError(str(error)) from None
     return record_from_yaml(text, str(path))
 
 

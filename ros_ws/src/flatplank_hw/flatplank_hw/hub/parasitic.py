@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from flatplank_hw.files import read_text
 from flatplank_hw.params import nearest, parsed
 
 FORMAT = "flatplank-parasitic-fit/1"
@@ -117,13 +118,7 @@ def from_text(text: str, where: str) -> ParasiticFit:
 
 def load(path: str | Path) -> ParasiticFit:
     """The fit of a file; ValueError when it cannot be used."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise ValueError(f"{path}: cannot be read (it is no text)") from None
-    return from_text(text, str(path))
+    return from_text(read_text(path), str(path))
 
 
 def _keys(mapping: dict[str, Any], wanted: set[str], where: str) -> None:

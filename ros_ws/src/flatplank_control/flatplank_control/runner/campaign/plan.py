@@ -30,6 +30,7 @@ from flatplank_control.runner.measurement import (
     MeasurementError,
     from_mapping,
 )
+from flatplank_hw.files import read_text
 from flatplank_hw.params import nearest
 
 FORMAT = "flatplank-plan/1"
@@ -94,11 +95,9 @@ def is_campaign(data: Any) -> bool:
 def load_plan(path: str | Path) -> CampaignPlan:
     """The plan of a file; PlanError names file, line and reason."""
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise PlanError([f"{path}: cannot be read ({error.strerror})"]) from None
-    except UnicodeDecodeError:
-        raise PlanError([f"{path}: cannot be read (it is no text)"]) from None
+        text = read_text(path)
+    except ValueError as error:
+        raise PlanError([str(error)]) from None
     return plan_from_text(text, str(path))
 
 
