@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-from flatplank_analysis.benchmarks.campaigns import coloured_noise
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.information import Candidate, confusions
@@ -23,6 +22,7 @@ from flatplank_analysis.identify.quality import (
 )
 from flatplank_analysis.identify.results import Estimate, Fit, to_plain
 from flatplank_analysis.identify.uncertainty import run_covariance
+from flatplank_validation.fits.campaigns import coloured_noise
 
 # NIST Statistical Reference Datasets, Misra1a (lower level of difficulty), certified values.
 MISRA_Y = [10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40,

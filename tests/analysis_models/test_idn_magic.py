@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import yaml
 
-from flatplank_analysis.benchmarks.campaigns import SLIPS, Truth, simulate_runs
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify import (
     FitFile,
@@ -31,6 +30,7 @@ from flatplank_analysis.identify.mf.stages import PREDICTIONS
 from flatplank_analysis.models.magic_formula import SECTION_OF, operating_point, steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.registry import shipped_tir
+from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_runs
 
 TRUTH = shipped_tir().replaced(
     {"PCX1": 1.5, "PEX1": -0.5, "PEX2": 0.3, "PEX3": 0.0, "PEX4": 0.1, "PKX3": 0.2, "RBX1": 14.0,

@@ -10,9 +10,9 @@ from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
-from flatplank_control.blind import cases
-from flatplank_control.blind.journal import diagnose
-from flatplank_control.blind.menu import KIN
+from flatplank_validation.blind import cases
+from flatplank_validation.blind.journal import diagnose
+from flatplank_validation.blind.menu import KIN
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 

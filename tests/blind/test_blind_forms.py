@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_control.blind.forms import MENU_OF_FORMS, FormsMachine, measure
-from flatplank_control.blind.menu import MENU
-from flatplank_control.blind.plan import Run, Setting, runs_of
-from flatplank_control.blind.second import SecondTire
-from flatplank_control.blind.worlds import WORLDS, Scatter
+from flatplank_control.sealed.conditions import Run, Setting
+from flatplank_validation.blind.forms import MENU_OF_FORMS, FormsMachine, measure
+from flatplank_validation.blind.menu import MENU
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.second import SecondTire
+from flatplank_validation.blind.worlds import WORLDS, Scatter
 
 PLACES = np.arange(0.05, 4.1, 0.01)
 CALM = np.zeros(4)

@@ -18,22 +18,22 @@ from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.twin import Twin
 from flatplank_control.bench.twin_bench import TwinBench
-from flatplank_control.blind import journal
-from flatplank_control.blind.cases import Case, make, size_of
-from flatplank_control.blind.detectable import NEEDED, detectable, strength_of
-from flatplank_control.blind.lists import SCATTERS, WIDE, full
-from flatplank_control.blind.menu import KIN, MENU, PAIRS
-from flatplank_control.blind.noise import NOISES, covariance, noise, shown
-from flatplank_control.blind.page import page
-from flatplank_control.blind.plan import runs_of
-from flatplank_control.blind.second import late
-from flatplank_control.blind.worlds import COMBINED, WORLDS, Scatter
-from flatplank_control.cli.bench_blind import main
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.sealed.score import score
 from flatplank_hw.plant.campaign import Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
+from flatplank_validation.blind import journal
+from flatplank_validation.blind.cases import Case, make, size_of
+from flatplank_validation.blind.detectable import NEEDED, detectable, strength_of
+from flatplank_validation.blind.lists import SCATTERS, WIDE, full
+from flatplank_validation.blind.menu import KIN, MENU, PAIRS
+from flatplank_validation.blind.noise import NOISES, covariance, noise, shown
+from flatplank_validation.blind.page import page
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.second import late
+from flatplank_validation.blind.worlds import COMBINED, WORLDS, Scatter
+from flatplank_validation.verbs.bench_blind import main
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 

@@ -13,9 +13,9 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.blind.noise import NOISES, RELATIVE, Noise, noise
-from flatplank_control.blind.plan import STEP, Run, Setting
-from flatplank_control.blind.worlds import PlantWorld, Scatter
+from flatplank_control.sealed.conditions import STEP, Run, Setting
+from flatplank_validation.blind.noise import NOISES, RELATIVE, Noise, noise
+from flatplank_validation.blind.worlds import PlantWorld, Scatter
 
 SLIPS = (-0.1, -0.02, 0.02, 0.1)
 OTHER_LAW = {"shape": 2.0, "fall": 0.0, "round": 0.0}

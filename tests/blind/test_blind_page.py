@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_control.blind import tables
-from flatplank_control.blind.page import page, summary
-from flatplank_control.blind.points import Share, points_of
-from flatplank_control.blind.rival_scores import rival_scores
+from flatplank_validation.blind import tables
+from flatplank_validation.blind.page import page, summary
+from flatplank_validation.blind.points import Share, points_of
+from flatplank_validation.blind.rival_scores import rival_scores
 
 HEADER = {"command": "the command", "seed": 1, "whole": 3, "rivals": []}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from flatplank_control.blind.rivals import alike_with, samples_of, verdict
+from flatplank_validation.blind.rivals import alike_with, samples_of, verdict
 
 
 def test_samples_that_repeat_their_neighbours_count_less():

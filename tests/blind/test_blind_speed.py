@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_control.cli import bench_discovery as bench
+from flatplank_validation.verbs import bench_discovery as bench
 
 GOOD = {
     "runs": 27, "first_ranking": 4.0, "screening": 2.0, "seconds": 5.5, "memory": 700.0,

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.effects.registry import library
-from flatplank_control.blind import third_kernel as kernel
-from flatplank_control.blind.plan import Run, Setting
-from flatplank_control.blind.third import DESIGNS, SAMPLES, ThirdMachine, ThirdTire, measure
-from flatplank_control.blind.third_world import HIDES, ThirdWorld
-from flatplank_control.blind.worlds import Scatter
+from flatplank_control.sealed.conditions import Run, Setting
+from flatplank_validation.blind import third_kernel as kernel
+from flatplank_validation.blind.third import DESIGNS, SAMPLES, ThirdMachine, ThirdTire, measure
+from flatplank_validation.blind.third_world import HIDES, ThirdWorld
+from flatplank_validation.blind.worlds import Scatter
 
 BUMPS = np.array([12.0, 0.4, 8.0, 1.9])
 CALM = np.zeros(4)

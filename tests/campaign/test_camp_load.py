@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from flatplank_control.bench.start_bench import StartBench
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.steering_hold import PROFILES, HoldParameters, SteeringHold
 from flatplank_hw.drive import AxisDrive, DriveParameters
+from flatplank_validation.bench.start_bench import StartBench
 
 DEFECTS = {
     "support_bearings": {"positions": [0.6, 1.0, 1.4], "heights": [1.2e-4, -1.5e-4, 2.0e-4]},

@@ -11,10 +11,10 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from flatplank_control.bench.start_bench import StartBench
 from flatplank_control.speed_map import RoadMap, learn
 from flatplank_control.speed_map.learn import Run, check_follows
 from flatplank_hw.plant.truth import truth_row
+from flatplank_validation.bench.start_bench import StartBench
 
 DEFECTS = {
     "road_speed_error": {"relative": 0.0013, "unseen": 0.0015},

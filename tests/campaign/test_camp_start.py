@@ -9,14 +9,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flatplank_control.bench.driven_plank import DrivenPlank
-from flatplank_control.bench.start_bench import StartBench
-from flatplank_control.bench.start_cases import FURTHER, TOYO, like
-from flatplank_control.cli import bench_start
-from flatplank_control.cli.bench_start import CASES, WANTED, kept, main, wanted
 from flatplank_control.free_rolling.design import Machine, design, phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
 from flatplank_hw.plant.truth import truth_row
+from flatplank_validation.bench.driven_plank import DrivenPlank
+from flatplank_validation.bench.start_bench import StartBench
+from flatplank_validation.bench.start_cases import FURTHER, TOYO, like
+from flatplank_validation.verbs import bench_start
+from flatplank_validation.verbs.bench_start import CASES, WANTED, kept, main, wanted
 
 POSITION, FORCE = 0, 1
 TIRES = list(CASES)

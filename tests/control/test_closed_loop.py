@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from loop_bench import GEAR, LoopBench
 
-from flatplank_control.free_rolling.nonlinear import settling_distance
 from flatplank_hw.drive import REASONS
 from flatplank_hw.drive.safety import RULES
+from flatplank_validation.free_rolling.nonlinear import settling_distance
 
 LOADS = (1000.0, 1850.0, 3700.0, 5550.0, 8000.0)
 POSITION, VELOCITY, FX, TRUE_FX, TRUE_RE, WHEEL, MOTOR = range(7)

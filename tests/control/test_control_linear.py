@@ -11,7 +11,9 @@ import pytest
 
 import control
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
-from flatplank_control.free_rolling.linear import (
+from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
+from flatplank_hw.samples import EncoderSample, HubSample, Wrench
+from flatplank_validation.free_rolling.linear import (
     Actuator,
     controller,
     figures,
@@ -19,8 +21,6 @@ from flatplank_control.free_rolling.linear import (
     settling_time,
     thesis_loop,
 )
-from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
-from flatplank_hw.samples import EncoderSample, HubSample, Wrench
 
 P = FreeRollingParameters()
 THESIS = replace(P, lead_alpha=THESIS_LEAD_ALPHA)

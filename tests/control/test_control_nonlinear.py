@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flatplank_control.free_rolling import FreeRollingParameters
-from flatplank_control.free_rolling.nonlinear import Nonlinear, settling_distance, simulate
+from flatplank_validation.free_rolling.nonlinear import Nonlinear, settling_distance, simulate
 
 P = FreeRollingParameters()
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.tirebase.data import TireRuns, from_tables
-from flatplank_control.blind.plan import LOAD, STEP, Run, Setting
-from flatplank_control.blind.second import Columns, SecondMachine, SecondTire, counted, measure
+from flatplank_control.sealed.conditions import LOAD, STEP, Columns, Run, Setting
 from flatplank_hw.plant.campaign import Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
+from flatplank_validation.blind.second import SecondMachine, SecondTire, counted, measure
 
 RADIUS, SPEED, WHEEL_SPEED = 0.3108, 0.03092, 0.03088
 BUMPS = np.array([12.0, 0.3, 8.0, 1.1])

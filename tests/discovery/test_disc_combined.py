@@ -15,8 +15,8 @@ from flatplank_analysis.discovery.state import channel_weights, start_base
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
-from flatplank_control.blind.third_world import ThirdWorld
-from flatplank_control.blind.worlds import WORLDS
+from flatplank_validation.blind.third_world import ThirdWorld
+from flatplank_validation.blind.worlds import WORLDS
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 

@@ -28,10 +28,10 @@ from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
-from flatplank_control.blind.nulls import session_of as made
-from flatplank_control.blind.plan import DESIGNS
-from flatplank_control.blind.worlds import SecondWorld
+from flatplank_validation.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
+from flatplank_validation.blind.nulls import session_of as made
+from flatplank_validation.blind.plan import DESIGNS
+from flatplank_validation.blind.worlds import SecondWorld
 
 
 @pytest.fixture(scope="module")

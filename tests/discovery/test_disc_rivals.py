@@ -12,11 +12,11 @@ from flatplank_analysis.cli.diagnose import text_of
 from flatplank_analysis.discovery.rivals import Rival, indifferent
 from flatplank_analysis.discovery.search import LARGEST_CLASS, Found
 from flatplank_analysis.discovery.verdict import GROUP
-from flatplank_control.blind.cases import measured_table
-from flatplank_control.blind.noise import NOISES, noise
-from flatplank_control.blind.nulls import session_of
-from flatplank_control.blind.plan import runs_of
-from flatplank_control.blind.worlds import WORLDS, Scatter
+from flatplank_validation.blind.cases import measured_table
+from flatplank_validation.blind.noise import NOISES, noise
+from flatplank_validation.blind.nulls import session_of
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.worlds import WORLDS, Scatter
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 

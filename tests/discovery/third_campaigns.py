@@ -10,11 +10,11 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.blind.noise import NOISES, RELATIVE, noise
-from flatplank_control.blind.plan import STEP, Run
-from flatplank_control.blind.third import DESIGNS
-from flatplank_control.blind.third_world import ThirdWorld
-from flatplank_control.blind.worlds import Scatter
+from flatplank_control.sealed.conditions import STEP, Run
+from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
+from flatplank_validation.blind.third import DESIGNS
+from flatplank_validation.blind.third_world import ThirdWorld
+from flatplank_validation.blind.worlds import Scatter
 
 
 def tables(

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-BENCHMARKS = ROOT / "benchmarks"
+BENCHMARKS = ROOT / "validation/benchmarks"
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def test_the_table_is_that_of_the_code(study):
     text = (ROOT / "docs/constants.md").read_text(encoding="utf-8")
     told = dict(re.findall(r"^\| `([\w.]+)` \| ([^|]+) \|", text, re.M))
     found = {c.key: f"{c.value}" for c in study.constants()}
-    assert told == found, "python benchmarks/constants.py --write docs/constants.md"
+    assert told == found, "python validation/benchmarks/constants.py --write docs/constants.md"
     assert len(found) > 40
 
 

@@ -22,6 +22,7 @@ from common import (
     ROOT,
     SYSTEM_PATH,
     TIMES,
+    VALIDATION,
     VENV,
     WORKSPACE,
     SetupError,
@@ -141,7 +142,8 @@ def variables() -> dict[str, str]:
 def overlaid(variables: dict[str, str]) -> dict[str, str]:
     """The caller's environment with ours in front."""
     env = dict(os.environ) | {"NUMBA_CACHE_DIR": str(CACHE / "numba"), "FLATPLANK_ROOT": str(ROOT)}
-    for key, value in variables.items():
+    ours_too = {"PYTHONPATH": f"{variables.get('PYTHONPATH', '')}:{VALIDATION}".lstrip(":")}
+    for key, value in (variables | ours_too).items():
         if key in PATH_LIKE:
             # what the caller has sourced stays, behind ours and once
             ours = [part for part in value.split(":") if part not in SYSTEM_PATH]

@@ -21,6 +21,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 VENV = ROOT / ".venv"
 WORKSPACE = ROOT / "ros_ws"
+VALIDATION = ROOT / "validation"
+"""what is not installed: its verbs are found where Python looks"""
 CACHE = ROOT / ".cache"
 TIMES = CACHE / "setup-times.json"
 """how long the last making of the environment took [s], for those who tell it"""

@@ -17,11 +17,11 @@ from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many, start
 from flatplank_control.bench.judging import read
 from flatplank_control.bench.listing import write_tire
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.blind.outside import OUTSIDE
 from flatplank_control.cli.run import main as run_plan
 from flatplank_control.runner.campaign.tires import tire_on
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sealed.generate import make_challenge
+from flatplank_control.sealed.outside import OUTSIDE
 from flatplank_hw.plant.config import PlantConfig
 
 RULED = {

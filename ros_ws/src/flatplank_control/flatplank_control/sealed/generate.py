@@ -14,17 +14,14 @@ from scipy.signal import lfilter
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
 from flatplank_control.bench.campaign import SLIPS
-from flatplank_control.blind.outside import OUTSIDE, Force
-from flatplank_control.blind.plan import Run, Setting
 from flatplank_control.runner.measurement import START_ANGLES
+from flatplank_control.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting
 from flatplank_control.sealed.menu import MENU, Defects
+from flatplank_control.sealed.outside import OUTSIDE, Force
 from flatplank_control.sealed.seal import seal
 from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_hw.plant.config import PlantConfig
 
-FZ = 3700.0
-PRESSURE = 2.5
-STEP = 1.5
 NAME = "TOY"
 TIRE_SCATTER = 0.01
 """standard deviation of friction and stiffness from run to run [-]"""
@@ -45,7 +42,7 @@ def make_challenge(
 ) -> Path:
     """A campaign folder with `answer.sealed`; the same seed makes the same challenge.
 
-    outside: a force of `blind.outside`, which no effect of the library explains, is hidden
+    outside: a force of `sealed.outside`, which no effect of the library explains, is hidden
     instead of a defect.
     """
     random = np.random.default_rng(seed)
@@ -54,7 +51,7 @@ def make_challenge(
     size = hidden.draw(random)
     force, place = _foreign(outside, random)
     plain = PlantConfig.load("toyo")
-    radius = round(Campaign(plain).true_radius(FZ, plain.tire.vertical_stiffness), 5)
+    radius = round(Campaign(plain).true_radius(LOAD, plain.tire.vertical_stiffness), 5)
     pairs = [(kappa, start) for kappa in SLIPS for start in START_ANGLES]
     order = random.permutation(len(pairs))
     tables = []
@@ -62,7 +59,7 @@ def make_challenge(
         kappa, start = pairs[which]
         run = CampaignRun(
             kappa=kappa,
-            fz=FZ,
+            fz=LOAD,
             pressure=PRESSURE,
             start_angle=math.radians(START_ANGLES[start]),
             run_index=index,
@@ -78,7 +75,7 @@ def make_challenge(
             file=f"{label}.parquet",
             tire=NAME,
             kappa=kappa,
-            fz=FZ,
+            fz=LOAD,
             pressure=PRESSURE,
             start=start,
             run_index=index,

@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tuning constants of the search: one table, and what changes when each is halved and doubled.
+
+    python validation/benchmarks/constants.py --write docs/constants.md
+    python validation/benchmarks/constants.py --study --count 60 --journal .cache/constants.jsonl
+    python validation/benchmarks/constants.py --study --only 'discovery.decide.*' --count 8
+
+Constants are found by module and name, where the code has them. A study can be stopped and gone
+on with; with a journal the table has a column of what it found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import fnmatch
+import importlib
+import importlib.abc
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = "flatplank_analysis"
+SOURCE = ROOT / "ros_ws/src" / PACKAGE / PACKAGE
+FOLDERS = ("discovery", "tirebase", "effects")
+FACTORS = (0.5, 2.0)
+SEED = 4711
+CHOSEN = "chosen by hand"
+
+SOURCES: dict[str, str] = {
+    "discovery.decide.FAMILY": "convention: family-wise 5 %",
+    "discovery.decide.SAME": "true and false effects of practice and blind campaigns",
+    "discovery.decide.CONDITIONS": "tuned on blind campaigns",
+    "discovery.decide.SHARE": "tuned on blind campaigns",
+    "discovery.descent.PROBE": "compare 0.1 of arXiv:1201.5885",
+    "discovery.descent.SHARPEST": "compare 0.75 of arXiv:1201.5885",
+    "tirebase.data.STIFFNESS": "carcass of a car tire",
+    "tirebase.data.PINION_TURN": "machine, placeholder",
+    "tirebase.grid.SPEED": "machine: fast speed of the plank",
+    "tirebase.kernel.LAW_LEVELS": "slips of the thesis's campaigns, which the blind kit has, too",
+}
+"""what a value rests on, where that is known"""
+FACTS = (
+    "tirebase.calm.ORDERS", "tirebase.data.PINION_TURN", "tirebase.grid.SPEED",
+    "tirebase.grid.SAMPLE", "tirebase.model.CHUNK",
+)  # fmt: skip
+"""not varied: the machine's, or of no consequence for a result"""
+ABOUT = {"discovery.invariants.AT_FLOOR": 1.0}
+"""number from which a distance is halved and doubled, where it is not 0; shares above one half
+are taken by their distance from 1"""
+
+Value = int | float | tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One number, or some, at the top of a module."""
+
+    module: str
+    name: str
+    value: Value
+    note: str
+
+    @property
+    def key(self) -> str:
+        """Module and name."""
+        return f"{self.module}.{self.name}"
+
+    @property
+    def source(self) -> str:
+        """What it rests on."""
+        return SOURCES.get(self.key, CHOSEN)
+
+    def times(self, factor: float) -> Value:
+        """Halved or doubled, in its own way."""
+        many = self.value if isinstance(self.value, tuple) else (self.value,)
+        out = tuple(self._one(v, factor) for v in many)
+        return out if isinstance(self.value, tuple) else out[0]
+
+    def _one(self, value: float, factor: float) -> float:
+        about = ABOUT.get(self.key, 1.0 if 0.5 < value < 1.0 else 0.0)
+        new = about + factor * (value - about)
+        return max(round(new), 1) if isinstance(value, int) else new
+
+
+def constants() -> Iterator[Constant]:
+    """All of them, in the order of the files."""
+    for folder in FOLDERS:
+        for path in sorted((SOURCE / folder).glob("*.py")):
+            module = f"{folder}.{path.stem}"
+            body = ast.parse(path.read_text(encoding="utf-8")).body
+            for node, after in zip(body, [*body[1:], None], strict=False):
+                for name in _names(node):
+                    value = getattr(importlib.import_module(f"{PACKAGE}.{module}"), name)
+                    if _is_number(value):
+                        yield Constant(module, name, value, _note(after))
+
+
+def _names(node: ast.AST) -> list[str]:
+    """Names that a statement gives to numbers written there."""
+    if not isinstance(node, (ast.Assign, ast.AnnAssign)) or node.value is None:
+        return []
+    if any(isinstance(part, (ast.Call, ast.Constant)) and not _plain(part)
+           for part in ast.walk(node.value)):  # fmt: skip
+        return []
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+    names = [n for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)]
+    return [n.id for n in names if n.id.strip("_").isupper()]
+
+
+def _plain(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+
+
+def _is_number(value: Any) -> bool:
+    one = type(value) in (int, float)
+    return one or (isinstance(value, tuple) and all(type(v) in (int, float) for v in value))
+
+
+def _note(node: ast.AST | None) -> str:
+    text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and node.value.value
+    return " ".join(text.split()) if isinstance(text, str) else ""
+
+
+def page(found: Mapping[str, Mapping[float, Sequence[dict[str, Any]]]]) -> str:
+    """The table; `found` are results of a study, by constant and factor (1: as it is)."""
+    lines = [
+        "# Tuning constants of the search",
+        "",
+        "Written by `python validation/benchmarks/constants.py --write docs/constants.md`; "
+        "a test holds it to the code.",
+        "",
+        "| constant | value | what it is | source | halved | doubled |",
+        "|---|---|---|---|---|---|",
+    ]
+    for c in constants():
+        cells = [f"`{c.key}`", f"{c.value}", c.note or "-", c.source]
+        cells += [_changed(found, c, factor) for factor in FACTORS]
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    lines += [
+        "",
+        "*Halved*, *doubled*: campaigns of the study with another verdict or other names, and how "
+        "many more or fewer are right; -: not varied yet.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _changed(found, constant: Constant, factor: float) -> str:
+    if constant.key in FACTS:
+        return "no tuning"
+    plain = {e["key"]: e for e in found.get("", {}).get(1.0, [])}
+    varied = [e for e in found.get(constant.key, {}).get(factor, []) if e["key"] in plain]
+    if not varied:
+        return "-"
+    other = sum(_told(e) != _told(plain[e["key"]]) for e in varied)
+    right = sum(e["right"] - plain[e["key"]]["right"] for e in varied)
+    return f"{other} of {len(varied)}, {right:+d}"
+
+
+def _told(entry: Mapping[str, Any]) -> tuple[Any, ...]:
+    return entry["verdict"], sorted(entry["names"])
+
+
+def read(journal: Path | None) -> dict[str, dict[float, list[dict[str, Any]]]]:
+    """Results by constant and factor."""
+    out: dict[str, dict[float, list[dict[str, Any]]]] = {}
+    if journal is not None and journal.exists():
+        for line in journal.read_text(encoding="utf-8").splitlines():
+            entry = json.loads(line)
+            out.setdefault(entry["constant"], {}).setdefault(entry["factor"], []).append(entry)
+    return out
+
+
+class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Lets one module begin with another number; whoever imports it from there gets that."""
+
+    def __init__(self, constant: Constant, value: Value) -> None:
+        self.name, self.constant, self.value = f"{PACKAGE}.{constant.module}", constant, value
+
+    def find_spec(self, name, path=None, target=None):
+        if name != self.name:
+            return None
+        file = SOURCE / Path(*self.constant.module.split(".")).with_suffix(".py")
+        return importlib.util.spec_from_file_location(name, file, loader=self)
+
+    def create_module(self, spec):
+        return None
+
+    def exec_module(self, module) -> None:
+        text = Path(module.__spec__.origin).read_text(encoding="utf-8")
+        tree = ast.parse(text)
+        for i, node in enumerate(tree.body):
+            if self.constant.name in _names(node):
+                new = ast.parse(f"{self.constant.name} = {self.value!r}").body[0]
+                tree.body.insert(i + 1, ast.copy_location(new, node))
+                break
+        module.__file__ = module.__spec__.origin
+        exec(compile(ast.fix_missing_locations(tree), module.__file__, "exec"), module.__dict__)
+
+
+def vary(key: str, factor: float) -> None:
+    """From now on this process has another number there."""
+    (constant,) = (c for c in constants() if c.key == key)
+    for name in [n for n in sys.modules if n.split(".")[0] == PACKAGE]:
+        del sys.modules[name]
+    sys.meta_path.insert(0, Varied(constant, constant.times(factor)))
+
+
+def work(key: str, factor: float, count: int, journal: Path) -> None:
+    """The campaigns of one constant and factor that the journal does not have yet."""
+    if key:
+        vary(key, factor)
+    from flatplank_validation.blind.journal import solve
+    from flatplank_validation.blind.lists import full
+    from flatplank_validation.blind.points import points_of
+
+    known = {e["key"] for e in read(journal).get(key, {}).get(factor, [])}
+    for case in full(SEED)[:count]:
+        if case.key in known:
+            continue
+        entry = solve(case, SEED)
+        if entry["answer"] is None:
+            continue
+        told = entry["diagnosis"]
+        line = {
+            "constant": key, "factor": factor, "key": case.key, "verdict": told["verdict"],
+            "names": [e["name"] for e in told["effects"]],
+            "sizes": [e["size"] for e in told["effects"]],
+            "right": bool(points_of(entry)["right"]),
+        }  # fmt: skip
+        with journal.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(line) + "\n")
+
+
+def study(only: str, count: int, journal: Path) -> None:
+    """Every constant, halved and doubled, each in a process of its own."""
+    journal.parent.mkdir(parents=True, exist_ok=True)
+    wanted = [c for c in constants() if c.key not in FACTS and fnmatch.fnmatch(c.key, only)]
+    jobs = [("", 1.0), *((c.key, factor) for c in wanted for factor in FACTORS)]
+    for number, (key, factor) in enumerate(jobs):
+        print(
+            f"{number}/{len(jobs)} {key or 'as it is'} x {factor:g}", file=sys.stderr, flush=True
+        )
+        words = [sys.executable, __file__, "--one", key, "--factor", str(factor)]
+        words += ["--count", str(count), "--journal", str(journal)]
+        # compiled code holds the numbers of its own module
+        with tempfile.TemporaryDirectory() as cache:
+            own = {"NUMBA_CACHE_DIR": cache} if key.startswith("tirebase.kernel.") else {}
+            subprocess.run(words, env=os.environ | own, check=True)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    p = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    p.add_argument("--write", type=Path, metavar="FILE", help="the table")
+    p.add_argument("--study", action="store_true")
+    p.add_argument("--only", default="*", metavar="PATTERN", help="of module.name")
+    p.add_argument("--count", type=int, default=60, help="campaigns")
+    p.add_argument("--journal", type=Path, help="default: .cache/constants.jsonl")
+    p.add_argument("--one", help=argparse.SUPPRESS)
+    p.add_argument("--factor", type=float, default=1.0, help=argparse.SUPPRESS)
+    o = p.parse_args(arguments)
+    journal = o.journal or ROOT / ".cache/constants.jsonl"
+    if o.one is not None:
+        work(o.one, o.factor, o.count, journal)
+        return 0
+    if o.study:
+        study(o.only, o.count, journal)
+    text = page(read(journal))
+    if o.write:
+        o.write.write_text(text, encoding="utf-8")
+    else:
+        print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

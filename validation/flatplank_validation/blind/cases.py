@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How a blind campaign is made from its name and a seed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+
+from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_control.sealed.conditions import STEP, Columns, Run
+from flatplank_control.sealed.outside import OUTSIDE
+from flatplank_validation.blind.detectable import detectable, detectable_force
+from flatplank_validation.blind.menu import KIN, MENU
+from flatplank_validation.blind.noise import NOISES, RELATIVE, shown
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.worlds import COMBINED, WORLDS, Scatter
+
+RUNGS = {"x": "detectable size", "c": "size that is of no consequence"}
+"""what a factor multiplies, by the letter in the name of a campaign"""
+PAIR = 3.0
+"""times the larger of the two for each effect of a pair"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One campaign to be: a name says everything, with the seed of the kit."""
+
+    group: str
+    """none, single, pair, outside, combined"""
+    world: str
+    hidden: tuple[str, ...] = ()
+    factor: float = 1.0
+    noise: str = "usual"
+    scatter: float = 0.01
+    design: str = "plain"
+    number: int = 0
+    rung: str = "x"
+    """what the factor multiplies: a key of RUNGS"""
+
+    @property
+    def key(self) -> str:
+        """Its name in the journal."""
+        what = "+".join(self.hidden) or "nothing"
+        return (
+            f"{self.group}/{self.world}/{what}/{self.rung}{self.factor:g}/{self.noise}/"
+            f"s{self.scatter:g}/{self.design}/{self.number}"
+        )
+
+
+def least_of(case: Case, name: str) -> float:
+    """Detectable size in the noise and scatter of this campaign."""
+    return detectable(case.world, name, case.noise, case.scatter, case.design)
+
+
+def size_of(case: Case, name: str) -> float:
+    """Size of what is hidden; infinite when it is not asked: the runs cannot show it, or the size
+    of no consequence is below the detectable one.
+    """
+    item, least = MENU[name], least_of(case, name)
+    if not math.isfinite(least) or least > item.most:
+        return math.inf
+    if item.least == item.most:
+        return item.most
+    if case.group == "pair":
+        return min(PAIR * max(least, item.least), item.most)
+    if case.rung == "c" and item.least < least:
+        return math.inf
+    size = case.factor * (least if case.rung == "x" else item.least)
+    return size if size <= item.most else math.inf
+
+
+def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]] | None:
+    """Tables of a campaign and its answer; None when it is not asked."""
+    names = () if case.group in ("none", "outside") else case.hidden
+    sizes = {name: size_of(case, name) for name in names}
+    if not all(math.isfinite(s) for s in sizes.values()):
+        return None
+    random = np.random.default_rng((seed, crc32(case.key.encode())))
+    world = WORLDS[case.world](random)
+    runs = runs_of(case.design, random)
+    scatter = Scatter.drawn(len(runs), case.scatter, random)
+    columns = world.run(runs, sizes, random, scatter)
+    answer: dict[str, Any] = {"effects": [_answer(case, n, s) for n, s in sizes.items()]}
+    answer["outside"] = None
+    # a steering angle that nobody sees is enough to show it
+    answer["present"] = ["combined_slip"] if case.world in COMBINED else []
+    if case.group == "outside":
+        draw = int(random.integers(2**32))
+        unit, _ = OUTSIDE[case.hidden[0]](1.0, np.random.default_rng(draw))
+        size = detectable_force(case.world, unit, case.noise, case.scatter, case.design)
+        if not math.isfinite(size):
+            return None
+        force, place = OUTSIDE[case.hidden[0]](case.factor * size, np.random.default_rng(draw))
+        answer["outside"] = place | {"size": case.factor * size, "detectable": size}
+        for c, run in zip(columns, runs, strict=True):
+            c["fx"] = c["fx"] + force(c, run)
+    tables = []
+    for c, run in zip(columns, runs, strict=True):
+        dt = float(c["time"][1] - c["time"][0])
+        for name, share in RELATIVE.items():
+            c[name] = shown(NOISES[case.noise], c[name], dt, random, share)
+        tables.append(measured_table(c, run, world.radius))
+    return tables, answer
+
+
+def _answer(case: Case, name: str, size: float) -> dict[str, Any]:
+    item = MENU[name]
+    return {
+        "name": name, "size": size, "unit": item.unit, "class": list(KIN.get(name, ())),
+        "sized": item.sized, "detectable": least_of(case, name), "consequence": item.least,
+    }  # fmt: skip
+
+
+def measured_table(c: Columns, run: Run, radius: float) -> MeasurementTable:
+    """A run of a world as it is given to the analysis."""
+    names = ("time", "plank_position", "wheel_angle", *RELATIVE)
+    s = run.setting
+    info = RunInfo(
+        file=f"blind_{run.index:02d}.parquet", tire="BLIND", kappa=s.kappa, fz=s.fz,
+        pressure=s.pressure, alpha_deg=s.alpha_deg, gamma_deg=s.gamma_deg, start=run.start,
+        run_index=run.index, effective_rolling_radius=round(radius, 5), step_position=STEP,
+    )  # fmt: skip
+    return MeasurementTable({n: c[n] for n in names}, info)

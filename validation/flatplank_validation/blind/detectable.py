@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The size of an effect that can be found with 80 % power at a family-wise level of 5 %.
+
+Computed by the generator from its own noise and its own tire, never by what diagnoses: the change
+of all forces by the effect, what a fit of the tire can imitate taken out, weighed with the
+covariance of the noise and of the tire's scatter from run to run. No least size is put in.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import norm
+
+import flatplank_hw.plant
+from flatplank_control.sealed import conditions, outside
+from flatplank_control.sealed.conditions import STEP, Columns
+from flatplank_control.sealed.outside import Force
+from flatplank_validation.blind.menu import MENU
+from flatplank_validation.blind.noise import NOISES, RELATIVE, covariance
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.worlds import WORLDS, Scatter
+
+COLUMNS = 100
+"""effects that are looked at: the level is divided by it"""
+NEEDED = float((norm.isf(0.05 / COLUMNS / 2.0) + norm.isf(0.2)) ** 2)
+PLACES = np.arange(0.02, 4.1, 0.04)
+CHANNELS = ("fx", "fy", "fz")
+ROUNDS, CLOSE = 12, 0.02
+"""steps towards the size whose strength is the needed one, and how near is near enough"""
+VISIBLE, SHIFTS = 0.03, 2
+"""share of the change, but for a constant pull, that must be left beside a fit of the tire; how
+many forces may have a constant pull"""
+NO_PART = (
+    "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
+    "markdown.py", "nulls.py",
+)  # fmt: skip
+"""files of the kit that the campaigns do not depend on"""
+SHARED = tuple(Path(str(m.__file__)) for m in (conditions, outside))
+"""what sealed challenges have in common with the kit"""
+
+
+def _blocks(runs: list[Columns]) -> np.ndarray:
+    """Forces at places of the plank (runs, channels, places); the load without its run mean."""
+    out = []
+    for c in runs:
+        rows = [np.interp(PLACES, c["plank_position"], c[name]) for name in CHANNELS]
+        rows[2] = rows[2] - rows[2].mean()
+        out.append(rows)
+    return np.array(out)
+
+
+class _Lot:
+    """A world and a design without noise, with what a fit of its tire can imitate."""
+
+    def __init__(self, world: str, design: str) -> None:
+        self.world, self.runs = WORLDS[world](None), runs_of(design, np.random.default_rng(5))
+        self.columns = self.run({})
+        self.plain = _blocks(self.columns)
+        columns = [
+            _blocks(self.run({}, self.world.changed(change))) - self.plain
+            for change in self.world.nuisances()
+        ]
+        self.base = np.array(columns + self._laws() + self._shifts())
+
+    def run(self, sizes, world=None, scatter=None) -> list[Columns]:
+        scatter = scatter or Scatter.none(len(self.runs))
+        return (world or self.world).run(self.runs, sizes, np.random.default_rng(11), scatter)
+
+    def change(self, name: str, size: float) -> np.ndarray:
+        """By the effect alone: what stands around it is there without it, too."""
+        return _blocks(self.run({name: size})) - _blocks(self.run({name: 0.0}))
+
+    def pushed(self, force: Force) -> np.ndarray:
+        """By a force in the direction of travel."""
+        moved = [
+            c | {"fx": c["fx"] + force(c, run)}
+            for c, run in zip(self.columns, self.runs, strict=True)
+        ]
+        return _blocks(moved) - self.plain
+
+    def scattered(self) -> np.ndarray:
+        """By one per cent of grip and tread in every run."""
+        gain = Scatter.none(len(self.runs))
+        more = Scatter(gain.gain + 0.01, gain.delay, gain.bumps)
+        return _blocks(self.run({}, scatter=more)) - self.plain
+
+    def _shifts(self) -> list[np.ndarray]:
+        """A constant pull in each force."""
+        out = []
+        for channel in range(SHIFTS):
+            one = np.zeros_like(self.plain)
+            one[:, channel] = 1.0
+            out.append(one)
+        return out
+
+    def _laws(self) -> list[np.ndarray]:
+        """Another force at one size of slip, the same in both directions: a force law may be of
+        any symmetric form."""
+        out = []
+        after = PLACES > STEP
+        sizes = np.array([abs(run.setting.kappa) for run in self.runs])
+        for level in sorted(set(sizes[sizes > 0.0])):
+            one = np.zeros_like(self.plain)
+            one[sizes == level, 0] = 0.01 * self.plain[sizes == level, 0] * after
+            out.append(one)
+        return out
+
+
+@lru_cache(maxsize=16)
+def _lot(world: str, design: str) -> _Lot:
+    return _Lot(world, design)
+
+
+@lru_cache(maxsize=64)
+def _factors(world: str, design: str, noise: str, scatter: float) -> list[list]:
+    """Cholesky factors of the covariance, by run and channel."""
+    spacing = float(PLACES[1] - PLACES[0]) / 0.0309
+    noises = covariance(NOISES[noise], PLACES / 0.0309, spacing)
+    loose = _lot(world, design).scattered() * scatter / 0.01
+    return [
+        [
+            cho_factor(RELATIVE[name] ** 2 * noises + np.outer(g, g))
+            for name, g in zip(CHANNELS, rows, strict=True)
+        ]
+        for rows in loose
+    ]
+
+
+def strength(change: np.ndarray, base: np.ndarray, factors: list[list]) -> float:
+    """Noncentrality of a change once the tire's fit has taken its part."""
+    columns = np.concatenate([base, change[None]])
+    m = len(columns)
+    products = np.zeros((m, m))
+    for r, row in enumerate(factors):
+        for c, factor in enumerate(row):
+            s = columns[:, r, c]
+            products += s @ cho_solve(factor, s.T)
+    scale = np.sqrt(np.maximum(np.diag(products), 1e-30))
+    work = products / np.outer(scale, scale)
+    # a constant pull is known to be free; of the rest a part must be left beside the tire
+    rest = _left(work[-SHIFTS - 1 :, -SHIFTS - 1 :])
+    left = _left(work)
+    return left * scale[-1] ** 2 if left > VISIBLE * rest else 0.0
+
+
+def _left(products: np.ndarray) -> float:
+    """What is left of the last column beside the others, of 1."""
+    inner = products[:-1, :-1] + 1e-9 * np.eye(len(products) - 1)
+    taken = np.linalg.solve(inner, products[:-1, -1])
+    return float(products[-1, -1] - products[-1, :-1] @ taken)
+
+
+def strength_of(
+    world: str, name: str, size: float, noise: str, scatter: float, design: str
+) -> float:
+    """Noncentrality of an effect of this size."""
+    lot = _lot(world, design)
+    change = lot.change(name, size)
+    return strength(change, lot.base, _factors(world, design, noise, scatter))
+
+
+def detectable_force(
+    world: str, force: Force, noise: str, scatter: float, design: str = "plain"
+) -> float:
+    """Factor with which a force of any form can be found."""
+    lot = _lot(world, design)
+    found = strength(lot.pushed(force), lot.base, _factors(world, design, noise, scatter))
+    return math.sqrt(NEEDED / found) if found > 0.0 else math.inf
+
+
+@lru_cache(maxsize=4096)
+def detectable(
+    world: str, name: str, noise: str = "usual", scatter: float = 0.01, design: str = ""
+) -> float:
+    """Detectable size of an effect; infinite when these runs cannot show it.
+
+    Kept in a file beside the journals: it takes seconds each.
+    """
+    design = design or MENU[name].design
+    key = f"{world}/{name}/{noise}/{scatter:g}/{design}"
+    path = cache() / f"detectable-{kit_version()}.txt"
+    if path.is_file():
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if line.startswith(key + " ") and line.endswith(";"):
+                return float(line.split()[1])
+    found = _computed(world, name, noise, scatter, design)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write(f"{key} {found!r} ;\n")
+    return found
+
+
+def cache() -> Path:
+    """Folder of the journals and of what takes long to compute."""
+    return Path(os.environ.get("FLATPLANK_ROOT", ".")) / ".cache" / "blind"
+
+
+@lru_cache(maxsize=1)
+def kit_version() -> str:
+    """Fingerprint of what makes the campaigns and their sizes."""
+    digest = hashlib.sha256()
+    for part in (Path(__file__).parent, Path(flatplank_hw.plant.__file__).parent, *SHARED):
+        for source in sorted(part.rglob("*.py")) or [part]:
+            if source.name not in NO_PART:
+                digest.update(source.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _computed(world: str, name: str, noise: str, scatter: float, design: str) -> float:
+    item = MENU[name]
+    size = item.typical
+    if item.least == item.most:
+        found = strength_of(world, name, size, noise, scatter, design)
+        return size if found > NEEDED else math.inf
+    for _ in range(ROUNDS):
+        found = strength_of(world, name, size, noise, scatter, design)
+        if found <= 0.0:
+            return math.inf
+        # plays and gaps do not grow in proportion: approach in steps
+        step = math.sqrt(NEEDED / found)
+        if abs(step - 1.0) < CLOSE:
+            break
+        size *= min(max(step, 0.2), 5.0)
+        if size > 20.0 * item.most:
+            return math.inf
+    return size

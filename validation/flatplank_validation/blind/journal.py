@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs blind cases in processes and keeps every result at once: stop it and start it again."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import json
+import multiprocessing
+import subprocess
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import flatplank_analysis
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+from flatplank_validation.blind.cases import Case, make
+from flatplank_validation.blind.detectable import kit_version
+
+Progress = Callable[[int, int, str], None]
+JUDGED = ("discovery", "effects", "tirebase")
+KEPT = (
+    "verdict", "reason", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",
+    "held_out_after", "unexplained", "seconds",
+)  # fmt: skip
+OF_EFFECT = ("name", "kind", "size", "unit", "interval", "class", "p_value")
+
+
+@lru_cache(maxsize=1)
+def code_version() -> str:
+    """Fingerprint of the code that diagnoses: results of other code are not mixed in."""
+    root = Path(flatplank_analysis.__file__).parent
+    digest = hashlib.sha256()
+    for folder in JUDGED:
+        for path in sorted((root / folder).rglob("*.py")):
+            if "report" not in path.parts:
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+@lru_cache(maxsize=1)
+def commit() -> str:
+    """Of the files that run; with + when some differ from it."""
+    asked = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty=+"]
+    try:
+        done = subprocess.run(asked, capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.TimeoutExpired):
+        return "unknown"
+    return done.stdout.strip() or "unknown"
+
+
+def diagnose(tables: list) -> dict[str, Any]:
+    """The diagnosis of tables; it sees nothing else."""
+    data = from_tables(tables)
+    session = Session(Campaign("blind", []), data, TireModel(data), library())
+    result = session.diagnose().to_dict()
+    short = {k: result[k] for k in KEPT}
+    return short | {"effects": [{k: e[k] for k in OF_EFFECT} for e in result["effects"]]}
+
+
+def solve(case: Case, seed: int) -> dict[str, Any]:
+    """One line of the journal."""
+    entry = {"key": case.key, "seed": seed, "code": code_version(), "kit": kit_version()}
+    entry |= {"commit": commit(), "case": asdict(case)}
+    made = make(case, seed)
+    if made is None:
+        return entry | {"answer": None, "diagnosis": None}
+    tables, answer = made
+    return entry | {"answer": answer, "diagnosis": diagnose(tables)}
+
+
+def read(path: Path) -> list[dict[str, Any]]:
+    """All whole lines of a journal; a line that was cut off is left out."""
+    out = []
+    if path.is_file():
+        for line in path.read_text(encoding="utf-8").splitlines():
+            try:
+                out.append(json.loads(line))
+            except json.JSONDecodeError:
+                continue
+    return out
+
+
+def of_this_code(
+    entries: Iterable[dict[str, Any]], seed: int, any_code: bool = False
+) -> dict[str, dict[str, Any]]:
+    """Entries of this seed that the present code made from the present kit, by key.
+
+    any_code: those of older code too, where the present has none.
+    """
+    here = [e for e in entries if (e["seed"], e.get("kit")) == (seed, kit_version())]
+    old = {e["key"]: e for e in here} if any_code else {}
+    return old | {e["key"]: e for e in here if e["code"] == code_version()}
+
+
+def publish(path: Path, header: dict[str, Any], entries: Iterable[dict[str, Any]]) -> None:
+    """A journal for the docs: what a page is made of, in one small file; the same bytes again."""
+    lines = [json.dumps(one, sort_keys=True) for one in (header, *entries)]
+    with path.open("wb") as raw, gzip.GzipFile("", "wb", 9, raw, 0) as stream:
+        stream.write(("\n".join(lines) + "\n").encode())
+
+
+def published(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Header and entries of a journal in the docs."""
+    header, *entries = map(json.loads, gzip.decompress(path.read_bytes()).splitlines())
+    return header, entries
+
+
+def run(
+    cases: list[Case],
+    seed: int,
+    path: Path,
+    jobs: int = 1,
+    progress: Progress = lambda _done, _all, _key: None,
+) -> list[dict[str, Any]]:
+    """Solve what is not in the journal yet; returns the entries of all these cases."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    known = of_this_code(read(path), seed)
+    missing = [c for c in cases if c.key not in known]
+    done = len(cases) - len(missing)
+    with path.open("a", encoding="utf-8") as stream:
+        for entry in _solved(missing, seed, jobs):
+            stream.write(json.dumps(entry) + "\n")
+            stream.flush()
+            known[entry["key"]] = entry
+            done += 1
+            progress(done, len(cases), entry["key"])
+    return [known[c.key] for c in cases]
+
+
+def _solved(cases: list[Case], seed: int, jobs: int) -> Iterator[dict[str, Any]]:
+    if jobs <= 1:
+        for case in cases:
+            yield solve(case, seed)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+        waiting = [pool.submit(solve, case, seed) for case in cases]
+        try:
+            for job in as_completed(waiting):
+                yield job.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

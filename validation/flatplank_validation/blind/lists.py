@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The list of blind campaigns.
+
+It belongs to a seed: another seed is another list, with other noise and scatter for every effect
+and another order, so that a list can be held out as a tire can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from flatplank_control.sealed.outside import OUTSIDE
+from flatplank_validation.blind.cases import Case
+from flatplank_validation.blind.menu import MENU, PAIRS
+from flatplank_validation.blind.noise import NOISES
+from flatplank_validation.blind.third_world import HIDES
+from flatplank_validation.blind.worlds import COMBINED, WORLDS
+
+SCATTERS = (0.0, 0.01, 0.02, 0.03)
+"""of grip and tread from run to run, on every class of campaign"""
+PLAIN = tuple(world for world in WORLDS if world not in COMBINED)
+WIDE = ("combined", "wide_loads")
+"""designs with side slip, and with loads from half to one and a half"""
+USUAL = ("usual", "quiet", "coloured", "trending", "loud", "measured")
+"""noises of campaigns with something hidden"""
+NULLS, TIMES = 6, (("x", 1.0, 2), ("x", 2.0, 2), ("x", 4.0, 1), ("c", 1.5, 1), ("c", 3.0, 1))
+"""nulls of each noise and world; what is hidden: of what, factor, how often"""
+
+
+def full(seed: int, small: bool = False) -> list[Case]:
+    """All cases of a seed; the order mixes the groups, so that any beginning is a fair sample."""
+    if small:
+        return list(_small())
+    draw = np.random.default_rng((seed, 0))
+    groups = (_none(draw), _singles(draw), _pairs(draw), _outside(draw), _combined(draw))
+    lists = [list(group) for group in groups]
+    for cases in lists:
+        draw.shuffle(cases)
+    # each list is spread evenly over the whole
+    places = [(i + 0.5) / len(cases) for cases in lists for i in range(len(cases))]
+    everything = [c for cases in lists for c in cases]
+    return [everything[i] for i in np.argsort(places, kind="stable")]
+
+
+def _small() -> Iterator[Case]:
+    yield Case("none", "second", design="small")
+    yield Case("none", "plant", design="small", scatter=0.03, noise="coloured")
+    for world, name in (("second", "drive_backlash"), ("plant", "parasitic_force")):
+        yield Case("single", world, (name,), 3.0, design="small", rung="c")
+    yield Case("outside", "second", ("bump",), 4.0, design="small")
+
+
+def _none(draw: np.random.Generator) -> Iterator[Case]:
+    for world in PLAIN:
+        for kind in NOISES:
+            for number in range(NULLS):
+                scatter = SCATTERS[number % len(SCATTERS)]
+                yield Case("none", world, (), 1.0, kind, scatter, number=number)
+    for world in COMBINED:
+        for design in WIDE:
+            for number in range(NULLS):
+                kind, scatter = _circumstances(draw)
+                yield Case("none", world, (), 1.0, kind, scatter, design, number)
+
+
+def _singles(draw: np.random.Generator) -> Iterator[Case]:
+    for name, item in MENU.items():
+        for world in _worlds(name):
+            # what is there or not has one size only
+            for rung, factor, count in TIMES if item.least < item.most else TIMES[1:2]:
+                for number in range(count):
+                    kind, scatter = _circumstances(draw)
+                    yield Case(
+                        "single", world, (name,), factor, kind, scatter, item.design, number, rung
+                    )
+
+
+def _pairs(draw: np.random.Generator) -> Iterator[Case]:
+    for pair in PAIRS:
+        for world in _worlds(*pair):
+            for number in range(2):
+                kind, scatter = _circumstances(draw)
+                yield Case("pair", world, pair, 3.0, kind, scatter, number=number)
+
+
+def _outside(draw: np.random.Generator) -> Iterator[Case]:
+    for name in OUTSIDE:
+        for world in PLAIN:
+            for factor in (1.0, 2.0, 4.0):
+                for number in range(2):
+                    kind, scatter = _circumstances(draw)
+                    yield Case("outside", world, (name,), factor, kind, scatter, number=number)
+
+
+def _combined(draw: np.random.Generator) -> Iterator[Case]:
+    for world in COMBINED:
+        for name in HIDES:
+            for design in WIDE:
+                for rung, factor, count in TIMES[1:]:
+                    for number in range(count):
+                        kind, scatter = _circumstances(draw)
+                        yield Case(
+                            "combined", world, (name,), factor, kind, scatter, design, number, rung
+                        )
+
+
+def _worlds(*names: str) -> list[str]:
+    return [w for w in PLAIN if all(_has(w, n) for n in names)]
+
+
+@lru_cache(maxsize=1024)
+def _has(world: str, name: str) -> bool:
+    return WORLDS[world](None).has(name)
+
+
+def _circumstances(draw: np.random.Generator) -> tuple[str, float]:
+    return str(draw.choice(USUAL)), float(draw.choice(SCATTERS))

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns in which nothing is hidden: how many are said to be at the floor at every noise, and
+how far the form of the base is off tires of other form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_analysis.discovery import where
+from flatplank_analysis.discovery.invariants import largest_of
+from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+from flatplank_validation.blind.cases import measured_table
+from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.worlds import WORLDS, Scatter
+
+LEVELS = (1.0, 3.0, 7.5, 15.0, 30.0)
+"""[N] standard deviation of the noise of Fx"""
+SCATTERS = (0.0, 0.01)
+"""of the tire from run to run, in turn"""
+QUIET = 1.0
+"""[N] noise beside which the form of the base shows"""
+
+
+@dataclass(frozen=True)
+class FormError:
+    """How far the base is off a tire in which nothing is wrong, in shares of the largest force."""
+
+    world: str
+    seed: int
+    mean: float
+    """root mean square of the mean residual"""
+    stretch: float
+    """the largest within 5 cm"""
+
+
+def nothing_hidden(
+    world: str, seed: int, level: float, scatter: float = 0.0, design: str = "plain"
+) -> list[MeasurementTable]:
+    """A campaign of a drawn tire, the noise of its Fx `level` [N]."""
+    random = np.random.default_rng(seed)
+    tire = WORLDS[world](random)
+    runs = runs_of(design, random)
+    columns = tire.run(runs, {}, random, Scatter.drawn(len(runs), scatter, random))
+    kind = NOISES["usual"]
+    share = level / float(np.hypot(kind.white, kind.slow))
+    for c in columns:
+        dt = float(c["time"][1] - c["time"][0])
+        for name, part in RELATIVE.items():
+            c[name] = c[name] + noise(kind, len(c["time"]), dt, random, part * share)
+    return [measured_table(c, run, tire.radius) for c, run in zip(columns, runs, strict=True)]
+
+
+def session_of(tables: Sequence[MeasurementTable]) -> Session:
+    """A session on tables that lie in no folder."""
+    data = from_tables(list(tables))
+    return Session(Campaign("made", []), data, TireModel(data), library())
+
+
+def diagnosed(
+    count: int, seed: int = 1, world: str = "plant"
+) -> Iterator[tuple[float, Diagnosis]]:
+    """`count` campaigns at every noise level: the level and the answer."""
+    for level in LEVELS:
+        for number in range(count):
+            scatter = SCATTERS[number % len(SCATTERS)]
+            tables = nothing_hidden(world, seed + 1000 * number + int(level), level, scatter)
+            yield level, session_of(tables).diagnose()
+
+
+def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
+    """`count` tires of every world, next to no noise."""
+    for world in WORLDS:
+        for number in range(seed, seed + count):
+            state = session_of(nothing_hidden(world, number, QUIET)).fit(None).state
+            runs, largest = state.runs, float(largest_of(state)[0])
+            beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
+            events = where.events(runs, state.residual[0], 0.0)
+            yield FormError(world, number, beyond / largest, events[0].level / largest)
+
+
+def lines_of_nulls(count: int) -> Iterator[str]:
+    """Every answer, and the count at every level."""
+    good: dict[float, int] = dict.fromkeys(LEVELS, 0)
+    for level, result in diagnosed(count):
+        good[level] += result.verdict == AT_FLOOR
+        yield f"  {level:g} N: {result.verdict} ({result.reason})"
+    for level, right in good.items():
+        yield f"noise {level:4.1f} N: {right} of {count} at the floor"
+    yield f"all: {sum(good.values())} of {count * len(LEVELS)} at the floor"
+
+
+def lines_of_form(count: int) -> Iterator[str]:
+    """Every tire, and the most beside what the decision takes the base to be off by."""
+    found = []
+    for one in form_errors(count):
+        found.append(one)
+        yield f"{one.world} {one.seed}: {one.mean:.3%} in the mean, {one.stretch:.2%} within 5 cm"
+    mean, stretch = max(f.mean for f in found), max(f.stretch for f in found)
+    yield (
+        f"most: {mean:.3%} (band {TireModel.form.mean:.3%}), "
+        f"{stretch:.2%} (band {TireModel.form.stretch:.2%})"
+    )

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page docs/discovery-blind.md, written from a journal by one command."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from flatplank_validation.blind import tables
+from flatplank_validation.blind.points import share
+from flatplank_validation.blind.rival_scores import rival_scores
+
+WORLDS = {
+    "plant": "the bristle plant of the simulated bench, without bus and hub",
+    "second": "a tire of cells that are carried through the patch, with a machine of its own, "
+    "several of whose faults have the form of the library's",
+    "forms": "the same cells on a machine whose faults have other forms: clearances with a Hertz "
+    "contact, an oil film and friction, wear and crosstalk that saturate, drifts that fade, creep "
+    "with two times, load that is let go with hysteresis; written without a look at the library",
+    "circle": "the tire of `second` whose grip is shared by both directions, for combined slip",
+    "third": "threads of rubber between belt and road, not alike along and across, on a carcass "
+    "with damping, on a bench of its own",
+}
+
+
+def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str:
+    """The whole page in Markdown.
+
+    header: command, seed, whole (campaigns of the list), rivals (their entries).
+    """
+    points = tables.scored(entries)
+    not_asked = sorted(
+        {f"{'+'.join(e['case']['hidden'])} ({e['case']['world']})" for e in _invisible(entries)}
+    )
+    made = Counter(f"{e['commit']} (search {e['code']})" for e in entries)
+    parts = [
+        "# Blind test of the discovery",
+        f"Written by `{header['command']}` from {len(points)} campaigns"
+        f"{_part(len(entries), header['whole'])}. Nothing on this page is typed by hand; the "
+        "journal that it is written from is [beside it](discovery-blind.jsonl.gz).",
+        f"Seed {header['seed']}; commit {', '.join(f'{c}: {n}' for c, n in made.items())}; "
+        f"worlds: {', '.join(sorted({p['world'] for p in points}))}.",
+        _what({p["world"] for p in points}),
+        "## Scores",
+        tables.scores(points),
+        tables.beside(points),
+        "## Sizes and held-out error",
+        tables.sizes(points),
+        "## Power",
+        _POWER,
+        tables.power(points),
+        "## Confusion matrix",
+        "Rows: what was hidden. Columns: what was named first (in brackets a verdict, when "
+        "nothing was named), with counts.",
+        tables.matrix(points),
+    ]
+    if not_asked:
+        parts.append(
+            "Not visible in the runs of its design, by the generator's own computation, or only "
+            f"beyond its range, and so not asked: {', '.join(not_asked)}."
+        )
+    if header["rivals"]:
+        parts += ["## Beside what one would do today", rival_scores(header["rivals"])]
+    return "\n\n".join(parts) + "\n"
+
+
+def _invisible(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Campaigns that were not asked at a multiple of the detectable size."""
+    return [e for e in entries if e["diagnosis"] is None and e["case"]["rung"] == "x"]
+
+
+def _part(done: int, whole: int) -> str:
+    if done >= whole:
+        return ""
+    return (
+        f" (**{done} of the {whole} of the list were looked at so far**: read the intervals in "
+        "brackets; the command goes on where it stopped)"
+    )
+
+
+def _what(worlds: set[str]) -> str:
+    told = "\n".join(f"- `{w}`: {text}." for w, text in WORLDS.items() if w in worlds)
+    return f"{_WORLDS}\n\n{told}\n\n{_RULES}"
+
+
+_WORLDS = """Answers are kept apart; what diagnoses sees the tables of the runs only. The
+campaigns are made in worlds that share no code with the models:"""
+
+_RULES = f"""**Strict** is what counts: a hidden effect is found when it is named by its own
+name, or stands in the class that the program itself gave (four names at most) under the verdict
+`found group`, and nothing else is named. **Lenient** also counts a relative that the answer's
+own list holds; it is what earlier pages showed. An extra `tire_law` is not counted as a false
+effect: it says that the force law is of another form, not that the machine has a fault.
+
+The *detectable size* is computed by the generator from its own noise and scatter (80 % power at
+a family-wise level of 5 % over 100 columns, a perfect fit of its own tire and any symmetric
+force law allowed). No least size is put in: effects are hidden at 1, 2 and 4 times it, and at
+1.5 and 3 times the size that is of no consequence where that is larger. Below {tables.CLEAR:g}
+times the latter nobody is asked to name an effect, and silence is no mistake. Of a pair each
+has three times the larger of the two. Forces outside the library have 1, 2 and 4 times the size
+at which a force of their own form could be found.
+
+Noise and scatter of the tire from run to run (0 to 3 %) are drawn for every campaign: white
+with slow parts, trends, 1 N and 30 N, and one like a measured signal (1/f, hum with harmonics
+that the sampling folds down, warming up, steps of the converter, outliers, a channel that
+stands still). The list belongs to the seed, too. Intervals in brackets are Wilson's, 95 %. A
+size in another unit than the hidden one counts as not covered."""
+
+_POWER = """Strictly right over the ratio of the hidden size to the detectable size. The third
+column says how many detectable sizes the size of no consequence is: where it is large the
+search could see far smaller effects than it names. *80 % from*: the ratio from which on at
+least 80 % are right; the honest detectable size of this search is so many times the
+generator's."""
+
+
+def summary(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The scores for programs."""
+    out: dict[str, Any] = {}
+    for key, own in tables.rows_of(tables.scored(entries)).items():
+        s = share(p["right"] for p in own)
+        low, high = s.interval()
+        out[key] = {
+            "hits": s.hits,
+            "trials": s.trials,
+            "interval": None if math.isnan(low) else [round(low, 4), round(high, 4)],
+            "lenient": sum(p["kin_right"] for p in own),
+        }
+    return out

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of the page docs/discovery-blind.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from flatplank_control.sealed.score import QUIET, SILENT
+from flatplank_validation.blind.markdown import table
+from flatplank_validation.blind.points import Share, confusion, points_of, share
+
+Points = Sequence[Mapping[str, Any]]
+ONE = ("single", "combined")
+"""groups in which one effect is hidden"""
+CLEAR = 1.5
+"""below so many times what is of no consequence nobody is asked to name an effect"""
+BINS = (0.9, 1.5, 3.0, 6.0, 20.0, math.inf)
+"""size over detectable size in the power curves"""
+POWER = 0.8
+
+
+def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Points of the campaigns that were asked, with world, ratio and whether it matters."""
+    out = []
+    for e in entries:
+        if e["diagnosis"] is None:
+            continue
+        one = e["answer"]["effects"][:1] if e["case"]["group"] in ONE else []
+        p = points_of(e) | {"world": e["case"]["world"], "factor": e["case"]["factor"]}
+        p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
+        for h in one:
+            p["ratio"] = h["size"] / h["detectable"]
+            p["clear"] = h["size"] >= CLEAR * h["consequence"] * (1.0 - 1e-9)
+            p |= {"hidden": h}
+        out.append(p)
+    return out
+
+
+def _single(low: float, high: float = math.inf, clear: bool = True) -> Callable[[Mapping], bool]:
+    return lambda p: (
+        p["group"] == "single" and p["clear"] is clear and low <= p["ratio"] * 1.000001 < high
+    )
+
+
+def _group(name: str, factor: float | None = None) -> Callable[[Mapping], bool]:
+    return lambda p: p["group"] == name and factor in (None, p["factor"])
+
+
+ROWS: dict[str, tuple[str, Callable[[Mapping], bool]]] = {
+    "none": ("nothing hidden: said so (goal 98 %)", _group("none")),
+    "x1": ("one effect of consequence, 1 to 2 x detectable", _single(1.0, 2.0)),
+    "x2": ("one effect of consequence, 2 x detectable and above (goal 90 %)", _single(2.0)),
+    "x2near": ("... of these: 2 to 5 x", _single(2.0, 5.0)),
+    "pair": ("two effects: both named, nothing false (goal 80 %)", _group("pair")),
+    "combined": (
+        "combined slip or loads from half to one and a half, one effect of consequence, "
+        "2 x detectable and above (goal 95 %)",
+        lambda p: p["group"] == "combined" and p["clear"] and p["ratio"] > 1.999,
+    ),
+    "outside1": ("outside the library, 1 x detectable: said so, with place", _group("outside", 1)),
+    "outside2": ("outside the library, 2 x", _group("outside", 2.0)),
+    "outside4": ("outside the library, 4 x", _group("outside", 4.0)),
+}
+
+
+def rows_of(points: Points) -> dict[str, list[Mapping[str, Any]]]:
+    """The points of each row."""
+    return {key: [p for p in points if belongs(p)] for key, (_, belongs) in ROWS.items()}
+
+
+def scores(points: Points) -> str:
+    """Strict by world, lenient beside it."""
+    worlds = sorted({p["world"] for p in points})
+    rows = []
+    for key, own in rows_of(points).items():
+        cells = [str(share(p["right"] for p in own))]
+        cells += [str(share(p["right"] for p in own if p["world"] == w)) for w in worlds]
+        rows.append([ROWS[key][0], *cells, str(share(p["kin_right"] for p in own))])
+    return table(["what", "strict", *worlds, "lenient"], rows)
+
+
+def beside(points: Points) -> str:
+    """What the scores leave open."""
+    strong = [p for p in points if ROWS["x2"][1](p)]
+    single = [p for p in points if p["group"] in ONE]
+    slight = [p for p in single if not p["clear"]]
+    right = [p for p in strong if p["right"]]
+    outside = [p for p in points if p["group"] == "outside"]
+    nothing = [p for p in points if p["group"] == "none"]
+    rows = {
+        "2 x and above: the right name first or in the group, whatever follows": share(
+            p["first_right"] for p in strong
+        ),
+        "2 x and above, right: by its own name": share(p["own_name"] for p in right),
+        "2 x and above, right: verdict `partly`": share(p["verdict"] == "partly" for p in right),
+        "one effect: something false named beside or instead": share(p["false"] for p in single),
+        "one effect, too small to be of consequence: named rightly or not at all": share(
+            p["right"] or p["silent"] for p in slight
+        ),
+        "outside the library: `none of these` or `partly`, place aside": share(
+            p["verdict"] in SILENT for p in outside
+        ),
+        "nothing hidden: verdict `at floor` or `tire law only`": share(
+            p["verdict"] in QUIET for p in nothing
+        ),
+    }
+    return table(["what", "campaigns"], [[text, str(value)] for text, value in rows.items()])
+
+
+def sizes(points: Points) -> str:
+    """Coverage with nothing left out, errors of sizes, held-out error."""
+    worlds = sorted({p["world"] for p in points})
+
+    def row(text: str, pick: Callable[[Mapping], bool]) -> list[str]:
+        own = [(p["world"], m["covered"]) for p in points for m in p["sizes"] if pick(m)]
+        cells = [str(share(c for w, c in own if w == world)) for world in worlds]
+        return [text, str(share(c for _, c in own)), *cells]
+
+    rows = [
+        row("90 % intervals that cover the truth, all (goal 85 .. 95 %)", lambda m: True),
+        row("... named by its own name", lambda m: m["own"]),
+        row("... as another of its group, same unit", lambda m: not m["own"] and m["comparable"]),
+        row("... as another of its group, other unit: counted as not covering",
+            lambda m: not m["comparable"]),
+    ]  # fmt: skip
+    lines = [table(["what", "all", *worlds], rows), "", table(["what", "value"], _errors(points))]
+    return "\n".join(lines)
+
+
+def _errors(points: Points) -> list[list[str]]:
+    found = [m["error"] for p in points for m in p["sizes"] if m["error"] is not None]
+    errors = np.abs(found)
+    held = np.array([p["held_out"] for p in points if p["held_out"] is not None])
+    without = sorted({p["truth"] for p in points if p["unsized"]})
+    named, unsized = sum(p["named"] for p in points), sum(p["unsized"] for p in points)
+    rows = [["hidden effects that were named rightly", str(named)]]
+    text = f"{unsized} ({', '.join(without)})" if unsized else "0"
+    rows.append(["... whose hidden number is not the effect's own: no size is asked", text])
+    if len(errors):
+        rows.append(["median error of the size", f"{np.median(errors):.1%}"])
+        rows.append(["sizes within 15 %", str(share(errors < 0.15))])
+    if len(held):
+        rows.append(["held-out error over floor, median", f"{np.median(held):.2f}"])
+        rows.append(["held-out error at most 1.1 floors", str(share(held <= 1.1))])
+    return rows
+
+
+def power(points: Points) -> str:
+    """Strictly right over size / detectable size, effect by effect, and all together."""
+    single = [p for p in points if p["group"] in ONE]
+    names = [f"{_ratio(a)} .. {_ratio(b)}" for a, b in zip(BINS[:-1], BINS[1:], strict=True)]
+    rows = [["**all**", "", "", *_curve(single)], ["**all of consequence**", "", "",
+            *_curve([p for p in single if p["clear"]])]]  # fmt: skip
+    for truth in sorted({p["truth"] for p in single}):
+        own = [p for p in single if p["truth"] == truth]
+        hidden = [p["hidden"] for p in own]
+        least = [h["detectable"] for h in hidden]
+        unit, slight = hidden[0]["unit"], hidden[0]["consequence"]
+        span = f"{min(least):.2g} .. {max(least):.2g} {unit}"
+        times = f"{slight / max(least):.2g} .. {slight / min(least):.2g}"
+        rows.append([truth, span, times, *_curve(own)])
+    head = ["hidden", "detectable", "no consequence / detectable", *names, "80 % from"]
+    return table(head, rows)
+
+
+def _ratio(value: float) -> str:
+    return "inf" if math.isinf(value) else f"{value:g} x" if value >= 1.0 else "1 x"
+
+
+def _curve(points: Points) -> list[str]:
+    shares = [
+        share(p["right"] for p in points if low <= p["ratio"] < high)
+        for low, high in zip(BINS[:-1], BINS[1:], strict=True)
+    ]
+    cells = [f"{s.hits}/{s.trials}" if s.trials else "-" for s in shares]
+    start = reached(shares)
+    return [*cells, "-" if start is None else _ratio(BINS[start])]
+
+
+def reached(shares: Sequence[Share]) -> int | None:
+    """First bin from which on every bin that was asked has the power; None without one."""
+    start = None
+    for i, s in reversed(list(enumerate(shares))):
+        if s.trials and s.value < POWER:
+            break
+        start = i if s.trials else start
+    return start
+
+
+def matrix(points: Points) -> str:
+    """What was named first."""
+    verdicts = {*QUIET, *SILENT, "not decidable"}
+    rows = []
+    for truth, row in sorted(confusion(points).items()):
+        ordered = sorted(row.items(), key=lambda item: -item[1])
+        cells = [f"({n}) {c}" if n in verdicts else f"{n} {c}" for n, c in ordered]
+        rows.append([truth, str(sum(row.values())), ", ".join(cells)])
+    return table(["hidden", "campaigns", "named first"], rows)

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The nonlinear simulation of thesis 5.5: equations (5.15)-(5.21) around the controller,
+continuous loop.
+
+It is the thesis's own check of its controller, kept apart from the simulated bench on purpose:
+linear transient tire, one gap, constant efficiency, no delay. The friction torque of Figure 5.11
+cannot be read from the text, so its table is a parameter; its value near 142 rad/s decides the
+settling distance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
+from flatplank_validation.free_rolling.linear import Actuator
+
+FRICTION = ((0.0, 0.0), (2.0, 1.25), (60.0, 1.15), (142.0, 1.15), (300.0, 1.4))
+"""M_F over motor speed [rad/s, N m]: a placeholder for Figure 5.11."""
+
+
+@dataclass(frozen=True)
+class Nonlinear:
+    """What (5.15)-(5.21) need beside Table 5.1."""
+
+    actuator: Actuator = field(default_factory=Actuator)
+    stiffness: float = 2000.0
+    """k_eq [N m/rad]"""
+    gap: float = math.radians(15.0)
+    """alpha_BL, half of the gap at the motor [rad]"""
+    damping: float = 0.05
+    """d, small and artificial [N m s/rad]"""
+    acceleration: float = 0.206
+    """of the road [m/s^2]"""
+    start: float = 0.1
+    """when the road starts [s]"""
+    friction: tuple[tuple[float, float], ...] = FRICTION
+
+
+@dataclass(frozen=True)
+class Run:
+    """Arrays of shape (n,)."""
+
+    time: NDArray[np.float64]
+    """[s]"""
+    position: NDArray[np.float64]
+    """of the road [m]"""
+    force: NDArray[np.float64]
+    """Fx [N]"""
+    gear_angle: NDArray[np.float64]
+    """theta_D [rad]"""
+    torque: NDArray[np.float64]
+    """M_M [N m]"""
+
+
+def simulate(
+    n: Nonlinear,
+    p: FreeRollingParameters,
+    alpha: float = THESIS_LEAD_ALPHA,
+    distance: float = 4.2,
+    step: float = 5e-4,
+    keep: int = 20,
+) -> Run:
+    """Simulate until the road has moved `distance` [m]; every `keep`-th step is kept."""
+    a, friction = n.actuator, _table(n.friction)
+    gear, lost = a.gear, a.efficiency * a.gear
+    stiffness = a.slip_stiffness * a.vertical_force
+    position = road = motor = wheel = angle = force = 0.0
+    integral = lead = torque = 0.0
+    smooth = step / (alpha * p.lead_time + step)
+    rows = []
+    k = 0
+    while position < distance:
+        t = k * step
+        if t >= n.start:
+            road = min(road + n.acceleration * step, a.speed)
+            position += road * step
+            error = p.reference - force
+            integral += p.integral_gain * error * step
+            pi = p.proportional_gain * error + integral
+            # lead (5.11): y = x / alpha - (1 / alpha - 1) times x filtered with the pole
+            lead += smooth * (pi - lead)
+            torque = lead + (pi - lead) / alpha + p.start_torque
+        push = (torque - math.copysign(friction(abs(motor)), motor)) / a.j_m
+        pull = a.loaded_radius * force / a.j_tw
+        coupling = _coupling(n, motor - gear * wheel, angle, push + gear * pull, step)
+        motor += (push - coupling / a.j_m) * step
+        wheel += (lost * coupling / a.j_tw - pull) * step
+        angle += (motor - gear * wheel) * step
+        # (5.7) over time: sigma dF/dt + |V| F = C (r_e omega - V)
+        slip_speed = a.effective_radius * wheel - road
+        force += (stiffness * slip_speed - road * force) / a.relaxation_length * step
+        if k % keep == 0:
+            rows.append((t, position, force, angle, torque))
+        k += 1
+    return Run(*np.array(rows).T)
+
+
+def _coupling(n: Nonlinear, speed: float, angle: float, push: float, h: float) -> float:
+    """M_RED of (5.16, 5.19) at the end of a step of h [s], backward Euler in theta_D.
+
+    The wheel seen from the motor is so light that the engaged gears swing at 10 krad/s.
+    """
+    a = n.actuator
+    give = 1.0 / a.j_m + a.gear**2 * a.efficiency / a.j_tw
+    free = (speed + h * push) / (1.0 + h * give * n.damping)
+    after = angle + h * free
+    if abs(after) <= n.gap:
+        return n.damping * free
+    beyond = angle - math.copysign(n.gap, after)
+    k, d = n.stiffness, n.damping
+    new = (speed + h * (push - give * k * beyond)) / (1.0 + h * give * (d + k * h))
+    return k * (beyond + h * new) + d * new
+
+
+def settling_distance(
+    position: NDArray[np.float64],
+    force: NDArray[np.float64],
+    reference: float = 50.0,
+    band: float = 0.05,
+    start: float = 0.1,
+) -> float:
+    """Appendix E: fit p1 exp(-p2 x) + p3 from `start` [m] on; the distance from which it is in the
+    band [m].
+
+    NaN when it never gets there on the road that was measured.
+    """
+    keep = position >= start
+    x, y = position[keep], force[keep]
+
+    def fit(rate: float) -> tuple[float, float, float]:
+        decay = np.exp(-rate * x)
+        basis = np.column_stack([decay, np.ones_like(x)])
+        (p1, p3), *_ = np.linalg.lstsq(basis, y, rcond=None)
+        return float(np.sum((p1 * decay + p3 - y) ** 2)), float(p1), float(p3)
+
+    rate = _best(lambda r: fit(r)[0])
+    _, p1, p3 = fit(rate)
+    grid = np.linspace(0.0, float(x[-1]), 20_001)
+    outside = np.flatnonzero(np.abs(p1 * np.exp(-rate * grid) + p3 - reference) > band * reference)
+    if not outside.size:
+        return 0.0
+    last = int(outside[-1]) + 1
+    return float(grid[last]) if last < grid.size else math.nan
+
+
+def _best(cost: Callable[[float], float]) -> float:
+    """Rate [1/m] of the smallest cost: a coarse look, then ever finer ones."""
+    rates = np.geomspace(0.05, 100.0, 60)
+    for _ in range(6):
+        k = int(np.argmin([cost(r) for r in rates]))
+        rates = np.linspace(rates[max(k - 1, 0)], rates[min(k + 1, rates.size - 1)], 15)
+    return float(rates[7])
+
+
+def _table(points: tuple[tuple[float, float], ...]) -> Callable[[float], float]:
+    """Linear interpolation for plain numbers, the last value beyond the end."""
+
+    def value(v: float) -> float:
+        for (x0, y0), (x1, y1) in pairwise(points):
+            if v < x1:
+                return y0 + (v - x0) / (x1 - x0) * (y1 - y0)
+        return points[-1][1]
+
+    return value

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Speed and memory of the search for the missing effect, beside what is wanted."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import resource
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.cli.arguments import Parser
+from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
+from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.state import start_base
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+from flatplank_control.sealed.conditions import STEP
+from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
+from flatplank_validation.blind.nulls import lines_of_form, lines_of_nulls
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.worlds import Scatter, SecondWorld
+
+SIZES = {"drive_backlash": 8e-4, "parasitic_force": 80.0, "wear": 0.2}
+"""what is hidden, in this order: in the second tire physics of the blind kit, far above its
+detectable size"""
+WANTED = {0: 6.0, 1: 15.0, 2: None, 3: 40.0}
+"""effects that are hidden -> whole time [s]"""
+RANKING, SCREENING, MEMORY = 5.0, 3.0, 1024.0
+"""[s] until the first ranking; screening of all effects in base fits; [MiB]"""
+SEED, SCATTER = 5, 0.01
+
+
+def tables_of(count: int, design: str = "plain") -> list[MeasurementTable]:
+    """A campaign with the first `count` effects hidden."""
+    random = np.random.default_rng(SEED)
+    world = SecondWorld.drawn(random)
+    runs = runs_of(design, random)
+    scatter = Scatter.drawn(len(runs), SCATTER, random)
+    columns = world.run(runs, dict(list(SIZES.items())[:count]), random, scatter)
+    out = []
+    for c, run in zip(columns, runs, strict=True):
+        dt = float(c["time"][1] - c["time"][0])
+        shown = {n: c[n] for n in ("time", "plank_position", "wheel_angle")}
+        for name, share in RELATIVE.items():
+            shown[name] = c[name] + noise(NOISES["usual"], len(c["time"]), dt, random, share)
+        info = RunInfo(
+            file=f"bench_{run.index:02d}.parquet", tire="BENCH", kappa=run.setting.kappa,
+            fz=run.setting.fz, pressure=run.setting.pressure, start=run.start,
+            run_index=run.index, effective_rolling_radius=world.radius, step_position=STEP,
+        )  # fmt: skip
+        out.append(MeasurementTable(shown, info))
+    return out
+
+
+def diagnose(count: int, design: str) -> dict[str, Any]:
+    """Times [s] and peak memory [MiB] of one search; the kernel is compiled before."""
+    data = from_tables(tables_of(count, design))
+    model = TireModel(data)
+    model.predict([Lane(start_base(model))])
+    result = Session(Campaign("bench", []), data, model, library()).diagnose()
+    return {
+        "runs": data.runs.runs,
+        "first_ranking": result.search.first_ranking,
+        "screening": result.search.first_ranking / result.search.base_fit - 1.0,
+        "seconds": result.seconds,
+        "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+        "verdict": result.verdict,
+        "named": [f.decision.term.effect.identifier for f in result.found],
+    }
+
+
+def measure(count: int, design: str = "plain") -> dict[str, Any]:
+    """One search in a process of its own, whose memory is that of nothing else."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(diagnose, count, design).result()
+
+
+def line_of(count: int, found: dict[str, Any]) -> str:
+    """One row of the table, each number beside what is wanted."""
+    limit = WANTED[count]
+    whole = f"{found['seconds']:5.1f} s ({f'<= {limit:.0f}' if limit else 'no limit'})"
+    return (
+        f"{count} hidden, {found['runs']} runs: first ranking {found['first_ranking']:4.1f} s "
+        f"(<= {RANKING:.0f}), screening {found['screening']:.1f} base fits (<= {SCREENING:.0f}), "
+        f"all {whole}, memory {found['memory']:4.0f} MiB (<= {MEMORY:.0f}); "
+        f"{found['verdict']}: {', '.join(found['named']) or '-'}"
+    )
+
+
+def kept(count: int, found: dict[str, Any]) -> bool:
+    """True when every number is what is wanted."""
+    limit = WANTED[count]
+    return (
+        found["first_ranking"] <= RANKING
+        and found["screening"] <= SCREENING
+        and found["memory"] <= MEMORY
+        and (limit is None or found["seconds"] <= limit)
+    )
+
+
+def main(argv: list[str]) -> int:
+    """Exit code 0: all numbers are as wanted; 1: not."""
+    p = Parser(prog="flatplank bench-discovery", description=__doc__)
+    p.add_argument("--json", action="store_true", help="print JSON for programs")
+    p.add_argument(
+        "--nulls",
+        type=int,
+        metavar="N",
+        help="instead: N campaigns of the plant with nothing "
+        "hidden at each of five noise levels, how many are at the floor",
+    )
+    p.add_argument(
+        "--form",
+        type=int,
+        metavar="N",
+        help="instead: how far the base is off N tires of every "
+        "world, the form band of the decision",
+    )
+    o = p.parse_args(argv)
+    if o.nulls or o.form:
+        for line in lines_of_nulls(o.nulls) if o.nulls else lines_of_form(o.form):
+            print(line, flush=True)
+        return 0
+    found = {}
+    for count in WANTED:
+        found[count] = measure(count)
+        if not o.json:
+            print(line_of(count, found[count]), flush=True)
+    if o.json:
+        print(json.dumps({"format": "flatplank-bench-discovery/1", "hidden": found}, indent=1))
+    return 0 if all(kept(count, one) for count, one in found.items()) else 1

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Benchmark of controller and start: the thesis's way and ours side by side on the same plant."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.cli.arguments import Parser
+from flatplank_control.free_rolling.design import phase_margin
+from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
+from flatplank_hw.plant.truth import truth_row
+from flatplank_validation.bench.driven_plank import DrivenPlank
+from flatplank_validation.bench.start_bench import StartBench
+from flatplank_validation.bench.start_cases import FURTHER, FZ, further, slip_errors
+
+CONTROLLERS: dict[str, Mapping[str, Any]] = {
+    "thesis": {"lead_alpha": THESIS_LEAD_ALPHA},
+    "ours": {"automatic": True},
+}
+SEQUENCERS: dict[str, Mapping[str, Any]] = {"thesis": {}, "ours": {"follow_until": 0.25}}
+CASES = tuple(
+    (tire, fz)
+    for tire, nominal in (
+        ("toyo", 3700.0), ("continental", 3250.0), ("michelin", 2400.0), ("racing", 3700.0),
+    )
+    for fz in (1000.0, nominal, 8000.0)
+)  # fmt: skip
+SLIPS = (0.05, 0.1)
+DRIVEN = ("toyo", "racing")
+WANTED: dict[str, tuple[float, float]] = {
+    "phase_margin_deg": (30.0, np.inf),
+    "settled_m": (0.0, 0.3),
+    "steady_error_percent": (-1.0, 1.0),
+    "swing_n": (0.0, 50.0),
+    "slip_error_percent": (0.0, 0.05),
+}
+"""figure -> from .. to of our way; others are only shown"""
+WINDOW = 160
+"""cycles over which a force is averaged: 20 mm"""
+
+
+def settled(rows: np.ndarray) -> float:
+    """Road [m] behind which Fx stays within 5 % of 50 N."""
+    smooth = np.convolve(rows[:, 1], np.ones(WINDOW) / WINDOW, "valid")
+    outside = np.flatnonzero(np.abs(smooth - 50.0) > 2.5)
+    if outside.size and outside[-1] == smooth.size - 1:
+        return float("nan")
+    return float(rows[outside[-1] + WINDOW // 2, 0]) if outside.size else 0.0
+
+
+def free_rolling(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]:
+    """Figures of a controller run."""
+    bench = StartBench(tire, preset=preset, controller=CONTROLLERS[way])
+    rows = bench.free_rolling(fz, 2.5)
+    late = rows[rows[:, 0] > 1.8, 1]
+    config = bench.config
+    truth = truth_row(config, fz, config.tire.nominal_pressure_bar)
+    c = bench.controller
+    margin = phase_margin(
+        c.gains, truth.standstill_stiffness_x, truth.relaxation_length_x, c.parameters.loop_delay
+    )
+    return {
+        "phase_margin_deg": margin,
+        "settled_m": settled(rows),
+        "steady_error_percent": 100.0 * (float(late.mean()) / 50.0 - 1.0),
+        "swing_n": float(np.ptp(late)),
+        "start_force_n": float(rows[:, 1].min()),
+    }
+
+
+def driven(tire: str, fz: float, way: str) -> dict[str, float]:
+    """The same start with a driven plank: free rolling, and slip with a step at 0.3 m."""
+    rolled = DrivenPlank(tire, controller=CONTROLLERS[way]).free_rolling(fz, 2.5)
+    rows = DrivenPlank(tire, sequencer=SEQUENCERS[way]).slip(fz, 0.0, at=0.28, distance=0.32)
+    before = rows[(rows[:, 0] > 0.28) & (rows[:, 0] < 0.3), 1]
+    return {
+        "settled_m": settled(rolled),
+        "force_before_step_at_0_3_m_n": float(before.mean()),
+        "slip_start_force_n": float(rows[:, 1].min()),
+    }
+
+
+def slip(tire: str, fz: float, way: str, preset: str | None) -> dict[str, float]:
+    """Force before a slip step at 0.3 m."""
+    bench = StartBench(tire, preset=preset, sequencer=SEQUENCERS[way])
+    rows = bench.slip(fz, 0.0, at=0.28, distance=0.32)
+    before = rows[(rows[:, 0] > 0.28) & (rows[:, 0] < 0.3), 1]
+    return {"force_before_step_at_0_3_m_n": float(before.mean())}
+
+
+def wanted(name: str) -> str:
+    """The limit of a figure, for people."""
+    low, high = WANTED.get(name, (-np.inf, np.inf))
+    if low == -high:
+        return "" if high == np.inf else f"+-{high:g}"
+    return f">= {low:g}" if high == np.inf else f"<= {high:g}"
+
+
+def kept(case: Mapping[str, Mapping[str, float]]) -> bool:
+    """Whether our way is within all limits."""
+    ours = case["ours"]
+    return all(low <= ours[k] <= high for k, (low, high) in WANTED.items() if k in ours)
+
+
+def measure(o: argparse.Namespace) -> dict[str, Any]:
+    """Title -> way -> figures."""
+    found: dict[str, Any] = {}
+    for tire, fz in CASES:
+        if o.tire in (None, tire):
+            found[f"{tire} at {fz:.0f} N"] = {
+                way: {**free_rolling(tire, fz, way, o.preset), **slip(tire, fz, way, o.preset)}
+                for way in CONTROLLERS
+            }
+    if o.tire is not None:
+        return found
+    for m in FURTHER:
+        delay = 1e3 * (m.cycles + 0.5) / m.rate
+        title = f"C_x of {m.share:g} x the Toyo's, sigma {m.sigma:g} m, delay {delay:.0f} ms"
+        found[title] = {way: further(m, c) for way, c in CONTROLLERS.items()}
+    for tire in DRIVEN:
+        title = f"{tire} at {FZ:.0f} N, plank driven too"
+        found[title] = {way: driven(tire, FZ, way) for way in CONTROLLERS}
+    for kappa in SLIPS:
+        found[f"slip {100 * kappa:+g} %, worst over a turn of the pinion"] = {
+            way: {"slip_error_percent": error} for way, error in slip_errors(kappa).items()
+        }
+    return found
+
+
+def main(argv: list[str]) -> int:
+    """Print the table; 0: our way is within what is wanted, 1: not."""
+    p = Parser(prog="flatplank bench-start", description=__doc__)
+    p.add_argument("--preset", help="defects of the machine: thesis2023")
+    p.add_argument("--json", action="store_true", help="for programs")
+    p.add_argument("--tire", help="only this one", choices=sorted({tire for tire, _ in CASES}))
+    o = p.parse_args(argv)
+    found = measure(o)
+    if o.json:
+        print(json.dumps(found, indent=1))
+    else:
+        print(f"{'':36}{'thesis':>10}{'ours':>10}{'wanted':>12}")
+        for title, case in found.items():
+            print(title if kept(case) else f"{title}: not as wanted")
+            for name in case["ours"]:
+                print(f"  {name:34}{case['thesis'][name]:10.3f}{case['ours'][name]:10.3f}"
+                      f"{wanted(name):>12}")  # fmt: skip
+    return 0 if all(map(kept, found.values())) else 1
