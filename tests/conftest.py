@@ -15,14 +15,13 @@ from typing import Any
 
 import pytest
 
+from flatplank_control.bench.loopback import loopback
+
 # One thread per process: two cores are shared by the nodes of a graph, and numbers repeat.
-# Fast DDS: UDP on loopback, for shared memory leaves locks behind when a test kills a node.
-os.environ |= {
+os.environ |= loopback() | {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "MPLBACKEND": "Agg",
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
 }
 
 # Started in the background, the suite and all its children would be deaf to Ctrl-C.

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from std_srvs.srv import SetBool
 
+from flatplank_control.bench.loopback import loopback as on_loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -48,14 +49,8 @@ def next_domain() -> int:
 
 
 def loopback(domain: int) -> dict[str, str]:
-    """Environment of a graph that nobody else hears, without shared memory that a kill leaves
-    behind.
-    """
-    return {
-        "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-    }
+    """Environment of a graph in a domain of its own that nobody else hears."""
+    return {"ROS_DOMAIN_ID": str(domain), **on_loopback()}
 
 
 class Graph:

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from flatplank_control.bench.loopback import loopback as on_loopback
 from flatplank_hw.nodes import convert
 from flatplank_hw.parent import END_WITH_PARENT
 
@@ -65,8 +66,7 @@ def loopback() -> dict[str, str]:
     """Environment of a graph that nobody else hears."""
     return {
         "ROS_DOMAIN_ID": str(FIRST_DOMAIN + (os.getpid() * 13 + 5) % DOMAINS),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+        **on_loopback(),
     }
 
 

@@ -18,12 +18,12 @@ from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
 
+from flatplank_control.bench.loopback import loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_msgs.msg import DriveStatus
 from flatplank_msgs.srv import StopRecording
-from lockstep import LOOPBACK
 from realtime import roll, wait
 
 COUNTS = ("sent", "received", "lost", "missed", "stale", "wrong_counter", "unread")
@@ -44,7 +44,7 @@ def busy(count: int) -> Iterator[None]:
 
 def main(seconds: float = 60.0, burners: int = 0) -> None:
     """Rolls in slip control and records [s]."""
-    os.environ.update(LOOPBACK, ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
+    os.environ.update(loopback(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
     seen: dict[str, str] = {}
     oldest: list[int] = []
     held: set[int] = set()

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from std_srvs.srv import SetBool
 
+from flatplank_control.bench.loopback import loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -27,17 +28,13 @@ from flatplank_msgs.srv import (
     StartRecording,
 )
 
-LOOPBACK = {
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-}
 ROLES = ("hub", "encoders", "sequencer", "controller", "drive", "recorder", "runner")
 BARE = Path(__file__).with_name("bare_graph.py")
 
 
 def bare_rate(cycles: int, executor: str, domain: int) -> float:
     """Rounds per second of the bare graph."""
-    env = {**os.environ, **LOOPBACK, "ROS_DOMAIN_ID": str(domain)}
+    env = {**os.environ, **loopback(), "ROS_DOMAIN_ID": str(domain)}
     command = [sys.executable, str(BARE)]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": env}
     others = [subprocess.Popen([*command, role, executor], **quiet) for role in ROLES]
@@ -57,7 +54,7 @@ def bare_rate(cycles: int, executor: str, domain: int) -> float:
 
 def bench_rate(cycles: int, domain: int) -> float:
     """Bus cycles per second of the bench in slip control over a moving road, recording."""
-    os.environ.update(LOOPBACK, ROS_DOMAIN_ID=str(domain))
+    os.environ.update(loopback(), ROS_DOMAIN_ID=str(domain))
     with tempfile.TemporaryDirectory() as folder:
         setup = BenchSetup(pace="hold", data=folder)
         log = Path(folder) / "nodes.log"

@@ -12,6 +12,7 @@ from pathlib import Path
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import SetBool
 
+from flatplank_control.bench.loopback import loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
@@ -23,7 +24,6 @@ from flatplank_msgs.srv import (
     StartRecording,
     StopRecording,
 )
-from lockstep import LOOPBACK
 
 CASES = ((250, 1, 60.0), (1000, 4, 30.0))
 """bus rate [Hz], cycles per message, wall time [s]"""
@@ -74,7 +74,7 @@ def roll(c: BenchClient) -> None:
 
 
 def main(seconds: float | None = None) -> None:
-    os.environ.update(LOOPBACK, ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
+    os.environ.update(loopback(), ROS_DOMAIN_ID=str(60 + os.getpid() % 40))
     for rate_hz, batch, usual in CASES:
         run(rate_hz, batch, seconds or usual)
 

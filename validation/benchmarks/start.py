@@ -13,11 +13,11 @@ import tempfile
 import time
 from pathlib import Path
 
+from flatplank_control.bench.loopback import loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_validation.bench.cold_start import forget_files, without_byte_code
-from lockstep import LOOPBACK
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "start.md"
 MIB = 1024.0
@@ -69,7 +69,7 @@ def total(rows: dict[str, Row]) -> Row:
 
 
 def main() -> int:
-    os.environ.update(LOOPBACK)
+    os.environ.update(loopback())
     start({})  # whatever was cold until now
     warm = start({})
     with tempfile.TemporaryDirectory() as folder:

@@ -45,7 +45,7 @@ setup(
     maintainer_email="maintainers@flatplank.example",
     license="Apache-2.0",
     packages=find_namespace_packages(include=[f"{NAME}*"]),
-    package_data={"": ["*.yaml", "*.json", "*.js", "*.css"]},
+    package_data={"": ["*.yaml", "*.json", "*.js", "*.css", "*.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

@@ -10,16 +10,13 @@ from flatplank_analysis.data import Campaign
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.bench.campaign import SLIPS, matrix, simulate_many
 from flatplank_control.bench.listing import write_campaign, write_tire
+from flatplank_control.bench.loopback import loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.demo.steps import Teller
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement
 
-LOOPBACK = {
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-}
 FREE_ROLLING = Measurement(measurement="free_rolling", end_position=2.2, run_index=0)
 SLIP_ON_GRAPH = (0.05, 1)
 """slip and start of the run that is made on the graph"""
@@ -39,7 +36,7 @@ def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
     (on_graph,) = [m for m in runs if (m.kappa, m.start) == SLIP_ON_GRAPH]
     others = [m for m in runs if m is not on_graph]
     teller.step("one slip step on the ROS graph, recorded in a bag")
-    for key, value in LOOPBACK.items():
+    for key, value in loopback().items():
         os.environ.setdefault(key, value)
     with BenchProcesses(setup, log=folder.parent / "nodes.log") as bench, BenchClient() as client:
         client.wait_connected(bench, say=teller.now)
