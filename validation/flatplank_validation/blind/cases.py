@@ -11,8 +11,8 @@ from zlib import crc32
 import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_control.sealed.conditions import STEP, Columns, Run
-from flatplank_control.sealed.outside import OUTSIDE
+from flatplank_sim.sealed.conditions import STEP, Columns, Run
+from flatplank_sim.sealed.outside import OUTSIDE
 from flatplank_validation.blind.detectable import detectable, detectable_force
 from flatplank_validation.blind.menu import KIN, MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, shown
