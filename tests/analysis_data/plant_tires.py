@@ -11,9 +11,9 @@ import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
-from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
-from flatplank_hw.plant.config import PlantConfig
-from flatplank_hw.plant.truth import TruthRow, truth_row
+from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.plant.truth import TruthRow, truth_row
 
 SLIPS = (-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1)
 STEP = 1.5

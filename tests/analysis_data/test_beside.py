@@ -16,7 +16,7 @@ from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.identify import MFSettings, fit_magic_formula, merge
-from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.models.shipped import shipped_tir
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.machine_tables import MACHINE_TABLES
 from flatplank_analysis.report.steps import extras_as_points

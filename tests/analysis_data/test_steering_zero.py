@@ -15,8 +15,8 @@ from flatplank_analysis.identify.lateral import fit_lateral_carcass, lateral_run
 from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.tables import all_tables
-from flatplank_hw.plant.config import PlantConfig
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.plant.truth import truth_row
 
 ANGLES = (-10.0, -5.0, -1.0, 0.0, 1.0, 5.0, 10.0)
 ZERO, PLY = -0.015, 0.003

@@ -18,14 +18,14 @@ from flatplank_analysis.kinds.turning import brush, turning
 from flatplank_analysis.report.build import build
 from flatplank_analysis.report.extras import RUN_BY_RUN
 from flatplank_control.bench.listing import write_campaign
-from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
-from flatplank_hw.plant import PlantConfig
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.plant import PlantConfig
+from flatplank_sim.plant.truth import truth_row
+from flatplank_sim.twin.log import TableLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 LOAD = 3700.0
 RUNS = {

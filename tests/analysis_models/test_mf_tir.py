@@ -10,7 +10,7 @@ import pytest
 
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.mf import SteadyPoints, fit_magic_formula
-from flatplank_analysis.models.registry import SHIPPED, shipped_tir
+from flatplank_analysis.models.shipped import SHIPPED, shipped_tir
 from flatplank_analysis.models.tir import check_tir, format_tir, parse_tir, read_tir, write_tir
 from flatplank_analysis.models.tire_state import tire_state
 

@@ -23,7 +23,7 @@ from flatplank_analysis.models.magic_formula import (
 )
 from flatplank_analysis.models.magic_formula import moment as moments
 from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.models.shipped import shipped_tir
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.models.tire_state import tire_state
 

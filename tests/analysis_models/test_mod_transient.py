@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -18,10 +20,10 @@ from flatplank_analysis.models.base import (
 from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.linear import LinearX, LinearY
 from flatplank_analysis.models.magic_formula import Coefficients
+from flatplank_analysis.models.mf_contact_point import ContactPointMF
 from flatplank_analysis.models.mf_tyre import MFTyre
 from flatplank_analysis.models.nonlinear import NonlinearX, NonlinearY
-from flatplank_analysis.models.nonlinear_mass import NonlinearMassX
-from flatplank_analysis.models.registry import MODELS, shipped_tir
+from flatplank_analysis.models.shipped import shipped_tir
 from flatplank_analysis.models.steady_law import SineLaw, TableLaw, table_law
 from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.models.tire_state import tire_state
@@ -32,6 +34,17 @@ X = np.linspace(0.0, 2.6, 700)
 def law_of(stiffness: float = 9e4, peak: float = 3700.0) -> TableLaw:
     slips = np.linspace(-0.12, 0.12, 49)
     return table_law(slips, peak * np.sin(1.4 * np.arctan(stiffness / 1.4 / peak * slips)))
+
+
+MODELS: dict[str, Callable[[], TransientModel]] = {
+    "linear": LinearX,
+    "linear-y": LinearY,
+    "nonlinear": NonlinearX,
+    "nonlinear-y": NonlinearY,
+    "mf": lambda: MFTyre(shipped_tir().coefficients, ("PKX1", "PDX1")),
+    "mf-contact-point": lambda: ContactPointMF(shipped_tir().coefficients, ("PKX1", "PDX1")),
+    "mf-y": lambda: MFTyre(shipped_tir().coefficients, ("PKY1", "PDY1"), "fy"),
+}
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -158,16 +171,6 @@ def test_nonlinear_large_steps_do_not_ring() -> None:
     model = NonlinearX(lambda _: law_of())
     force = model.simulate(np.array([[2.4e5]]), slip_inputs(coarse, 0.1, 3700.0))[0, 0]
     assert np.all(np.diff(force) > -1e-6)
-
-
-def test_patch_mass_changes_newtons_only() -> None:
-    law = law_of()
-    run = slip_inputs(X, 0.02, 3700.0)
-    lane = np.array([[2.4e5]])
-    quasi = NonlinearX(lambda _: law, friction=1.0).simulate(lane, run)[0, 0]
-    mass = NonlinearMassX(lambda _: law, friction=1.0).simulate(lane, run)[0, 0]
-    assert np.max(np.abs(mass - quasi)) < 30.0
-    assert mass[-1] == pytest.approx(quasi[-1], rel=1e-3)
 
 
 def test_contact_lengths_of_table_7_2() -> None:

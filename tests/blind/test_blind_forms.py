@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_control.sealed.conditions import Run, Setting
+from flatplank_sim.sealed.conditions import Run, Setting
 from flatplank_validation.blind.forms import MENU_OF_FORMS, FormsMachine, measure
 from flatplank_validation.blind.menu import MENU
 from flatplank_validation.blind.plan import runs_of

@@ -14,15 +14,15 @@ import pytest
 
 from flatplank_analysis.data import Campaign as Folder
 from flatplank_analysis.effects.registry import library
-from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.sealed.score import score
-from flatplank_hw.plant.campaign import Campaign, CampaignRun
-from flatplank_hw.plant.config import PlantConfig
+from flatplank_sim.plant.campaign import Campaign, CampaignRun
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.sealed.score import score
+from flatplank_sim.twin.log import TableLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case, make, size_of
 from flatplank_validation.blind.detectable import NEEDED, detectable, strength_of

@@ -13,7 +13,7 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.sealed.conditions import STEP, Run, Setting
+from flatplank_sim.sealed.conditions import STEP, Run, Setting
 from flatplank_validation.blind.noise import NOISES, RELATIVE, Noise, noise
 from flatplank_validation.blind.worlds import PlantWorld, Scatter
 

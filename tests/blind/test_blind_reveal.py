@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.data import Campaign as Folder
-from flatplank_control.cli import reveal
-from flatplank_control.sealed import generate
-from flatplank_control.sealed.seal import seal, unseal
+from flatplank_sim.cli import reveal
+from flatplank_sim.sealed import generate
+from flatplank_sim.sealed.seal import seal, unseal
 
 PLACE = {"coordinate": "plank position", "range": [2.0, 2.8]}
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 import pytest
 
 from flatplank_analysis.errors import FlatplankError
-from flatplank_control.sealed.score import score
-from flatplank_control.sealed.seal import unseal
+from flatplank_sim.sealed.score import score
+from flatplank_sim.sealed.seal import unseal
 
 RACK = {
     "name": "rack_backlash", "size": 5e-4, "unit": "m", "class": ["drive_backlash", "road_play"],

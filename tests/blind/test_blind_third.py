@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.effects.registry import library
-from flatplank_control.sealed.conditions import Run, Setting
+from flatplank_sim.sealed.conditions import Run, Setting
 from flatplank_validation.blind import third_kernel as kernel
 from flatplank_validation.blind.third import DESIGNS, SAMPLES, ThirdMachine, ThirdTire, measure
 from flatplank_validation.blind.third_world import HIDES, ThirdWorld

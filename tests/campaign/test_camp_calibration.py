@@ -11,19 +11,10 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.data import Campaign
-from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.calibration import Book, Entry, fit_line
 from flatplank_control.calibration.fit_check import TurnWatch
-from flatplank_control.calibration.parasitic import (
-    amplitudes,
-    difference,
-    filter_on_twin,
-    still_fits,
-    turn_on_twin,
-)
+from flatplank_control.calibration.parasitic import amplitudes, difference, still_fits
 from flatplank_control.calibration.sheet import LINES, blank, starting_values
 from flatplank_control.cli.calibrate import main
 from flatplank_control.cli.tune import main as tune
@@ -34,6 +25,10 @@ from flatplank_control.runner.standstill import Standstill
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import to_text
+from flatplank_sim.twin.log import TableLog
+from flatplank_sim.twin.parasitic import filter_on_twin, turn_on_twin
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 
 def test_a_line_with_its_errors():

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
 from flatplank_control.runner.steps import Enable, Manual
+from flatplank_sim.twin.log import TableLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 from flatplank_validation.bench.hold_bench import load_over_the_road, load_step, steering
 from flatplank_validation.verbs import bench_hold
 

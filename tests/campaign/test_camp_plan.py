@@ -19,8 +19,8 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_hw.hub import HubParameters
 from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import ParameterError, updated
-from flatplank_hw.plant.config import PlantConfig
 from flatplank_hw.share import config_file
+from flatplank_sim.plant.config import PlantConfig
 
 TIRES = config_file("flatplank_control", "tires.yaml")
 SHIPPED = sorted((TIRES.parent / "plans").glob("*.yaml"))

@@ -8,11 +8,7 @@ import pytest
 from camp_plans import LENIENT, ROAD, small
 
 from flatplank_analysis.data import Campaign
-from flatplank_control.bench.campaign_run import run_on_twin
-from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.cli.bench import axes_of
 from flatplank_control.runner.campaign import Conductor, Journal
 from flatplank_control.runner.measurement import Measurement
@@ -20,6 +16,10 @@ from flatplank_control.runner.moves import SPEED
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import PlanFailed, Wait
 from flatplank_hw.drive.cia402 import State
+from flatplank_sim.twin.campaign_run import run_on_twin
+from flatplank_sim.twin.log import TableLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 SETUP = BenchSetup(pace="hold", axes=axes_of("plank"))
 

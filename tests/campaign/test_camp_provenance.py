@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_control.bench.log import BagLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.calibration.book import INSTRUMENTS, Book, Entry
 from flatplank_control.recording.run_record import RunRecord, load_record, record_from_dict
 from flatplank_control.runner import provenance, steps
 from flatplank_control.runner.provenance import ASKED, MEASURING, complete, software_version
 from flatplank_hw.params import describe
+from flatplank_sim.twin.log import BagLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 TODAY = datetime.date(2026, 5, 31)
 DESCRIBED = record_from_dict({"tire": "TOY", "parameters": {"session": {"paper_batch": "7"}}})
@@ -53,7 +53,8 @@ def test_what_is_unusual_is_told():
 @pytest.mark.parametrize("emulated", [True, False])
 def test_a_real_machine_has_no_plant(emulated):
     in_force = Twin(BenchSetup()).in_force()
-    in_force["ethercat_bus"] = {**in_force.pop("simulated_plant"), "emulated": emulated}
+    machine = in_force.pop("simulated_plant")
+    in_force |= {"ethercat_bus": machine} if emulated else {}
     record = complete(DESCRIBED, in_force, Book(Path("")), TODAY)
     assert (record.plant is not None) == emulated
 

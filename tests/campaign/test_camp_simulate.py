@@ -9,9 +9,9 @@ import pytest
 
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.models.tire_record import FILE, read_record
-from flatplank_control.cli.simulate import main, mounted, parser
-from flatplank_hw.plant.config import PlantConfig
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.cli.simulate import main, mounted, parser
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.plant.truth import truth_row
 
 TIRES = {"toyo": "TOY", "continental": "CON", "michelin": "MIC", "racing": "RAC"}
 

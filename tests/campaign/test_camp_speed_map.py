@@ -13,7 +13,7 @@ import pytest
 
 from flatplank_control.speed_map import RoadMap, learn
 from flatplank_control.speed_map.learn import Run, check_follows
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 
 DEFECTS = {

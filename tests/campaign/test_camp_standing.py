@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from flatplank_control.bench.log import TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.cli.run import find_plan
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
@@ -22,8 +19,11 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_hw.drive.road_trigger import BIT, RoadTrigger
-from flatplank_hw.plant import PlantConfig
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.plant import PlantConfig
+from flatplank_sim.plant.truth import truth_row
+from flatplank_sim.twin.log import TableLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 
 def measured(m: Measurement, folder) -> tuple[dict[str, np.ndarray], Twin]:

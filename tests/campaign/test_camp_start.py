@@ -11,7 +11,7 @@ import pytest
 
 from flatplank_control.free_rolling.design import Machine, design, phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.driven_plank import DrivenPlank
 from flatplank_validation.bench.start_bench import StartBench
 from flatplank_validation.bench.start_cases import FURTHER, TOYO, like

@@ -8,10 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_control.bench.log import BagLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.recording.run_record import load_record
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import Measurement
@@ -20,6 +17,9 @@ from flatplank_control.runner.plans import plan_of
 from flatplank_hw.drive.safety import LEFT_OPERATION, QUICK_STOP, RULES
 from flatplank_hw.samples import DriveSample
 from flatplank_hw.troubles import TROUBLES
+from flatplank_sim.twin.log import BagLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 RUN = Measurement(kappa=0.05, step_position=0.3, end_position=2.0)
 

@@ -10,12 +10,8 @@ import yaml
 from camp_plans import LENIENT, ROAD, small
 
 from flatplank_analysis.data import Campaign
-from flatplank_control.bench.campaign_run import run_on_twin
 from flatplank_control.bench.judging import outcome_of
-from flatplank_control.bench.log import BagLog, TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.runner.campaign import Conductor, Job, Journal, Limits, PlannedRun
 from flatplank_control.runner.conditions import plank_beyond
 from flatplank_control.runner.dry_bench import DryBench
@@ -23,6 +19,10 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.steps import Wait
+from flatplank_sim.twin.campaign_run import run_on_twin
+from flatplank_sim.twin.log import BagLog, TableLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 SETUP = BenchSetup(pace="hold")
 

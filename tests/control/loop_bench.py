@@ -12,7 +12,7 @@ from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
-from flatplank_hw.plant import Plant, PlantConfig
+from flatplank_sim.plant import Plant, PlantConfig
 
 GEAR = 1425.04
 

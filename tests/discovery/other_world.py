@@ -14,9 +14,9 @@ import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.tirebase.data import TireRuns, from_tables
-from flatplank_control.sealed.conditions import LOAD, STEP, Columns, Run, Setting
-from flatplank_hw.plant.campaign import Campaign, CampaignRun
-from flatplank_hw.plant.config import PlantConfig
+from flatplank_sim.plant.campaign import Campaign, CampaignRun
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.sealed.conditions import LOAD, STEP, Columns, Run, Setting
 from flatplank_validation.blind.second import SecondMachine, SecondTire, counted, measure
 
 RADIUS, SPEED, WHEEL_SPEED = 0.3108, 0.03092, 0.03088

@@ -14,8 +14,8 @@ from bristles import Truth, campaign, save
 from flatplank_analysis.cli import add, compare, diagnose, effects, remove, undo
 from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.errors import FlatplankError
-from flatplank_control.sealed import seal
-from flatplank_control.sealed.score import score
+from flatplank_sim.sealed import seal
+from flatplank_sim.sealed.score import score
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 

@@ -15,7 +15,7 @@ import pytest
 PROGRAMS = [
     entry
     for entry in entry_points(group="console_scripts")
-    if entry.module in ("flatplank_hw.start", "flatplank_control.start")
+    if entry.module in ("flatplank_hw.start", "flatplank_sim.start", "flatplank_control.start")
 ]
 SLOW = """
 import sys

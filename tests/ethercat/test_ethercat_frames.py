@@ -7,13 +7,13 @@ import pytest
 from ethercat_rig import BUS_FILES
 from ethercat_stub_plant import StubPlant
 
-from flatplank_hw.ethercat.emulator.bench import EmulatedBench
-from flatplank_hw.ethercat.emulator.esc import SlaveController
-from flatplank_hw.ethercat.emulator.fmmu import Fmmu, read_fmmus
-from flatplank_hw.ethercat.emulator.frame import Command, FrameError, build, results, split
-from flatplank_hw.ethercat.emulator.segment import Segment
-from flatplank_hw.ethercat.emulator.wire import Wire
 from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_sim.emulator.bench import EmulatedBench
+from flatplank_sim.emulator.esc import SlaveController
+from flatplank_sim.emulator.fmmu import Fmmu, read_fmmus
+from flatplank_sim.emulator.frame import Command, FrameError, build, results, split
+from flatplank_sim.emulator.segment import Segment
+from flatplank_sim.emulator.wire import Wire
 
 SLAVES = 5
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 import pytest
 from ethercat_rig import BUS_FILES
 
-from flatplank_hw.ethercat.emulator.al import State
-from flatplank_hw.ethercat.emulator.dictionary import Dictionary, variable
-from flatplank_hw.ethercat.emulator.mailbox import Mailbox
-from flatplank_hw.ethercat.emulator.sdo import SdoServer
-from flatplank_hw.ethercat.emulator.sdo_info import SdoInfo
-from flatplank_hw.ethercat.emulator.slave import EmulatedSlave
 from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_sim.emulator.al import State
+from flatplank_sim.emulator.dictionary import Dictionary, variable
+from flatplank_sim.emulator.mailbox import Mailbox
+from flatplank_sim.emulator.sdo import SdoServer
+from flatplank_sim.emulator.sdo_info import SdoInfo
+from flatplank_sim.emulator.slave import EmulatedSlave
 
 ROOM = 128
 

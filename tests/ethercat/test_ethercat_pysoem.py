@@ -13,9 +13,9 @@ from typing import Any
 
 from ethercat_rig import BUS_FILES, Emulator, namespace
 
-from flatplank_hw.ethercat.namespace import MASTER
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.ethercat.writer import write_bus
+from flatplank_sim.namespace import MASTER
 
 HERE = Path(__file__).parent
 DEVICES = HERE / "data" / "pysoem_devices.yaml"

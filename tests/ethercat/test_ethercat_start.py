@@ -16,10 +16,10 @@ from ethercat_rig import BENCH, BUS_FILES, Emulator, InsistentNode, namespace
 
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master import BusClient, BusError
-from flatplank_hw.ethercat.namespace import MASTER, BenchNamespace
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.ethercat.strict import BusFileError
 from flatplank_hw.ethercat.writer import write_bus
+from flatplank_sim.namespace import MASTER, BenchNamespace
 
 STUB = ("--plant", "ethercat_stub_plant:make")
 
@@ -236,7 +236,7 @@ def test_emulator_refuses(arguments: tuple[str, ...], words: str) -> None:
     if "--plant" not in arguments:
         arguments = (*arguments, *STUB)
     result = subprocess.run(
-        [sys.executable, "-m", "flatplank_hw.ethercat.emulator", *arguments],
+        [sys.executable, "-m", "flatplank_sim.emulator", *arguments],
         capture_output=True,
         text=True,
         check=False,

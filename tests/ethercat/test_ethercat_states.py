@@ -9,13 +9,13 @@ from ethercat_rig import BUS_FILES
 from ethercat_stub_plant import StubPlant
 
 from flatplank_hw.bus.image import AxisInputs
-from flatplank_hw.ethercat.emulator import registers as reg
-from flatplank_hw.ethercat.emulator.al import Code, State, StateMachine
-from flatplank_hw.ethercat.emulator.bench import EmulatedBench
-from flatplank_hw.ethercat.emulator.drive_firmware import DriveFirmware
-from flatplank_hw.ethercat.emulator.sii import build_sii
-from flatplank_hw.ethercat.emulator.slave import EmulatedSlave
 from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_sim.emulator import registers as reg
+from flatplank_sim.emulator.al import Code, State, StateMachine
+from flatplank_sim.emulator.bench import EmulatedBench
+from flatplank_sim.emulator.drive_firmware import DriveFirmware
+from flatplank_sim.emulator.sii import build_sii
+from flatplank_sim.emulator.slave import EmulatedSlave
 
 BUS = read_bus_file(BUS_FILES / "bench.yaml")
 ALL = (State.INIT, State.PREOP, State.SAFEOP, State.OP)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from ethercat_rig import TURNING, VELOCITY_MODE, Bench
 
 from flatplank_hw.bus.image import AxisCommand, BusInputs
-from flatplank_hw.plant import Plant, PlantConfig
+from flatplank_sim.plant import Plant, PlantConfig
 
 UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
 SETTLED, LENGTH, TRIALS = 200, 60, 3

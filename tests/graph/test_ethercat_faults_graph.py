@@ -19,9 +19,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.safety import RULES
-from flatplank_hw.ethercat.emulator.control import Control
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import Claim, SetOperationMode, SetWaveform, StopRecording
+from flatplank_sim.emulator.control import Control
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
 
@@ -59,7 +59,7 @@ class FaultyGraph:
     def find_emulator(self) -> None:
         """And lift the wheel off the road."""
         self.hang_up()
-        _, words = self.graph.process("flatplank_hw.ethercat.emulator")
+        _, words = self.graph.process("flatplank_sim.emulator")
         self.control = Control(words[words.index("--control") + 1])
         self.graph.ask(Trigger, "/simulated_plant/unload")
         self.graph.until(HubState, lambda s: s.loaded_radius > 0.325, 20.0)
@@ -297,7 +297,7 @@ def test_bus_process_killed(bench: FaultyGraph) -> None:
 def test_emulator_killed(bench: FaultyGraph) -> None:
     """All slaves and the plant are gone for good."""
     node = bench.graph.nodes.running["ethercat_bus"]
-    lost(bench, "flatplank_hw.ethercat.emulator")
+    lost(bench, "flatplank_sim.emulator")
     bench.readable(SHORT)
     node.send_signal(signal.SIGINT)
     assert node.wait(30.0) == 0

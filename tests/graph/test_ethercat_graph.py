@@ -19,7 +19,6 @@ from emulated_graph import EmulatedGraph, emulated_graph, table_of
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Cycle, Twin
 from flatplank_hw.bus.image import Digital
 from flatplank_hw.drive.cia402 import State
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
@@ -30,6 +29,7 @@ from flatplank_msgs.srv import (
     SetSlipStep,
     SetValue,
 )
+from flatplank_sim.twin.twin import Cycle, Twin
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
 

@@ -9,12 +9,12 @@ import pytest
 from bench_graph import graph
 from test_twin import decoded
 
-from flatplank_control.bench.log import BagLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_sim.twin.log import BagLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
 SLIP = Measurement(kappa=-0.05, start=2, step_position=0.02, end_position=0.08)

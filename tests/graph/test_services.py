@@ -87,7 +87,7 @@ def test_bad_requests_are_refused_with_a_reason_and_change_nothing(tmp_path, mon
     [
         ("flatplank_hw.nodes.measurement_hub", "et_valu: 0.03", "the nearest is 'et_value'"),
         ("flatplank_hw.nodes.wheel_drive", "gear_ratio: -1.0", "gear_ratio"),
-        ("flatplank_hw.nodes.simulated_plant", "tire: tojo", "toyo"),
+        ("flatplank_sim.nodes.simulated_plant", "tire: tojo", "toyo"),
         ("flatplank_control.nodes.slip_sequencer", "speed: 1.0", "unknown parameter 'speed'"),
     ],
 )

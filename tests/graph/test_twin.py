@@ -8,10 +8,7 @@ import pytest
 from bench_graph import graph
 from rosbags.highlevel import AnyReader
 
-from flatplank_control.bench.log import BagLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.recording.run_record import load_record
 from flatplank_control.recording.typestore import typestore
 from flatplank_control.runner.measurement import Measurement
@@ -19,6 +16,9 @@ from flatplank_control.runner.plans import plan_of
 from flatplank_control.speed_map.learn import RoadMap
 from flatplank_control.speed_map.use import with_road
 from flatplank_control.topics import RECORDED
+from flatplank_sim.twin.log import BagLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]
 SEED = 5

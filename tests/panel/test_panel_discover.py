@@ -14,7 +14,7 @@ from looks import looked_after, take
 from made_up import campaign
 from panel_rig import analysts, wait_for
 
-from flatplank_control.sealed.generate import make_challenge
+from flatplank_sim.sealed.generate import make_challenge
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(400)]
 

@@ -24,7 +24,7 @@ def bench_by_hand(folder):
     nodes = BenchProcesses(setup, log=log, without=frozenset({"simulated_plant"}))
     parameters = setup.write(folder / "parameters")["simulated_plant"]
     options = ["-r", "__node:=simulated_plant", "-r", "/simulated_plant/load_to:=/hands/load_to"]
-    plant = [sys.executable, "-m", "flatplank_hw.nodes.simulated_plant", "--ros-args", *options]
+    plant = [sys.executable, "-m", "flatplank_sim.nodes.simulated_plant", "--ros-args", *options]
     with nodes, open(log, "ab") as out:
         process = subprocess.Popen(
             [*plant, "--params-file", str(parameters)], stdout=out, stderr=out

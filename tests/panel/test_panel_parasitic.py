@@ -8,12 +8,12 @@ import re
 import pytest
 import yaml
 
-from flatplank_control.bench.log import BagLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_sim.twin.log import BagLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 pytestmark = [pytest.mark.browser, pytest.mark.graph, pytest.mark.timeout(180)]
 

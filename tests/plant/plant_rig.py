@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from flatplank_hw.bus.image import AXES, AxisCommand, BusInputs
-from flatplank_hw.plant import Plant, PlantConfig
+from flatplank_sim.plant import Plant, PlantConfig
 
 QUIET = {"defects": {"sensor_noise": None, "mains_hum": None}}
 TURN = 2.0 * math.pi

@@ -8,7 +8,7 @@ import yaml
 from plant_rig import Rig
 
 from flatplank_hw.bus.image import AXES, AxisCommand
-from flatplank_hw.plant import Plant, PlantConfig
+from flatplank_sim.plant import Plant, PlantConfig
 
 
 def test_the_configuration_survives_yaml_and_names_the_nearest_key(tmp_path) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from plant_rig import QUIET, Rig
 
-from flatplank_hw.plant import PlantConfig
-from flatplank_hw.plant.campaign import Campaign, CampaignRun
+from flatplank_sim.plant import PlantConfig
+from flatplank_sim.plant.campaign import Campaign, CampaignRun
 
 
 def test_a_run_of_the_campaign_path_equals_the_bench() -> None:

@@ -14,8 +14,8 @@ from plant_rig import Rig, wrap_free
 
 from flatplank_hw.hub.appendix_a import contact_from_wheel, gains, wheel_from_volts
 from flatplank_hw.hub.params import HubParameters
-from flatplank_hw.plant import PlantConfig
-from flatplank_hw.plant.defects import defects, describe
+from flatplank_sim.plant import PlantConfig
+from flatplank_sim.plant.defects import defects, describe
 
 NEGLIGIBLE = {
     "fx": 2.0, "fy": 2.0, "fz": 2.0, "mz": 0.5, "fx_true": 0.5, "lvdt_volts": 1e-4, "c4": 1e-5,

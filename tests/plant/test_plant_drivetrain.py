@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from plant_rig import GEAR, QUIET, Rig, wrap_free
 
-from flatplank_hw.plant import PlantConfig
+from flatplank_sim.plant import PlantConfig
 
 
 def test_a_resting_motor_locks_the_wheel() -> None:

@@ -11,7 +11,7 @@ from plant_rig import Rig
 
 from flatplank_hw.hub.appendix_a import contact_from_wheel, gains, wheel_from_volts
 from flatplank_hw.hub.params import HubParameters
-from flatplank_hw.plant import Plant, PlantConfig
+from flatplank_sim.plant import Plant, PlantConfig
 
 
 @pytest.mark.parametrize("gamma_deg", [0.0, 5.0, -4.0])

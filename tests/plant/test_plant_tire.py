@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from plant_rig import Rig
 
-from flatplank_hw.plant import PlantConfig, tires
-from flatplank_hw.plant.truth import truth_row, truth_table
+from flatplank_sim.plant import PlantConfig, tires
+from flatplank_sim.plant.truth import truth_row, truth_table
 
 
 @cache

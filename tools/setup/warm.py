@@ -13,7 +13,7 @@ from importlib import import_module
 def kernels() -> None:
     """Machine code of the simulated plant and of the analysis."""
     from flatplank_analysis.kernels import compile_all
-    from flatplank_hw.plant import Plant, PlantConfig
+    from flatplank_sim.plant import Plant, PlantConfig
 
     Plant(PlantConfig.load("toyo"), seed=1, rate_hz=250).step()
     compile_all()
@@ -26,10 +26,10 @@ def modules() -> None:
 
     for node in BenchSetup().nodes():
         import_module(f"{node.package}.nodes.{node.executable}")
-    for name in ("flatplank_control.cli.demo", "flatplank_control.nodes.client"):
+    for name in ("flatplank_sim.cli.demo", "flatplank_control.nodes.client"):
         import_module(name)
     write_byte_code()
-    for name in ("flatplank_hw", "flatplank_control", "flatplank_analysis"):
+    for name in ("flatplank_hw", "flatplank_sim", "flatplank_control", "flatplank_analysis"):
         compileall.compile_dir(import_module(name).__path__[0], quiet=2)
 
 

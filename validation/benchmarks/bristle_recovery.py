@@ -19,8 +19,8 @@ from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.steady.contact import fit_contact_length
 from flatplank_analysis.steady.stiffness import vertical_stiffness
-from flatplank_hw.plant.config import PlantConfig
-from flatplank_hw.plant.truth import TruthRow, truth_row
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.plant.truth import TruthRow, truth_row
 from plant_points import analyse_runs, simulate_point
 
 LOADS = (1850.0, 3700.0, 5550.0)

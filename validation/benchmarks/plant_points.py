@@ -13,8 +13,8 @@ from flatplank_analysis.data.problem import Problem
 from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.report.analysis import PointJob, analyse_point
 from flatplank_analysis.report.results import PointResult
-from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
-from flatplank_hw.plant.config import PlantConfig
+from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
+from flatplank_sim.plant.config import PlantConfig
 
 SLIPS = (-0.10, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.10)
 STEP = 1.5

@@ -17,10 +17,10 @@ import numpy as np
 from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.data.info import RunInfo
 from flatplank_analysis.data.table import MeasurementTable
-from flatplank_hw.plant.campaign import COLUMNS, Campaign, CampaignRun
-from flatplank_hw.plant.config import PlantConfig
-from flatplank_hw.plant.drivetrain import friction_torque
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.plant.drivetrain import friction_torque
+from flatplank_sim.plant.truth import truth_row
 from plant_points import SLIPS, STEP
 
 LOADS = (1850.0, 3700.0, 5550.0)

@@ -7,12 +7,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from flatplank_control.bench.log import BagLog, TableLog
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Twin
-from flatplank_control.bench.twin_bench import TwinBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_sim.twin.log import BagLog, TableLog
+from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 WANTED = {"tables": 60, "bags": 20}
 

@@ -21,10 +21,7 @@ VERBS = [
     "run = flatplank_control.cli.run:main",
     "tune = flatplank_control.cli.tune:main",
     "calibrate = flatplank_control.cli.calibrate:main",
-    "simulate = flatplank_control.cli.simulate:main",
     "panel = flatplank_control.cli.panel:main",
-    "demo = flatplank_control.cli.demo:main",
-    "reveal = flatplank_control.cli.reveal:main",
     "road-map = flatplank_control.cli.road_map:main",
     "doctor = flatplank_control.cli.doctor:main",
     "test = flatplank_control.cli.test:main",
@@ -53,7 +50,6 @@ setup(
     ],
     install_requires=[
         "numpy",
-        "scipy",
         "pyyaml",
         "mcap",
         "rosbags",

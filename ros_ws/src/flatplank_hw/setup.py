@@ -6,12 +6,10 @@ from setuptools import find_namespace_packages, setup
 NAME = "flatplank_hw"
 # One line per program: `ros2 run flatplank_hw NAME`.
 NODES = [
-    "simulated_plant = flatplank_hw.start:simulated_plant",
     "measurement_hub = flatplank_hw.start:measurement_hub",
     "encoders = flatplank_hw.start:encoders",
     "wheel_drive = flatplank_hw.start:wheel_drive",
     "ethercat_bus = flatplank_hw.start:ethercat_bus",
-    "ethercat_emulator = flatplank_hw.ethercat.emulator.__main__:main",
 ]
 
 
@@ -35,7 +33,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *shared("config", "launch"),
     ],
-    install_requires=["numpy", "pyyaml", "numba", "scipy"],
+    install_requires=["numpy", "pyyaml", "scipy"],
     extras_require={"ethercat": ["pysoem"], "test": ["pytest"]},
     entry_points={"console_scripts": NODES},
     python_requires=">=3.10",

@@ -15,9 +15,9 @@ from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.drive.cia402 import State
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
-from flatplank_hw.plant import Plant, PlantConfig
-from flatplank_hw.plant.truth import truth_row
 from flatplank_hw.samples import EncoderSample, HubSample
+from flatplank_sim.plant import Plant, PlantConfig
+from flatplank_sim.plant.truth import truth_row
 
 
 class StartBench:

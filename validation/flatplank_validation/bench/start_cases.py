@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_control.free_rolling.design import phase_margin
 from flatplank_control.speed_map import learn
 from flatplank_control.speed_map.learn import Run
-from flatplank_hw.plant.truth import truth_row
+from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 
 TOYO = 203_000.0

@@ -11,15 +11,14 @@ from zlib import crc32
 import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_control.sealed.conditions import STEP, Columns, Run
-from flatplank_control.sealed.outside import OUTSIDE
+from flatplank_sim.sealed.conditions import STEP, Columns, Run
+from flatplank_sim.sealed.outside import OUTSIDE
 from flatplank_validation.blind.detectable import detectable, detectable_force
 from flatplank_validation.blind.menu import KIN, MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, shown
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import COMBINED, WORLDS, Scatter
 
-RUNGS = {"x": "detectable size", "c": "size that is of no consequence"}
 """what a factor multiplies, by the letter in the name of a campaign"""
 PAIR = 3.0
 """times the larger of the two for each effect of a pair"""
@@ -39,7 +38,7 @@ class Case:
     design: str = "plain"
     number: int = 0
     rung: str = "x"
-    """what the factor multiplies: a key of RUNGS"""
+    """what the factor multiplies: x: the detectable size, c: the one that is of no consequence"""
 
     @property
     def key(self) -> str:

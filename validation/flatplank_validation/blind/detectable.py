@@ -18,10 +18,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
-import flatplank_hw.plant
-from flatplank_control.sealed import conditions, outside
-from flatplank_control.sealed.conditions import STEP, Columns
-from flatplank_control.sealed.outside import Force
+import flatplank_sim.plant
+from flatplank_sim.sealed import conditions, outside
+from flatplank_sim.sealed.conditions import STEP, Columns
+from flatplank_sim.sealed.outside import Force
 from flatplank_validation.blind.menu import MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, covariance
 from flatplank_validation.blind.plan import runs_of
@@ -206,7 +206,7 @@ def cache() -> Path:
 def kit_version() -> str:
     """Fingerprint of what makes the campaigns and their sizes."""
     digest = hashlib.sha256()
-    for part in (Path(__file__).parent, Path(flatplank_hw.plant.__file__).parent, *SHARED):
+    for part in (Path(__file__).parent, Path(flatplank_sim.plant.__file__).parent, *SHARED):
         for source in sorted(part.rglob("*.py")) or [part]:
             if source.name not in NO_PART:
                 digest.update(source.read_bytes())

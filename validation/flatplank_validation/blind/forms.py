@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator as Random
 
-from flatplank_control.sealed.conditions import LOAD, PRESSURE, Columns, Run
+from flatplank_sim.sealed.conditions import LOAD, PRESSURE, Columns, Run
 from flatplank_validation.blind.forms_kernel import FORM_AT, FORMS, run_forms
 from flatplank_validation.blind.second import (
     ROAD_CELLS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_control.sealed.conditions import LOAD, Run, Setting
+from flatplank_sim.sealed.conditions import LOAD, Run, Setting
 
 SLIPS = (-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1)
 COARSE = (-0.1, -0.02, 0.0, 0.02, 0.1)

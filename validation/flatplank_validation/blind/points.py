@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flatplank_control.sealed.score import QUIET, score
+from flatplank_sim.sealed.score import QUIET, score
 
 
 def points_of(entry: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from statistics import mean
 from typing import Any
 
-from flatplank_control.sealed.score import LAW, SILENT
+from flatplank_sim.sealed.score import LAW, SILENT
 from flatplank_validation.blind.markdown import table
 from flatplank_validation.blind.points import points_of, share
 

@@ -33,7 +33,7 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
-from flatplank_control.sealed.score import GROUP, LARGEST_CLASS, LAW
+from flatplank_sim.sealed.score import GROUP, LARGEST_CLASS, LAW
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.lists import full

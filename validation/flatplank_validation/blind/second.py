@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.signal import lfilter
 
-from flatplank_control.sealed.conditions import LOAD, PRESSURE, STEP, Columns, Run
+from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Columns, Run
 from flatplank_validation.blind.second_kernel import AT, NAMES, OUT, SAMPLE, run_one
 
 RADIUS, ROAD_CELLS = 0.3108, 2150

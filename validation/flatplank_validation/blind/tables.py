@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_control.sealed.score import QUIET, SILENT
+from flatplank_sim.sealed.score import QUIET, SILENT
 from flatplank_validation.blind.markdown import table
 from flatplank_validation.blind.points import Share, confusion, points_of, share
 

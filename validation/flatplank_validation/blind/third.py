@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_control.sealed.conditions import LOAD, STEP, Run, Setting
+from flatplank_sim.sealed.conditions import LOAD, STEP, Run, Setting
 from flatplank_validation.blind import plan, third_bench, third_kernel
 
 Columns = dict[str, np.ndarray]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatplank_control.sealed.conditions import Run
+from flatplank_sim.sealed.conditions import Run
 from flatplank_validation.blind.third import RADIUS, Columns, ThirdMachine, ThirdTire, measure
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from flatplank_control.sealed.conditions import STEP, Columns, Run
-from flatplank_hw.plant.campaign import Campaign, CampaignRun
-from flatplank_hw.plant.config import PlantConfig
+from flatplank_sim.plant.campaign import Campaign, CampaignRun
+from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.sealed.conditions import STEP, Columns, Run
 from flatplank_validation.blind import forms
 from flatplank_validation.blind.menu import MENU
 from flatplank_validation.blind.second import SecondMachine, SecondTire, counted, measure
@@ -144,7 +144,7 @@ class CircleWorld(SecondWorld):
 
 @dataclass(frozen=True)
 class PlantWorld:
-    """The bristle plant without bus and hub: `flatplank_hw.plant.campaign`."""
+    """The bristle plant without bus and hub: `flatplank_sim.plant.campaign`."""
 
     tire: Mapping[str, float]
     radius: float = 0.31088

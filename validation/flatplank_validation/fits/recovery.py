@@ -27,7 +27,7 @@ from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.magic_formula.state import operating_point
-from flatplank_analysis.models.registry import shipped_tir
+from flatplank_analysis.models.shipped import shipped_tir
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_linear, simulate_runs
 
 Draw = Callable[[int], dict[str, tuple[float, Estimate]]]

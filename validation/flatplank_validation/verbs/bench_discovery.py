@@ -19,7 +19,7 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.sealed.conditions import STEP
+from flatplank_sim.sealed.conditions import STEP
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 from flatplank_validation.blind.nulls import lines_of_form, lines_of_nulls
 from flatplank_validation.blind.plan import runs_of

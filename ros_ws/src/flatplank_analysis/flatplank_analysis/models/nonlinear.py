@@ -2,7 +2,7 @@
 """Nonlinear transient model: a contact patch with its own relaxation on a spring (7.13-7.24).
 
 Quasi-static in the patch mass: at 0.03 m/s the mass of 1 kg moves nothing that a force of newtons
-could show. `nonlinear_mass.py` has the variant with mass.
+could show.
 """
 
 from __future__ import annotations

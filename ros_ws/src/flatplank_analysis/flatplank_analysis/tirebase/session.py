@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.modelfile import Entry, ModelFile
-from flatplank_analysis.discovery.search import Found, Options, Progress, Search, Step, run_search
+from flatplank_analysis.discovery.search import Options, Progress, Step, run_search
 from flatplank_analysis.discovery.shortlist import line_search
 from flatplank_analysis.discovery.state import (
     channel_weights,
@@ -281,8 +281,3 @@ class Session:
 
 def _number(value: float) -> float | None:
     return float(f"{value:.6g}") if np.isfinite(value) else None
-
-
-def found_of(search: Search) -> list[Found]:
-    """Accepted effects of a search."""
-    return search.last.found

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from flatplank_control.bench.node_specs import DRIVEN
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
 from flatplank_hw.bus.pacing import PACES
 from flatplank_hw.params import nearest
-from flatplank_hw.plant import PlantConfig
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import TROUBLES
 
@@ -142,6 +142,6 @@ def _folder(value: str) -> str:
 def _plant(setup: BenchSetup) -> None:
     """Tire and defects are there."""
     try:
-        PlantConfig.load(setup.tire, preset=setup.preset or None)
+        simulator().check(setup.tire, setup.preset)
     except (ValueError, OSError) as error:
         raise LaunchError(" ".join(str(error).split())) from None

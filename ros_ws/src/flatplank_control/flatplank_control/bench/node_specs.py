@@ -5,13 +5,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-BUSES = {
-    "sim": "simulated_plant",
-    "emulated": "ethercat_bus",
-    "lab": "ethercat_bus",
-}
-"""kind of bench -> node that owns its bus"""
-
 
 class NodeSpec(NamedTuple):
     """One process of the bench."""
@@ -22,6 +15,13 @@ class NodeSpec(NamedTuple):
     in_loop: bool = False
     """its answer is due within the cycle"""
 
+
+BUSES = {
+    "sim": NodeSpec("flatplank_sim", "simulated_plant", "simulated_plant", True),
+    "emulated": NodeSpec("flatplank_sim", "emulated_bus", "ethercat_bus", True),
+    "lab": NodeSpec("flatplank_hw", "ethercat_bus", "ethercat_bus", True),
+}
+"""kind of bench -> node that owns its bus"""
 
 NODES = (
     NodeSpec("flatplank_hw", "measurement_hub", "measurement_hub", True),

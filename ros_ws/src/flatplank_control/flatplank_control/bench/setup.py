@@ -11,9 +11,9 @@ from typing import Any
 import yaml
 
 from flatplank_control.bench.node_specs import BUSES, DRIVEN, NODES, NodeSpec
+from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import CALIBRATED, Book
 from flatplank_hw.params import load_parameters
-from flatplank_hw.plant import PlantConfig
 from flatplank_hw.share import config_file
 
 LOOP_PRIORITY = 20
@@ -49,9 +49,8 @@ class BenchSetup:
 
     def nodes(self) -> tuple[NodeSpec, ...]:
         """The processes of this bench, the owner of the bus last."""
-        bus = BUSES[self.kind]
         more = [node for axis in self.axes for node in DRIVEN[axis]]
-        return (*NODES, *more, NodeSpec("flatplank_hw", bus, bus, True))
+        return (*NODES, *more, BUSES[self.kind])
 
     def of(self, node: NodeSpec) -> dict[str, Any]:
         """Parameters of one node."""
@@ -77,12 +76,15 @@ class BenchSetup:
     def _shared(self, name: str) -> dict[str, Any]:
         rate = float(self.rate_hz)
         graph_rate = rate / self.batch
+        machine = {
+            "tire": self.tire,
+            "preset": self.preset,
+            "config": self.plant_file,
+            "seed": self.seed,
+        }
         shared: dict[str, dict[str, Any]] = {
             "simulated_plant": {
-                "tire": self.tire,
-                "preset": self.preset,
-                "config": self.plant_file,
-                "seed": self.seed,
+                **machine,
                 "rate_hz": self.rate_hz,
                 "batch": self.batch,
                 "pace": self.pace,
@@ -91,13 +93,8 @@ class BenchSetup:
             "ethercat_bus": {
                 "rate_hz": self.rate_hz,
                 "batch": self.batch,
-                "interface": self.interface,
                 "bus_file": self.bus_file or ("bench_five_axes" if self.axes else "bench"),
-                "emulated": self.kind == "emulated",
-                "tire": self.tire,
-                "preset": self.preset,
-                "config": self.plant_file,
-                "seed": self.seed,
+                **(machine if self.kind == "emulated" else {"interface": self.interface}),
             },
             "encoders": {"rate_hz": rate},
             "free_rolling_controller": {"rate_hz": graph_rate, "automatic": True},
@@ -118,7 +115,7 @@ class BenchSetup:
         """r_0 of the simulated tire, by which the drive knows an unloaded one [m]."""
         if self.kind == "lab":
             return {}
-        return {"free_radius": PlantConfig.load(self.tire).tire.free_radius}
+        return {"free_radius": simulator().free_radius(self.tire)}
 
     def write(self, folder: Path) -> dict[str, Path]:
         """One parameter file per node in `folder`; node name -> file."""

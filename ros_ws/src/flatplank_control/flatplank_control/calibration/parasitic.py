@@ -5,33 +5,21 @@ it."""
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from flatplank_control.bench.judging import read
-from flatplank_control.bench.log import TableLog
-from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.twin import Cycle, Twin
-from flatplank_control.bench.twin_bench import TwinBench
-from flatplank_control.calibration.fit_check import MISMATCH, still_fits, under_load
+from flatplank_control.calibration.fit_check import MISMATCH, still_fits
 from flatplank_control.recording.metadata import replace_text
-from flatplank_control.recording.run_record import RunRecord
-from flatplank_control.runner.measurement import Measurement
-from flatplank_control.runner.plans import plan_of
 from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, to_text
 
 __all__ = [
-    "MISMATCH", "RawLog", "Turn", "amplitudes", "difference", "filter_on_twin", "identify_turn",
-    "still_fits",
-    "turn_of_bag", "turn_on_twin",
+    "MISMATCH", "Turn", "amplitudes", "difference", "identify_turn", "still_fits", "turn_of_bag",
 ]  # fmt: skip
 COUNTS = 20000
 TOPIC = "/bus/inputs"
@@ -48,36 +36,9 @@ class Turn(NamedTuple):
     """C1..C6, shape (n, 6) [V]"""
 
 
-class RawLog:
-    """Keeps the bridge volts of a twin's run."""
-
-    def __init__(self) -> None:
-        self._rows: list[tuple[int, tuple[float, ...]]] = []
-
-    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
-        self._rows = []
-
-    def add(self, cycle: Cycle) -> None:
-        self._rows += [(i.wheel_counts, i.bridge_volts) for i in cycle.batch]
-
-    def stop(self, status: str, notes: str) -> Path:
-        return Path("raw")
-
-    @property
-    def turn(self) -> Turn:
-        """What was recorded."""
-        return _turn([r[0] for r in self._rows], [r[1] for r in self._rows])
-
-
-def _turn(counts: list[int], volts: list[Any]) -> Turn:
+def turn_of(counts: list[int], volts: list[Any]) -> Turn:
+    """From the counter of the wheel encoder and the bridge volts."""
     return Turn(np.array(counts) * 2.0 * math.pi / COUNTS, np.array(volts, float))
-
-
-def turn_on_twin(setup: BenchSetup) -> Turn:
-    """The run on the simulated bench."""
-    log = RawLog()
-    TwinBench(Twin(setup), log).perform(plan_of(Measurement(measurement="unloaded_turn")))
-    return log.turn
 
 
 def turn_of_bag(path: Path) -> Turn:
@@ -98,7 +59,7 @@ def turn_of_bag(path: Path) -> Turn:
             message: Any = reader.deserialize(raw, connection.msgtype)
             counts += list(message.wheel_counts)
             volts += list(np.asarray(message.bridge_volts).reshape(-1, 6))
-    return _turn(counts, volts)
+    return turn_of(counts, volts)
 
 
 def identify_turn(
@@ -148,19 +109,3 @@ def difference(plain: np.ndarray, filtered: np.ndarray, position: np.ndarray) ->
     """
     a = np.interp(position, plain[:, 0], plain[:, 1])
     return a - np.interp(position, filtered[:, 0], filtered[:, 1])
-
-
-def filter_on_twin(
-    setup: BenchSetup, fit: Path, kappa: float, last: float = 4.0
-) -> dict[str, tuple[float, float]]:
-    """A slip run without and with the filter: what is left under load and slip."""
-    columns = []
-    for on in (False, True):
-        hub = {"parasitic_fit": str(fit), "filter_on": on}
-        own = replace(setup, parameters={**setup.parameters, "measurement_hub": hub})
-        m = Measurement(kappa=kappa, step_position=0.3, end_position=last)
-        with tempfile.TemporaryDirectory() as folder:
-            bench = TwinBench(Twin(own), TableLog(Path(folder)))
-            bench.perform(plan_of(m))
-            columns.append(read(bench.kept[0]).columns)
-    return under_load(columns[0], columns[1], last - 2.4, last)

@@ -13,6 +13,7 @@ import yaml
 
 from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, Book, Entry
 from flatplank_control.calibration.line import Line, fit_line
 from flatplank_control.calibration.sheet import blank, starting_values
@@ -75,12 +76,13 @@ def motor(o: argparse.Namespace, book: Book) -> int:
 
 def parasitic(o: argparse.Namespace, book: Book) -> int:
     """Three turns of the unloaded wheel: the file of this mounting."""
-    from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag, turn_on_twin
+
+    from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
 
     if (o.bag is None) != o.sim:
         raise ValueError("parasitic: give --bag of an unloaded turn, or --sim")
     turn = (
-        turn_on_twin(BenchSetup(preset=o.preset, tire=o.tire, pace="hold"))
+        simulator().turn_on_twin(BenchSetup(preset=o.preset, tire=o.tire, pace="hold"))
         if o.sim
         else turn_of_bag(o.bag)
     )
@@ -96,16 +98,16 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
 
 def filter_effect(o: argparse.Namespace, book: Book) -> int:
     """What the parasitic filter leaves under load and slip: two equal runs, or --sim."""
+
     from flatplank_control.bench.judging import read
     from flatplank_control.calibration.fit_check import text, under_load
-    from flatplank_control.calibration.parasitic import filter_on_twin
 
     if o.sim:
         setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")
         fit = book.fit()
         for kappa in (0.0, -0.05):
             print(f"slip {100 * kappa:+g} %")
-            print("  " + "\n  ".join(text(filter_on_twin(setup, fit, kappa))))
+            print("  " + "\n  ".join(text(simulator().filter_on_twin(setup, fit, kappa))))
         return 0
     if o.plain is None or o.filtered is None:
         raise ValueError("filter: give --plain and --filtered, two equal runs, or --sim")

@@ -68,7 +68,13 @@ def ros() -> Finding:
 
 def workspace() -> Finding:
     install = project_root() / "ros_ws" / "install"
-    names = ["flatplank_msgs", "flatplank_hw", "flatplank_control", "flatplank_analysis"]
+    names = [
+        "flatplank_msgs",
+        "flatplank_hw",
+        "flatplank_sim",
+        "flatplank_control",
+        "flatplank_analysis",
+    ]
     lacking = [name for name in names if not (install / name / "share" / name).exists()]
     detail = f"{install}" + (f", without {', '.join(lacking)}" if lacking else "")
     return Finding(

@@ -91,8 +91,8 @@ def redo(plan: CampaignPlan, folder: Path) -> None:
 
 def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
     """The campaign in this process."""
-    from flatplank_control.bench.campaign_run import run_on_twin
     from flatplank_control.bench.setup import BenchSetup
+    from flatplank_control.bench.simulator import simulator
     from flatplank_control.speed_map.use import with_road
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
@@ -114,7 +114,7 @@ def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Pa
         line = f"{outcome.file}: {outcome.text()}"
         talk(conductor.done, conductor.total, line, conductor.time_left(paper.durations))
 
-    run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=progress)
+    simulator().run_on_twin(conductor, setup, folder, bags=o.bags, jobs=jobs, progress=progress)
     return conclude(plan, journal)
 
 

@@ -36,8 +36,9 @@ class Asked:
             self._clients[name].remove_pending_request(self._answers.pop(name))
         found = {}
         for name, answer in self._answers.items():
-            values = map(parameter_value_to_python, answer.result().values)
-            found[name] = dict(zip(ASKED[name], values, strict=True))
+            # none where a node does not have one of them: a real bus simulates no machine
+            if values := [parameter_value_to_python(v) for v in answer.result().values]:
+                found[name] = dict(zip(ASKED[name], values, strict=True))
         return found
 
 

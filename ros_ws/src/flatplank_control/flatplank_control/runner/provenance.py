@@ -34,7 +34,8 @@ MEASURING: dict[str, type] = {
 """node -> parameters that make a difference to what is measured"""
 MACHINE = ("tire", "preset", "config", "seed")
 """parameters of a node that simulates the machine"""
-SIMULATED = {"simulated_plant": MACHINE, "ethercat_bus": (*MACHINE, "emulated")}
+SIMULATED = dict.fromkeys(("simulated_plant", "ethercat_bus"), MACHINE)
+"""nodes that may simulate the machine; a real bus has none of these parameters"""
 ASKED = {
     node: tuple(p.name for p in describe(kind)) for node, kind in MEASURING.items()
 } | SIMULATED
@@ -80,7 +81,7 @@ def simulated_by(in_force: InForce) -> dict[str, Any] | None:
     """The simulated machine; None for a real one."""
     for node in SIMULATED:
         values = in_force.get(node, {})
-        if values and values.get("emulated", True):
+        if values:
             return {key: values[key] for key in MACHINE}
     return None
 

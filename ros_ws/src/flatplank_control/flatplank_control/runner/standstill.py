@@ -10,8 +10,6 @@ from flatplank_control.runner.steps import PlanFailed, Snapshot
 LOOKS = 20
 MAX_NOISE = 60.0
 """standard deviation of a force at rest [N]"""
-MAX_ZERO = 400.0
-"""force of an unloaded tire [N]; more is not noise but a wrong mounting or a lost zero"""
 
 
 class Standstill:

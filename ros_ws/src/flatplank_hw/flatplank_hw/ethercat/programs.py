@@ -7,8 +7,11 @@ import os
 from pathlib import Path
 
 
-def environment() -> dict[str, str]:
-    """This process's environment, with this package in front of the child's module path."""
-    here = str(Path(__file__).parents[2])
+def environment(*more: Path) -> dict[str, str]:
+    """This process's environment, with this package, and more folders that packages lie in, in
+    front of the child's module path.
+    """
+    folders = [*map(str, more), str(Path(__file__).parents[2])]
     before = os.environ.get("PYTHONPATH", "")
-    return {**os.environ, "PYTHONPATH": f"{here}:{before}" if before else here}
+    path = ":".join([*folders, before] if before else folders)
+    return {**os.environ, "PYTHONPATH": path}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real bus: the shell of the EtherCAT master, or of the master on the emulated bus."""
+"""The real bus: the shell of the EtherCAT master."""
 
 from __future__ import annotations
 
@@ -16,11 +16,8 @@ from rclpy.task import Future
 
 from flatplank_hw.bus.image import BusInputs as Image
 from flatplank_hw.bus.image import Health
-from flatplank_hw.ethercat.emulated import EmulatedBus
-from flatplank_hw.ethercat.emulator.control import ControlError
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes import convert
-from flatplank_hw.nodes.operator_services import OperatorServices
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.params import Params, param
@@ -36,20 +33,10 @@ class BusParameters(Params):
     """Which bus, and how fast."""
 
     bus_file: str = param("bench", "bus file: a name of config/bus or a path")
-    interface: str = param("", "network interface of the bus; not for the emulated one")
+    interface: str = param("", "network interface of the bus")
     rate_hz: int = param(250, "bus rate", unit="Hz", bounds=(50, 1000))
     batch: int = param(1, "cycles per message", bounds=(1, 20))
     fifo: bool = param(True, "SCHED_FIFO for the bus process where it is allowed")
-    emulated: bool = param(False, "the emulated bus with the simulated plant behind it")
-    wait_for_nodes: bool = param(
-        True,
-        "emulated bus: it stalls together with the nodes; false: as a machine, which stops when "
-        "commands are older than 44 ms",
-    )
-    tire: str = param("toyo", "of the simulated plant behind the emulated bus")
-    preset: str = param("", "its defects")
-    config: str = param("", "YAML file laid over it")
-    seed: int = param(1, "its seed", bounds=(0, 2**31 - 1))
 
 
 EVENTS: dict[str, Callable[[dict[str, Any]], tuple[str, str]]] = {
@@ -68,22 +55,8 @@ class EthercatBus(BenchNode):
 
     def configure(self, p: BusParameters) -> None:
         self.period_ns = 1_000_000_000 // p.rate_hz
-        self.emulated: EmulatedBus | None = None
         path = config_file("flatplank_hw", f"bus/{p.bus_file}.yaml") or Path(p.bus_file)
-        if p.emulated:
-            options = {"tire": p.tire, "preset": p.preset, "config": p.config}
-            self.emulated = EmulatedBus(
-                path,
-                p.rate_hz,
-                seed=p.seed,
-                options={key: value for key, value in options.items() if value},
-                wait_for_nodes=p.wait_for_nodes,
-            )
-            self.client = self.emulated.client(fifo=p.fifo, on_event=self.on_event, batch=p.batch)
-        else:
-            self.client = BusClient(
-                path, p.interface, p.rate_hz, fifo=p.fifo, on_event=self.on_event
-            )
+        self.client = self.client_for(p, path)
         self.cycle = 0
         self.oldest = 0
         self.health = int(Health.OK)
@@ -97,6 +70,10 @@ class EthercatBus(BenchNode):
         self.errands = ThreadPoolExecutor(1, thread_name_prefix="bus errand")
         self.client.start()
 
+    def client_for(self, p: BusParameters, path: Path) -> BusClient:
+        """The master of this bus, not started yet."""
+        return BusClient(path, p.interface, p.rate_hz, fifo=p.fifo, on_event=self.on_event)
+
     def connect(self) -> None:
         self.message = BusInputs()
         self.message.header.frame_id = "bus"
@@ -105,19 +82,9 @@ class EthercatBus(BenchNode):
         self.every(1.0, self.ask_for_diagnosis)
         self.serve(SdoRead, "~/sdo_read", self.on_sdo_read)
         self.serve(SdoWrite, "~/sdo_write", self.on_sdo_write)
-        if self.emulated is not None:
-            OperatorServices(self, self.operate, lambda: self.cycle)
         self.listening = True
         self.reader = threading.Thread(target=self.read, name="bus reader", daemon=True)
         self.reader.start()
-
-    def operate(self, name: str, *values: Any) -> None:
-        # JSON has no NaN: what is not set is left out
-        known = [v for v in values if v == v]
-        try:
-            self.emulated.operate(name, *known)
-        except ControlError as error:
-            raise ValueError(str(error)) from None
 
     def read(self) -> None:
         """Hand on what the bus process says, batch by batch."""
@@ -229,9 +196,6 @@ class EthercatBus(BenchNode):
         if hasattr(self, "errands"):
             self.errands.shutdown(cancel_futures=True)
             self.client.stop()
-        if getattr(self, "emulated", None) is not None:
-            self.emulated.close()
-            self.emulated = None
 
 
 def main(args: list[str] | None = None) -> int:

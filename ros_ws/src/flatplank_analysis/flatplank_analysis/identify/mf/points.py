@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...errors import FlatplankError
-from ...models.magic_formula import Coefficients, OperatingPoint, operating_point
 from ..carcass_report import CarcassFit
 from ..mean_response import asymptotes, balanced
 from ..runs import StepRun, by_condition
@@ -45,12 +44,6 @@ class SteadyPoints:
         """The points at which this output was measured."""
         values = self.measured.get(output)
         return self.rows(np.zeros(len(self), bool) if values is None else np.isfinite(values))
-
-    def operating(self, c: Coefficients, speed: float = 0.03) -> OperatingPoint:
-        """As the Magic Formula takes them."""
-        return operating_point(
-            c, self.fz, self.kappa, self.alpha, self.gamma, self.pressure, speed
-        )
 
 
 def steady_points(

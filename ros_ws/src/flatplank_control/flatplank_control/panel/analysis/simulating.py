@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.sealed.generate import make_challenge
+from flatplank_control.bench.simulator import simulator
 
 Progress = Callable[[str, float], None]
 
@@ -15,7 +15,7 @@ Progress = Callable[[str, float], None]
 def simulate(progress: Progress, folder: str, seed: int) -> dict[str, Any]:
     """Nine slips from three starts in a new folder; the answer lies in it, sealed."""
     progress("simulating the first run", 0.0)
-    make_challenge(
+    simulator().make_challenge(
         Path(folder), seed, lambda k, n, _name: progress(f"run {k} of {n} simulated", k / n)
     )
     return {"folder": folder}

@@ -1,7 +1,0 @@
-# SPDX-License-Identifier: Apache-2.0
-"""The defects of the machine, one file each (REFERENCE: thesis chapter 3)."""
-
-from flatplank_hw.plant.defects.base import Defect, Site
-from flatplank_hw.plant.defects.registry import build_defects, defects, describe
-
-__all__ = ["Defect", "Site", "build_defects", "defects", "describe"]

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole emulated side in one object: namespace, emulator process, control socket, a fitting
+client.
+
+What `flatplank bench --emulated-bus` and the tests use.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from flatplank_hw.ethercat.master import BusClient, BusError
+from flatplank_hw.ethercat.programs import environment
+from flatplank_sim.emulator.control import Control
+from flatplank_sim.namespace import EMULATOR, MASTER, BenchNamespace
+
+PATIENCE_MS = 12.0
+"""how late an answer may be: emulator and master share a computer that has other work"""
+WAIT_MS = 1000.0
+"""longest wait for the answer of nodes that share the computer"""
+
+
+class EmulatorProcess:
+    """The emulator as a program of its own inside a namespace; ends with this process."""
+
+    def __init__(
+        self,
+        namespace: BenchNamespace,
+        bus_file: str | Path,
+        arguments: Sequence[str] = (),
+        fifo: bool = True,
+    ) -> None:
+        """arguments: further words of the emulator's command line. BusError when it does not
+        start."""
+        self._folder = tempfile.TemporaryDirectory(prefix="fp-")
+        self.control_path = f"{self._folder.name}/control"
+        words = [*namespace.enter, sys.executable, "-m", "flatplank_sim.emulator"]
+        words += ["--interface", EMULATOR, "--bus", str(bus_file)]
+        words += ["--control", self.control_path, "--with-parent", *arguments]
+        self.process = subprocess.Popen(
+            [*words, *["--fifo"] * fifo],
+            env=environment(Path(__file__).parents[1]),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        assert self.process.stdout is not None
+        if self.process.stdout.readline().strip() != b"ready":
+            _, errors = self.process.communicate()
+            self._folder.cleanup()
+            lines = errors.decode().strip().splitlines() or ["the emulator did not start"]
+            raise BusError(lines[-1])
+        self.control = Control(self.control_path)
+
+    def send(self, do: str, **arguments: Any) -> dict[str, Any]:
+        """One word on the control socket; ControlError with the reason when refused."""
+        return self.control.send(do, **arguments)
+
+    def close(self, kill: bool = False) -> None:
+        """End it, or kill it."""
+        if kill:
+            self.process.kill()
+        else:
+            self.process.terminate()
+        self.process.communicate()
+        self.control.close()
+        self._folder.cleanup()
+
+
+class EmulatedBus:
+    """Namespace and emulator; `client()` gives a `BusClient` that fits."""
+
+    def __init__(
+        self,
+        bus_file: str | Path,
+        rate_hz: int = 0,
+        seed: int = 1,
+        plant: str = "simulated",
+        options: Mapping[str, str] | None = None,
+        wait_for_nodes: bool = False,
+    ) -> None:
+        """rate_hz 0: as in the bus file; plant: 'simulated' or module:function; options: of the
+        plant, for 'simulated' tire, preset, config; wait_for_nodes: a cycle starts at its time,
+        but not before the last one is answered. NamespaceError where none can be had."""
+        self.bus_file = bus_file
+        self.rate_hz = rate_hz
+        self.patience_ms = WAIT_MS if wait_for_nodes else 0.0
+        self.namespace = BenchNamespace()
+        words = ["--seed", str(seed), "--plant", plant, "--max-age-ms", str(PATIENCE_MS)]
+        words += ["--patience-ms", str(2.0 * self.patience_ms)]
+        words += ["--rate", str(rate_hz)] if rate_hz else []
+        for key, value in (options or {}).items():
+            words += ["--option", f"{key}={value}"]
+        try:
+            self.emulator = EmulatorProcess(self.namespace, bus_file, words)
+        except BusError:
+            self.namespace.close()
+            raise
+
+    def client(
+        self,
+        fifo: bool = True,
+        on_event: Callable[[dict[str, Any]], None] | None = None,
+        batch: int = 1,
+    ) -> BusClient:
+        """A client for the master's end of the wire; not started yet. batch: the last of so many
+        cycles is answered."""
+        return BusClient(
+            self.bus_file,
+            MASTER,
+            rate_hz=self.rate_hz,
+            fifo=fifo,
+            slip=True,
+            reply_timeout_ms=PATIENCE_MS,
+            patience_ms=self.patience_ms,
+            batch=batch,
+            launch=self.namespace.enter,
+            on_event=on_event,
+        )
+
+    def operate(self, switch: str, *arguments: Any) -> None:
+        """A switch of the plant's operator, for instance operate('plank', 1, True)."""
+        self.emulator.send("operator", name=switch, arguments=list(arguments))
+
+    def close(self) -> None:
+        """End the emulator and let the namespace go."""
+        self.emulator.close()
+        self.namespace.close()
+
+    def __enter__(self) -> EmulatedBus:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated bench: slaves, plant and bench time. Pure: frames and elapsed time come in as
+arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from flatplank_hw.bus.image import AxisCommand, BusInputs
+from flatplank_hw.ethercat.busfile import BusFile
+from flatplank_sim.emulator.coupling import Coupling
+from flatplank_sim.emulator.segment import Segment
+from flatplank_sim.emulator.slave import EmulatedSlave
+from flatplank_sim.emulator.witness import Witness
+
+
+class PlantLike(Protocol):
+    """What the emulator needs of a plant."""
+
+    def step(self, commands: Sequence[AxisCommand]) -> BusInputs:
+        """One bus cycle."""
+
+
+class EmulatedBench:
+    """Bench time is one period per process data frame; in a silence the runner lets it follow the
+    wall."""
+
+    def __init__(self, bus: BusFile, plant: PlantLike) -> None:
+        self.bus = bus
+        self.plant = plant
+        self.slaves = [EmulatedSlave(spec) for spec in bus.slaves]
+        self.segment = Segment(self.slaves)
+        self.segment.exchange = self._exchange
+        self.coupling = Coupling(self.slaves)
+        self.witness = Witness()
+        self.cycle = 0
+        self.now = 0
+        """bench time [ns]"""
+        self.inputs: BusInputs | None = None
+        self._agenda: list[tuple[int, Callable[[], None]]] = []
+
+    def slave(self, name: str) -> EmulatedSlave:
+        """Slave by name."""
+        return next(s for s in self.slaves if s.spec.name == name)
+
+    def frame(self, frame: bytes) -> bytearray | None:
+        """One frame through the segment; process data steps the plant on the way."""
+        return self.segment.process(frame, self.now)
+
+    def _exchange(self) -> None:
+        self.step()
+        self.witness.last_frame = self.now
+
+    def step(self) -> None:
+        """One bus cycle of the plant and of every firmware."""
+        self.cycle += 1
+        self.now += self.bus.period_ns
+        self._fire()
+        answered = self.inputs.cycle if self.inputs is not None else 0
+        commands = self.coupling.commands(answered, self.now)
+        self.inputs = self.plant.step(commands)
+        truth = getattr(self.plant, "truth", None)
+        self.witness.see(
+            self.now, self.inputs, truth.wheel_velocity if truth is not None else None
+        )
+        self.coupling.publish(self.inputs, self.now)
+        for slave in self.slaves:
+            slave.tick(self.now)
+        self.witness.states(self.now, all([slave.operational for slave in self.slaves]))
+
+    def at(self, cycle: int, action: Callable[[], None]) -> None:
+        """Do something when the bench reaches a cycle, at once when it is past."""
+        if cycle <= self.cycle:
+            action()
+        else:
+            self._agenda.append((cycle, action))
+
+    def _fire(self) -> None:
+        if self._agenda:
+            due = [action for cycle, action in self._agenda if cycle <= self.cycle]
+            self._agenda = [item for item in self._agenda if item[0] > self.cycle]
+            for action in due:
+                action()

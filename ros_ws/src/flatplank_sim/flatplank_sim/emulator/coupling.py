@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Between the process data of the slaves and the plant: channels of the bus file, both ways."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
+from flatplank_hw.ethercat import channels
+from flatplank_hw.ethercat.busfile import Entry
+from flatplank_hw.ethercat.layout import limits
+from flatplank_sim.emulator.drive_firmware import IDLE, DriveFirmware
+from flatplank_sim.emulator.slave import EmulatedSlave
+
+TORQUE_UNIT = 1e-4
+"""of AxisInputs.torque and AxisCommand.target_torque [N m]"""
+Getter = Callable[[BusInputs], int]
+
+
+class Coupling:
+    """Reads commands out of the slaves, writes inputs into them."""
+
+    def __init__(self, slaves: list[EmulatedSlave]) -> None:
+        self.slaves = slaves
+        self.drives = {
+            AXES.index(s.spec.axis): DriveFirmware(AXES.index(s.spec.axis), s)
+            for s in slaves
+            if s.spec.axis
+        }
+        self.overrides: dict[str, int] = {}
+        """faults: raw value that a channel shows whatever the plant says"""
+        self._asked: dict[int, tuple[int, int, int, int, int]] = dict.fromkeys(self.drives, IDLE)
+        self._compiled: dict[str, tuple[int, list[Getter | None]]] = {}
+
+    def commands(self, cycle: int, now: int) -> tuple[AxisCommand, ...]:
+        """What the slaves ask of the plant, in answer to the inputs of `cycle`."""
+        asked: dict[str, int] = {}
+        outputs = 0
+        for slave in self.slaves:
+            if not slave.operational or not slave.spec.outputs:
+                continue
+            for entry, value in zip(slave.outputs.entries, slave.fetch_outputs(), strict=True):
+                if entry.channel == channels.DIGITAL_OUTPUTS:
+                    outputs = value
+                elif entry.unit_nm:
+                    asked[entry.channel] = round(value * entry.unit_nm / TORQUE_UNIT)
+                else:
+                    asked[entry.channel] = value
+        commands = []
+        for axis, drive in self.drives.items():
+            name = AXES[axis]
+            words = tuple(asked.get(f"{name}.{word}", 0) for word in channels.AXIS_OUTPUTS)
+            self._asked[axis] = words
+            command = drive.command(words, cycle, now)
+            commands.append(command._replace(digital_outputs=outputs))
+        return tuple(commands)
+
+    def publish(self, inputs: BusInputs, now: int) -> None:
+        """Put the plant's inputs into the memories of the slaves."""
+        safe = not inputs.digital & Digital.EMERGENCY_STOP_OK
+        axes = list(inputs.axes)
+        for axis, drive in self.drives.items():
+            drive.safe_stop = safe
+            axes[axis] = drive.report(axes[axis], self._asked[axis], now)
+        inputs = inputs._replace(axes=tuple(axes))
+        for slave in self.slaves:
+            if slave.inputs.entries:
+                slave.store_inputs(self._values(slave, inputs))
+
+    def _values(self, slave: EmulatedSlave, inputs: BusInputs) -> tuple[int, ...]:
+        version, getters = self._compiled.get(slave.spec.name, (-1, []))
+        if version != slave.inputs.version:
+            getters = [_getter(entry) for entry in slave.inputs.entries]
+            self._compiled[slave.spec.name] = (slave.inputs.version, getters)
+        values = tuple([get(inputs) if get is not None else 0 for get in getters])
+        if self.overrides:
+            names = [entry.channel for entry in slave.inputs.entries]
+            values = tuple(self.overrides.get(n, v) for n, v in zip(names, values, strict=True))
+        return values
+
+
+def _getter(entry: Entry) -> Getter | None:
+    """How the raw value of an entry comes out of the plant's inputs; None: it stays zero."""
+    name = entry.channel
+    if name in channels.VOLTS:
+        return _volts(entry)
+    if name in channels.COUNTS:
+        return partial(_count, name, *limits(entry.kind))
+    if name in channels.DIGITAL:
+        return partial(_bit, int(channels.DIGITAL[name]))
+    axis, _, word = name.partition(".")
+    if word == "torque":
+        return partial(_torque, AXES.index(axis), TORQUE_UNIT / entry.unit_nm, *limits(entry.kind))
+    if word:
+        return partial(_axis_word, AXES.index(axis), AxisInputs._fields.index(word))
+    return None
+
+
+def _volts(entry: Entry) -> Getter:
+    scale = entry.full_scale_counts / entry.full_scale_volts
+    low, high = limits(entry.kind)
+    if entry.channel == "lvdt":
+        return lambda inputs: max(low, min(high, round(inputs.lvdt_volts * scale)))
+    number = channels.VOLTS.index(entry.channel)
+    return lambda inputs: max(low, min(high, round(inputs.bridge_volts[number] * scale)))
+
+
+def _count(name: str, low: int, high: int, inputs: BusInputs) -> int:
+    return (getattr(inputs, name) - low) % (high - low + 1) + low
+
+
+def _bit(mask: int, inputs: BusInputs) -> int:
+    return 1 if inputs.digital & mask else 0
+
+
+def _torque(axis: int, scale: float, low: int, high: int, inputs: BusInputs) -> int:
+    return max(low, min(high, round(inputs.axes[axis].torque * scale)))
+
+
+def _axis_word(axis: int, word: int, inputs: BusInputs) -> int:
+    return inputs.axes[axis][word]

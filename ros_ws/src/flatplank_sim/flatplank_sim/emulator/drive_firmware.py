@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a servo drive does between its process data and its motor: communication faults, injected
+faults, stops.
+
+The motor, its CiA 402 states and its modes are the plant's; this layer decides what reaches them.
+"""
+
+from __future__ import annotations
+
+from flatplank_hw.bus.image import AxisCommand, AxisInputs
+from flatplank_sim.emulator.slave import EmulatedSlave
+
+QUICK_STOP = 0x0002
+DISABLE_VOLTAGE = 0x0000
+FAULT_RESET = 0x0080
+FAULT_STATUS = 0x0218
+"""fault, voltage enabled, remote"""
+ENABLED_MASK, ENABLED = 0x006F, 0x0027
+COMMUNICATION = 0x7500
+FOLLOWING_ERROR = 0x8611
+STOP_NS = 200_000_000
+"""a faulted drive brakes for so long before it cuts the power [ns]"""
+STUCK_NS = 60_000_000
+"""a commanded axis that stands still for so long is a following error [ns]"""
+
+IDLE = (0, 0, 0, 0, 0)
+
+
+class DriveFirmware:
+    """One drive. Faults are latched and leave only by a rising reset bit once their cause is
+    gone."""
+
+    def __init__(self, axis: int, slave: EmulatedSlave) -> None:
+        self.axis = axis
+        self.slave = slave
+        self.fault = 0
+        self.cause_persists = False
+        self.stuck = False
+        self.safe_stop = False
+        """the emergency stop circuit is open"""
+        self._enabled = False
+        self._reset_bit = True
+        self._braking_since: int | None = None
+        self._stuck_since: int | None = None
+        slave.reset_hooks.append(self.power_on)
+
+    def power_on(self) -> None:
+        """Nothing is remembered over a power cycle but a cause that is still there."""
+        self.fault = self.fault if self.cause_persists else 0
+        self._braking_since = None
+
+    def trip(self, code: int, persists: bool = False) -> None:
+        """Go to the fault state and tell the master."""
+        self.cause_persists = persists
+        if not self.fault:
+            self.fault = code
+            self._braking_since = None
+            if self.slave.mailbox is not None:
+                self.slave.mailbox.emergency(code, 0x01)
+
+    def command(self, asked: tuple[int, int, int, int, int], cycle: int, now: int) -> AxisCommand:
+        """asked: control word, mode, target position, velocity, torque as on the bus; to the
+        motor."""
+        if not self.slave.operational:
+            if self._enabled and not self.fault:
+                self.trip(COMMUNICATION)
+            asked = IDLE
+        word = asked[0]
+        reset = bool(word & FAULT_RESET)
+        if reset and not self._reset_bit and self.fault and not self.cause_persists:
+            self._clear()
+        self._reset_bit = reset
+        if self.fault or self.safe_stop or self.stuck:
+            word = self._brake(now)
+        else:
+            self._braking_since = None
+        return AxisCommand(self.axis, cycle, word, *asked[1:], 0)
+
+    def report(
+        self, motor: AxisInputs, asked: tuple[int, int, int, int, int], now: int
+    ) -> AxisInputs:
+        """What the drive tells of its motor."""
+        self._enabled = motor.status_word & ENABLED_MASK == ENABLED
+        if self.stuck and not self.fault:
+            self._watch_following(asked, now)
+            if not self.fault:
+                return motor._replace(status_word=motor.status_word & ~ENABLED_MASK | 0x0037)
+        if self.fault:
+            return motor._replace(status_word=FAULT_STATUS, error_code=self.fault)
+        return motor
+
+    def _brake(self, now: int) -> int:
+        if self._braking_since is None:
+            self._braking_since = now
+        return QUICK_STOP if now - self._braking_since < STOP_NS else DISABLE_VOLTAGE
+
+    def _clear(self) -> None:
+        self.fault = 0
+        self._stuck_since = None
+        if self.slave.mailbox is not None:
+            self.slave.mailbox.emergency(0, 0)
+
+    def _watch_following(self, asked: tuple[int, int, int, int, int], now: int) -> None:
+        commanded = asked[0] & 0x0F == 0x0F and any(asked[3:])
+        if not commanded:
+            self._stuck_since = None
+        elif self._stuck_since is None:
+            self._stuck_since = now
+        elif now - self._stuck_since > STUCK_NS:
+            self.trip(FOLLOWING_ERROR)

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""PDO assignment and mapping of a slave: objects 0x1C12/0x1C13 and 0x16xx/0x1Axx, writable in
+PREOP."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from flatplank_hw.ethercat.busfile import Entry, Pdo
+from flatplank_hw.ethercat.layout import Layout
+from flatplank_sim.emulator.dictionary import (
+    ABORT_CANNOT_MAP,
+    ABORT_PDO_LENGTH,
+    ABORT_STATE,
+    Dictionary,
+    Object,
+    SdoAbort,
+    Variable,
+    encode,
+)
+
+SLOTS = 32
+MAX_BITS = 8 * 256
+
+
+class PdoDirection:
+    """All PDOs of one direction: what is mapped in each and which ones are exchanged."""
+
+    def __init__(
+        self,
+        assign_index: int,
+        pdos: tuple[Pdo, ...],
+        known: Mapping[tuple[int, int], Entry],
+        free_mapping: bool,
+        in_preop: Callable[[], bool],
+    ) -> None:
+        self.assign_index = assign_index
+        self.known = known
+        self.version = 0
+        self._in_preop = in_preop
+        self._pdos = pdos
+        self._free = free_mapping
+        self.reset()
+
+    def reset(self) -> None:
+        """As after power-on."""
+        self.mapped = {pdo.index: list(pdo.entries) for pdo in self._pdos}
+        self.names = {pdo.index: pdo.name for pdo in self._pdos}
+        self.assigned = [pdo.index for pdo in self._pdos if pdo.assigned]
+        self._renew()
+
+    def _renew(self) -> None:
+        self.entries = [e for index in self.assigned for e in self.mapped[index]]
+        self.layout = Layout([(e.kind, e.bits) for e in self.entries])
+        self.version += 1
+
+    def add_objects(self, dictionary: Dictionary) -> None:
+        """Put the assignment and the mapping objects."""
+        words = [index for index in self.assigned]
+        name = "RxPDO assign" if self.assign_index == 0x1C12 else "TxPDO assign"
+        self._add_list(dictionary, self.assign_index, name, "uint16", words, self._assign, True)
+        for index, entries in self.mapped.items():
+            words = [e.mapping_word for e in entries]
+            apply = self._mapper(index)
+            self._add_list(
+                dictionary,
+                index,
+                self.names[index] or f"PDO {index:04X}",
+                "uint32",
+                words,
+                apply,
+                self._free,
+            )
+
+    def _add_list(
+        self,
+        dictionary: Dictionary,
+        index: int,
+        name: str,
+        kind: str,
+        words: list[int],
+        apply: Callable[[list[int]], None],
+        writable: bool,
+    ) -> None:
+        """A counted list that is emptied, filled and then made valid by writing its count."""
+        found = Object(name, 9)
+        slots = SLOTS if writable else len(words)
+
+        def count_written(data: bytes) -> None:
+            self._need_preop()
+            items = [int.from_bytes(found.subs[i + 1].value, "little") for i in range(data[0])]
+            apply(items)
+
+        def slot_written(_data: bytes) -> None:
+            self._need_preop()
+            if found.subs[0].value != b"\0":
+                raise SdoAbort(ABORT_STATE)
+
+        found.subs[0] = Variable(
+            "uint8", bytes([len(words)]), writable, "count", wrote=count_written
+        )
+        for i in range(slots):
+            word = words[i] if i < len(words) else 0
+            found.subs[i + 1] = Variable(
+                kind, encode(kind, word), writable, "entry", wrote=slot_written
+            )
+        dictionary.objects[index] = found
+
+    def _need_preop(self) -> None:
+        if not self._in_preop():
+            raise SdoAbort(ABORT_STATE)
+
+    def _assign(self, items: list[int]) -> None:
+        if any(index not in self.mapped for index in items):
+            raise SdoAbort(ABORT_CANNOT_MAP)
+        bits = sum(e.bits for index in items for e in self.mapped[index])
+        if bits > MAX_BITS:
+            raise SdoAbort(ABORT_PDO_LENGTH)
+        self.assigned = items
+        self._renew()
+
+    def _mapper(self, pdo: int) -> Callable[[list[int]], None]:
+        def apply(items: list[int]) -> None:
+            self.mapped[pdo] = [self._entry(word) for word in items]
+            self._renew()
+
+        return apply
+
+    def _entry(self, word: int) -> Entry:
+        index, subindex, bits = word >> 16, word >> 8 & 0xFF, word & 0xFF
+        if index == 0:
+            pads = [e for e in self.known.values() if e.index == 0 and e.bits == bits]
+            return pads[0] if pads else Entry(0, 0, "", bits)
+        found = self.known.get((index, subindex))
+        if found is None or found.bits != bits:
+            raise SdoAbort(ABORT_CANNOT_MAP)
+        return found
+
+
+def known_entries(pdos: tuple[Pdo, ...]) -> dict[tuple[int, int], Entry]:
+    """Every object that occurs in some PDO of a direction; padding under negative keys."""
+    known: dict[tuple[int, int], Entry] = {}
+    for pdo in pdos:
+        for entry in pdo.entries:
+            key = (entry.index, entry.subindex) if entry.index else (-1, len(known))
+            known.setdefault(key, entry)
+    return known

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the emulated bench on a port: frames in, frames out, and bench time in a silence."""
+
+from __future__ import annotations
+
+import gc
+import select
+import time
+from typing import Any
+
+from flatplank_hw.realtime import prepare
+from flatplank_sim.emulator.bench import EmulatedBench
+from flatplank_sim.emulator.control import ControlServer
+from flatplank_sim.emulator.port import Port
+from flatplank_sim.emulator.wire import Wire
+
+STALL_NS = 3_000_000
+SILENT_CYCLES = 5
+"""a longer silence of the master is a silence: bench time follows the wall again"""
+
+
+class Runner:
+    """One thread, one loop."""
+
+    def __init__(self, bench: EmulatedBench, wire: Wire, port: Port, patience_ns: int = 0) -> None:
+        """patience_ns: a shorter silence is none, for a master that waits for its nodes."""
+        self.bench = bench
+        self.wire = wire
+        self.port = port
+        self.control: ControlServer | None = None
+        self.running = True
+        self.scheduling = ""
+        self._poll = select.poll()
+        self._poll.register(port, select.POLLIN)
+        self._wall = 0
+        """wall time up to which bench time has gone [ns]"""
+        self._silent = True
+        self._silence_ns = max(SILENT_CYCLES * bench.bus.period_ns, patience_ns)
+        self._parent = -1
+        self.stalled_ns = 0
+        """wall time for which this process was not let run [ns]"""
+
+    def attach(self, control: ControlServer) -> None:
+        """Listen to a control socket."""
+        self.control = control
+        for fd in control.filenos():
+            self._poll.register(fd, select.POLLIN)
+
+    def close(self) -> None:
+        """Give the interface and the control socket back."""
+        self.port.close()
+        if self.control is not None:
+            self.control.close()
+
+    def end_with(self, fd: int) -> None:
+        """End when the other side of a pipe is closed, as the death of the parent does."""
+        self._parent = fd
+        self._poll.register(fd, select.POLLHUP)
+
+    def facts(self) -> dict[str, Any]:
+        """About the process, for the control socket."""
+        return {"scheduling": self.scheduling, "stalled_ms": self.stalled_ns / 1e6}
+
+    def run(self, fifo: bool = False) -> None:
+        """Until `running` goes false."""
+        self.scheduling = prepare(fifo, priority=40)
+        self._wall = time.monotonic_ns()
+        gc.freeze()
+        gc.disable()
+        while self.running:
+            deadline = self._deadline()
+            ready = self._poll.poll(max(deadline - time.monotonic_ns(), 0) / 1e6)
+            now = time.monotonic_ns()
+            if any(fd == self._parent for fd, _ in ready):
+                break
+            self._forgive(now - deadline)
+            self._serve(now)
+            for frame in self.wire.due(now):
+                self.port.send(frame)
+            if self.control is not None:
+                self.control.poll()
+            self._silence(now)
+
+    def _deadline(self) -> int:
+        """When there is something to do even if nothing comes [ns]."""
+        period = self.bench.bus.period_ns
+        until = self._wall + (period if self._silent else self._silence_ns)
+        due = self.wire.next_due
+        return until if due is None else min(until, due)
+
+    def _forgive(self, late: int) -> None:
+        """A wait that ended late was this process's own stall: no bench time has passed in it."""
+        if late > STALL_NS:
+            self._wall += late
+            self.stalled_ns += late
+
+    def _serve(self, now: int) -> None:
+        while True:
+            received = self.port.receive()
+            if received is None:
+                return
+            frame, age = received
+            process_data = self.bench.segment.is_process_data(frame)
+            if not self.wire.admits(process_data, age):
+                continue
+            before = self.bench.cycle
+            answer = self.bench.frame(frame)
+            if self.bench.cycle != before:
+                self._wall, self._silent = now, False
+            for out in self.wire.answer(answer, process_data, now):
+                self.port.send(out)
+
+    def _silence(self, now: int) -> None:
+        """Without process data bench time follows the wall, so that watchdogs act."""
+        period = self.bench.bus.period_ns
+        if not self._silent and now - self._wall >= self._silence_ns:
+            self._silent = True
+        if self._silent:
+            while now - self._wall >= period:
+                self._wall += period
+                self.bench.step()

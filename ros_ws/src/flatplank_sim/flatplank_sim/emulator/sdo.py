@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""SDO server (ETG.1000.6): expedited, normal and segmented transfers, complete access."""
+
+from __future__ import annotations
+
+from flatplank_sim.emulator.dictionary import (
+    ABORT_LENGTH,
+    ABORT_TOGGLE,
+    ABORT_UNKNOWN_COMMAND,
+    Dictionary,
+    SdoAbort,
+)
+
+COMPLETE = 0x10
+HEADER = 8
+"""mailbox header and CoE header [byte]"""
+INIT_SIZE = HEADER + 8
+"""plus command, index, subindex and size of an initiated transfer"""
+
+
+class SdoServer:
+    """Answers one request with one response; remembers a segmented transfer under way."""
+
+    def __init__(self, dictionary: Dictionary, mailbox_size: int) -> None:
+        self.dictionary = dictionary
+        self.room = mailbox_size
+        self.abort_all = 0
+        """fault: abort code given to every request; 0 is none"""
+        self._upload = b""
+        self._download: bytearray | None = None
+        self._target = (0, 0, False)
+        self._expected = 0
+        self._toggle = 0
+        self._services = {1: self._download_start, 0: self._download_segment}
+        self._services |= {2: self._upload_start, 3: self._upload_segment}
+
+    def serve(self, request: bytes) -> bytes:
+        """request: command, index, subindex, data; the response likewise. Empty: none."""
+        request = request.ljust(8, b"\0")
+        command = request[0]
+        if command >> 5 == 4:
+            self._download, self._upload = None, b""
+            return b""
+        address = request[1:4] if command >> 5 in (1, 2) else self._address()
+        try:
+            if self.abort_all:
+                raise SdoAbort(self.abort_all)
+            service = self._services.get(command >> 5)
+            if service is None:
+                raise SdoAbort(ABORT_UNKNOWN_COMMAND)
+            return service(command, request)
+        except SdoAbort as abort:
+            self._download, self._upload = None, b""
+            return b"\x80" + address + abort.code.to_bytes(4, "little")
+
+    def _address(self) -> bytes:
+        index, subindex, _ = self._target
+        return index.to_bytes(2, "little") + bytes([subindex])
+
+    def _open(self, command: int, request: bytes) -> bytes:
+        index, subindex = int.from_bytes(request[1:3], "little"), request[3]
+        self._target = (index, subindex, bool(command & COMPLETE))
+        self._toggle = 0
+        return request[1:4]
+
+    def _upload_start(self, command: int, request: bytes) -> bytes:
+        address = self._open(command, request)
+        index, subindex, complete = self._target
+        read = self.dictionary.read_complete if complete else self.dictionary.read
+        data = read(index, subindex)
+        mode = command & COMPLETE
+        if 0 < len(data) <= 4:
+            return bytes([0x43 | mode | (4 - len(data)) << 2]) + address + data.ljust(4, b"\0")
+        size = len(data).to_bytes(4, "little")
+        first = self.room - INIT_SIZE
+        self._upload = data[first:]
+        return bytes([0x41 | mode]) + address + size + data[:first]
+
+    def _upload_segment(self, command: int, _request: bytes) -> bytes:
+        toggle = command & 0x10
+        if toggle != self._toggle or not self._upload:
+            raise SdoAbort(ABORT_TOGGLE)
+        size = self.room - HEADER - 1
+        part, self._upload = self._upload[:size], self._upload[size:]
+        self._toggle ^= 0x10
+        unused = max(7 - len(part), 0)
+        last = 0 if self._upload else 1
+        return bytes([toggle | unused << 1 | last]) + part.ljust(7, b"\0")
+
+    def _download_start(self, command: int, request: bytes) -> bytes:
+        address = self._open(command, request)
+        answer = bytes([0x60]) + address + bytes(4)
+        if command & 0x02:
+            self._store(request[4 : 8 - (command >> 2 & 3 if command & 1 else 0)])
+            return answer
+        self._expected = int.from_bytes(request[4:8], "little")
+        data = request[8 : 8 + self._expected]
+        if len(data) < self._expected:
+            self._download = bytearray(data)
+        else:
+            self._store(bytes(data))
+        return answer
+
+    def _download_segment(self, command: int, request: bytes) -> bytes:
+        toggle = command & 0x10
+        if self._download is None or toggle != self._toggle:
+            raise SdoAbort(ABORT_TOGGLE)
+        self._toggle ^= 0x10
+        data = request[1:]
+        if len(data) == 7:
+            data = data[: 7 - (command >> 1 & 7)]
+        self._download += data
+        if command & 1:
+            whole = bytes(self._download)
+            self._download = None
+            if len(whole) != self._expected:
+                raise SdoAbort(ABORT_LENGTH)
+            self._store(whole)
+        return bytes([0x20 | toggle]) + bytes(7)
+
+    def _store(self, data: bytes) -> None:
+        index, subindex, complete = self._target
+        write = self.dictionary.write_complete if complete else self.dictionary.write
+        write(index, subindex, data)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the control socket understands: faults with timing, their mending, the operator's switches,
+questions."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from flatplank_hw.bus.image import AXES
+from flatplank_hw.ethercat.strict import nearest
+from flatplank_sim.emulator.faults import FAULTS, Rig, Undo
+
+
+class Vocabulary:
+    """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles`
+    (how long)."""
+
+    def __init__(
+        self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
+    ) -> None:
+        self.rig = rig
+        self._stop = stop
+        self._undo: dict[str, list[Undo]] = {}
+        self._facts = facts
+        self._words: dict[str, Callable[..., dict[str, Any]]] = {
+            "mend": self._mend,
+            "state": self._state,
+            "witness": self._witness,
+            "operator": self._operator,
+            "words": self._list,
+            "stop": self._end,
+        }
+
+    def __call__(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Serve one request; ValueError or TypeError carry the reason of a refusal."""
+        arguments = dict(request)
+        word = str(arguments.pop("do", ""))
+        if word in FAULTS:
+            return self._fault(word, arguments)
+        if word in self._words:
+            return self._words[word](**arguments)
+        known = [*FAULTS, *self._words]
+        raise ValueError(f"unknown word '{word}'{nearest(word, known)}")
+
+    def _fault(self, word: str, arguments: dict[str, Any]) -> dict[str, Any]:
+        bench = self.rig.bench
+        at = int(arguments.pop("at", bench.cycle + int(arguments.pop("after", 0))))
+        cycles = int(arguments.pop("cycles", 0))
+        inspect.signature(FAULTS[word]).bind(self.rig, **arguments)
+
+        def apply() -> None:
+            bench.witness.fault(bench.now)
+            undo = FAULTS[word](self.rig, **arguments)
+            if undo is not None and cycles:
+                bench.at(bench.cycle + cycles, undo)
+            elif undo is not None:
+                self._undo.setdefault(word, []).append(undo)
+
+        bench.at(at, apply)
+        return {"cycle": bench.cycle, "at": at}
+
+    def _mend(self, fault: str = "") -> dict[str, Any]:
+        """Undo one kind of fault, or all of them."""
+        names = [fault] if fault else list(self._undo)
+        mended = 0
+        for name in names:
+            for undo in self._undo.pop(name, []):
+                undo()
+                mended += 1
+        return {"mended": mended, "cycle": self.rig.bench.cycle}
+
+    def _state(self) -> dict[str, Any]:
+        bench = self.rig.bench
+        return {
+            "cycle": bench.cycle,
+            "now_ns": bench.now,
+            **self._facts(),
+            "wire": dict(self.rig.wire.counts),
+            "drive_faults": {AXES[a]: d.fault for a, d in bench.coupling.drives.items()},
+            "slaves": [
+                {
+                    "name": s.spec.name,
+                    "state": s.al.state.name,
+                    "error": s.al.error,
+                    "code": s.al.code,
+                    "absent": s.absent,
+                    "watchdog_trips": s.esc.memory[0x0442],
+                }
+                for s in bench.slaves
+            ],
+        }
+
+    def _witness(self) -> dict[str, Any]:
+        return self.rig.bench.witness.report()
+
+    def _operator(self, name: str, arguments: list[Any] | None = None) -> dict[str, Any]:
+        """A switch of the plant's operator by the name of its method; 'view' answers what he
+        sees."""
+        operator = getattr(self.rig.bench.plant, "operator", None)
+        known = [n for n in dir(operator) if not n.startswith("_")]
+        if name not in known:
+            raise ValueError(f"no operator's switch '{name}'{nearest(name, known)}")
+        switch = getattr(operator, name)
+        if not callable(switch):
+            return {"view": switch._asdict()}
+        self.rig.bench.witness.fault(self.rig.bench.now)
+        switch(*(arguments or []))
+        return {"cycle": self.rig.bench.cycle + 1}
+
+    def _end(self) -> dict[str, Any]:
+        self._stop()
+        return {}
+
+    def _list(self) -> dict[str, Any]:
+        """Every word with its first line of description."""
+        texts = {n: (f.__doc__ or "").partition("\n")[0] for n, f in FAULTS.items()}
+        return {"faults": texts, "words": sorted(self._words)}

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The EtherCAT bus without the machine: the master of the real bus on an emulated one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from flatplank_hw.ethercat.master import BusClient
+from flatplank_hw.nodes.ethercat_bus import BusParameters, EthercatBus
+from flatplank_hw.nodes.support import run
+from flatplank_hw.params import param
+from flatplank_sim.emulated import EmulatedBus
+from flatplank_sim.emulator.control import ControlError
+from flatplank_sim.nodes.operator_services import OperatorServices
+
+
+@dataclass(frozen=True)
+class EmulatedBusParameters(BusParameters):
+    """The bus, and the simulated plant behind it."""
+
+    wait_for_nodes: bool = param(
+        True,
+        "it stalls together with the nodes; false: as a machine, which stops when commands are "
+        "older than 44 ms",
+    )
+    tire: str = param("toyo", "of the simulated plant behind the emulated bus")
+    preset: str = param("", "its defects")
+    config: str = param("", "YAML file laid over it")
+    seed: int = param(1, "its seed", bounds=(0, 2**31 - 1))
+
+
+class EmulatedBusNode(EthercatBus):
+    """The same node for the graph, with the operator's switches of the simulated plant."""
+
+    PARAMETERS = EmulatedBusParameters
+
+    def client_for(self, p: Any, path: Path) -> BusClient:
+        options = {"tire": p.tire, "preset": p.preset, "config": p.config}
+        self.emulated: EmulatedBus | None = EmulatedBus(
+            path,
+            p.rate_hz,
+            seed=p.seed,
+            options={key: value for key, value in options.items() if value},
+            wait_for_nodes=p.wait_for_nodes,
+        )
+        return self.emulated.client(fifo=p.fifo, on_event=self.on_event, batch=p.batch)
+
+    def connect(self) -> None:
+        OperatorServices(self, self.operate, lambda: self.cycle)
+        super().connect()
+
+    def operate(self, name: str, *values: Any) -> None:
+        # JSON has no NaN: what is not set is left out
+        known = [v for v in values if v == v]
+        try:
+            self.emulated.operate(name, *known)
+        except ControlError as error:
+            raise ValueError(str(error)) from None
+
+    def finish(self) -> None:
+        """The emulated bus ends after its master."""
+        super().finish()
+        if getattr(self, "emulated", None) is not None:
+            self.emulated.close()
+            self.emulated = None
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: EmulatedBusNode("ethercat_bus"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bench without the machine: owner of a simulated process image."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.task import Future
+from rosgraph_msgs.msg import Clock
+
+from flatplank_hw.bus.histogram import percentile
+from flatplank_hw.bus.image import AXES, AxisCommand
+from flatplank_hw.bus.pacing import PACES, Pacer
+from flatplank_hw.nodes import convert
+from flatplank_hw.nodes.qos import STREAM
+from flatplank_hw.nodes.reporting import SHOWN
+from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.params import Params, param
+from flatplank_msgs.msg import BusInputs, BusOutputs
+from flatplank_msgs.srv import Advance, SetPace
+from flatplank_sim.nodes.operator_services import OperatorServices
+from flatplank_sim.plant import Plant, PlantConfig
+
+MAX_BATCH = 50
+
+
+@dataclass(frozen=True)
+class PlantParameters(Params):
+    """What the simulated plant is and how its time runs."""
+
+    tire: str = param("toyo", "tire mounted: toyo, continental, michelin, racing or your own file")
+    preset: str = param("", "defects switched on together, for instance thesis2023; empty: none")
+    config: str = param("", "YAML file that is laid over the plant's own; empty: none")
+    seed: int = param(1, "seed of noise and of anything random", bounds=(0, 2**31 - 1))
+    rate_hz: int = param(250, "bus rate", unit="Hz", bounds=(50, 1000))
+    batch: int = param(1, "cycles per message", bounds=(1, MAX_BATCH))
+    pace: str = param("realtime", "how bench time runs", choices=PACES)
+    wall_timeout: float = param(
+        1.0, "lockstep: go on without an answer after this time", unit="s", bounds=(0.001, 60.0)
+    )
+    driven_axes: tuple[str, ...] = param(
+        ("wheel",),
+        f"axes with a drive, whose nodes are waited for in lockstep, of {', '.join(AXES)}",
+    )
+
+
+class SimulatedPlant(BenchNode):
+    """Publishes /bus/inputs, takes /bus/outputs; the operator's switches are services
+    (operator_services.py).
+    """
+
+    PARAMETERS = PlantParameters
+    OWNS_BUS = True
+
+    def configure(self, p: PlantParameters) -> None:
+        config = PlantConfig.load(
+            p.tire, preset=p.preset or None, file=p.config or None,
+            overrides={"driven_axes": list(p.driven_axes)} if len(p.driven_axes) > 1 else None,
+        )  # fmt: skip
+        self.driven = frozenset(AXES.index(axis) for axis in config.driven_axes)
+        self.plant = Plant(config, p.seed, p.rate_hz)
+        Plant(config, p.seed, p.rate_hz).step()  # loads the kernels before the clock runs
+        self.period_ns = 1_000_000_000 // p.rate_hz
+        self.pacer = Pacer(p.pace, p.batch, self.driven, p.wall_timeout)
+        self.commands: dict[int, AxisCommand] = {}
+        self.cycle = -1
+        self.t0 = 0 if p.pace != "realtime" else time.time_ns() // self.period_ns * self.period_ns
+        self.waiting: list[tuple[int, Future]] = []
+        self.ages = [0] * 64
+        """commands by the cycles that went by since their sample"""
+
+    def connect(self) -> None:
+        p = self.parameters
+        self.message, self.clock = BusInputs(), Clock()
+        self.message.header.frame_id = "bus"
+        self.publish = self.speak(BusInputs, "/bus/inputs", STREAM, needed=True)
+        self.publish_clock = self.speak(Clock, "/clock", 10)
+        self.listen(BusOutputs, "/bus/outputs", self.on_command, STREAM)
+        self.skipped, self.slow_at = 0, 0.0
+        """batches whose loss was told, and when [s]"""
+        self.every(p.batch / p.rate_hz, self.on_tick)
+        self.every(1.0, self.on_second)
+        self.serve(Advance, "~/advance", self.on_advance)
+        self.serve(SetPace, "~/set_pace", self.on_pace)
+        operator = self.plant.operator
+        OperatorServices(
+            self, lambda name, *values: getattr(operator, name)(*values), lambda: self.cycle
+        )
+
+    # time
+    def on_command(self, msg: BusOutputs) -> None:
+        self.commands[msg.axis] = convert.command_from_msg(msg)
+        self.ages[min(self.cycle - msg.cycle, len(self.ages) - 1)] += 1
+        go_on = self.pacer.answered(msg.axis, msg.cycle)
+        self.release()
+        if go_on:
+            self.go()
+
+    def numbers(self) -> dict[str, Any]:
+        """How well the graph keeps up."""
+        return {
+            "cycle": self.cycle,
+            "pace": self.pacer.pace,
+            "skipped": self.pacer.skipped,
+            "command age p99": percentile(self.ages, 0.99),
+            "command age max": max((k for k, n in enumerate(self.ages) if n), default=0),
+        }
+
+    def on_second(self) -> None:
+        pacer = self.pacer
+        if pacer.skipped > self.skipped:
+            self.skipped, self.slow_at = pacer.skipped, time.monotonic()
+            self.troubles.begin("too_slow", f"{pacer.skipped} batches left out so far")
+        elif time.monotonic() - self.slow_at > SHOWN:
+            self.troubles.end("too_slow")
+        if pacer.absent:
+            silent = ", ".join(AXES[axis] for axis in sorted(pacer.missing))
+            self.troubles.begin("drives_silent", silent)
+        else:
+            self.troubles.end("drives_silent")
+
+    def release(self) -> None:
+        """Tell those who wait for a cycle that it is over."""
+        while self.waiting and self.waiting[0][0] <= self.cycle and not self.pacer.missing:
+            self.waiting.pop(0)[1].set_result(None)
+
+    def on_tick(self) -> None:
+        if self.pacer.given_up(time.monotonic()):
+            self.release()
+        for _ in range(self.pacer.due(time.monotonic(), self.parameters.rate_hz)):
+            self.go()
+
+    def go(self) -> None:
+        """Make one batch of cycles and publish it."""
+        batch = [self.plant.step(tuple(self.commands.values())) for _ in range(self.pacer.batch)]
+        self.cycle = batch[-1].cycle
+        self.pacer.made(self.cycle, time.monotonic())
+        convert.inputs_to_msg(batch, self.period_ns, self.message, self.t0)
+        self.publish(self.message)
+        if self.pacer.pace != "realtime" and self.cycle % 10 == 0:
+            self.clock.clock = self.message.header.stamp
+            self.publish_clock(self.clock)
+
+    async def on_advance(self, request, response):
+        if request.cycles:
+            until = self.pacer.advance(self.cycle, request.cycles)
+            future = Future()
+            self.waiting.append((until, future))
+            self.waiting.sort(key=lambda pair: pair[0])
+            if self.pacer.free():
+                self.go()
+            await future
+        return answer(response, True, "", cycle=self.cycle)
+
+    def on_pace(self, request, response):
+        if request.pace not in PACES:
+            return answer(
+                response, False, f"unknown pace {request.pace!r}; one of {', '.join(PACES)}"
+            )
+        if request.batch > MAX_BATCH:
+            return answer(response, False, f"batch is {request.batch}, at most {MAX_BATCH}")
+        self.pacer.set_pace(request.pace, time.monotonic())
+        self.pacer.batch = request.batch or self.pacer.batch
+        if self.pacer.free():
+            self.go()
+        return answer(response, True, f"pace is {request.pace}", cycle=self.cycle + 1)
+
+
+def main(args: list[str] | None = None) -> int:
+    return run(lambda: SimulatedPlant("simulated_plant"), args)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated bench: drives, kinematic chain, tire of travelling bristles, hub, encoders, and
+their defects.
+"""
+
+from flatplank_sim.plant.config import PlantConfig, tires
+from flatplank_sim.plant.operator import Operator, OperatorView
+from flatplank_sim.plant.plant import Plant, Truth
+
+__all__ = ["Operator", "OperatorView", "Plant", "PlantConfig", "Truth", "tires"]

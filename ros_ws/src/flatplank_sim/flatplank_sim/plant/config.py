@@ -1,0 +1,318 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the simulated bench is made of: frozen dataclasses read from YAML, SI units unless the name
+says else.
+
+`placeholder` in a comment marks what the thesis does not give.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from flatplank_hw.bus.image import AXES
+from flatplank_hw.limits import LIMITS
+from flatplank_sim.plant.defects import Defect, build_defects
+from flatplank_sim.plant.yamlconfig import (
+    PlantConfigError,
+    build,
+    merge,
+    nearest,
+    read_yaml,
+    to_plain,
+    undot,
+)
+
+
+@dataclass(frozen=True)
+class TireConfig:
+    """The plant's own truth of one tire at nominal load and pressure, with exponents over both."""
+
+    name: str
+    free_radius: float
+    nominal_load: float
+    nominal_pressure_bar: float
+    vertical_stiffness: float
+    vertical_stiffness_pressure: float
+    contact_half_length: float
+    contact_half_length_deflection: float
+    tread_stiffness_x: float
+    tread_stiffness_y: float
+    tread_stiffness_pressure: float
+    carcass_stiffness_x: float
+    carcass_stiffness_x_load: float
+    carcass_stiffness_x_pressure: float
+    carcass_stiffness_y: float
+    carcass_stiffness_y_load: float
+    carcass_stiffness_y_pressure: float
+    friction: float
+    friction_load: float
+    friction_pressure: float
+    rolling_radius_drop: float
+    rolling_radius_half_deflection: float
+    rolling_resistance: float
+    camber_factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class PlankConfig:
+    """Plank drive and road."""
+
+    slow_speed: float
+    fast_speed: float
+    return_speed: float
+    acceleration: float
+    estop_deceleration: float
+    road_length: float
+    rear_limit: float
+    pinion_pitch_radius: float
+    trigger_position: float
+    trigger_length: float
+
+
+@dataclass(frozen=True)
+class AxesConfig:
+    """The operator's other axes."""
+
+    vertical_speed: float
+    load_gain: float
+    lowest_axle: float
+    highest_axle: float
+    clearance: float
+    steer_speed_deg: float
+    camber_speed_deg: float
+    lateral_limit: float
+    steer_limit_deg: float = LIMITS["steer_deg"].high
+    camber_limit_deg: float = LIMITS["camber_deg"].high
+
+
+@dataclass(frozen=True)
+class WheelDriveConfig:
+    """Wheel rotation actuator, thesis Table 5.1 and 5.5."""
+
+    gear_ratio: float
+    motor_inertia: float
+    wheel_inertia: float
+    free_wheel_inertia: float
+    stiffness: float
+    damping: float
+    backlash_deg: float
+    efficiency: float
+    lock_ratio: float
+    bearing_torque: float
+    friction_speed: tuple[float, ...]
+    friction_torque: tuple[float, ...]
+    estop_cuts_drive: bool
+
+
+@dataclass(frozen=True)
+class ServoConfig:
+    """One CiA 402 drive with its motor."""
+
+    output_per_turn: float
+    """motion of the axis per turn of its motor [rad or m]; 0 for the wheel, whose gear is its own
+    """
+    inertia: float
+    """of the motor with what it turns [kg m2]"""
+    friction: float
+    """at the motor [N m]; the wheel has its own curve"""
+    torque_limit: float
+    velocity_limit: float
+    """of the motor [rad/s], as all speeds here"""
+    profile_velocity: float
+    acceleration: float
+    quick_stop_deceleration: float
+    counts_per_turn: int = 2**23
+    torque_slope: float = 50.0
+    """[N m/s]"""
+    velocity_bandwidth_hz: float = 40.0
+    velocity_integral_hz: float = 6.0
+    position_gain: float = 20.0
+    """[1/s]"""
+    window_counts: float = 20000.0
+    """target reached"""
+    velocity_window: float = 0.5
+    blocked_time: float = 0.5
+    """at the torque limit without motion until the drive gives up [s]"""
+    start_delay: float = 0.0
+    """a resting motor answers so late [s]"""
+
+
+@dataclass(frozen=True)
+class HubConfig:
+    """Table A.1, amplifier, LVDT."""
+
+    k_fx1: float
+    k_fx2: float
+    k_fy: float
+    k_fz1: float
+    k_fz2: float
+    amplification: float
+    gravity: float
+    et_value: float
+    adapter_thickness: float
+    saturation_volts: float
+    lvdt_gain: float
+    lvdt_offset: float
+    spin_axis_moment: bool
+
+
+@dataclass(frozen=True)
+class EncoderConfig:
+    """Counts per turn; road encoder optional."""
+
+    plank_counts_per_turn: int
+    wheel_counts_per_turn: int
+    steer_counts_per_turn: int
+    camber_counts_per_turn: int
+    road_encoder_fitted: bool
+    road_counts_per_turn: int
+    road_encoder_radius: float
+    steer_on_hub: bool = False
+    """the steering encoder sits on the hub, beyond the play of the worm"""
+
+
+@dataclass(frozen=True)
+class CleatConfig:
+    """An obstacle screwed onto the road; height 0: none."""
+
+    height: float = 0.0
+    length: float = 0.01
+    position: float = 2.0
+    """machine position of its middle [m]"""
+
+
+@dataclass(frozen=True)
+class SolverConfig:
+    """Discretisation."""
+
+    bristle_spacing: float
+    tire_step: float
+    drive_step: float
+
+
+@dataclass(frozen=True)
+class PlantConfig:
+    """The whole simulated bench; `PlantConfig.load` reads it from the packaged files."""
+
+    tire: TireConfig
+    plank: PlankConfig
+    axes: AxesConfig
+    wheel_drive: WheelDriveConfig
+    servos: Mapping[str, ServoConfig]
+    hub: HubConfig
+    encoders: EncoderConfig
+    solver: SolverConfig
+    cleat: CleatConfig = CleatConfig()
+    driven_axes: tuple[str, ...] = ("wheel",)
+    command_delay_cycles: int = 2
+    watchdog_cycles: int = 15
+    defects: Mapping[str, Defect] = field(default_factory=dict)
+
+    @staticmethod
+    def load(
+        tire: str = "toyo",
+        preset: str | None = None,
+        overrides: Mapping[str, Any] | None = None,
+        file: str | Path | None = None,
+    ) -> PlantConfig:
+        """Packaged machine and tire (a name or a file), then preset, then file, then overrides.
+
+        Overrides are nested or dotted: {"plank.road_length": 3.0, "defects": {"road_play": {"gap":
+        1e-3}}}; a defect set to None is switched off.
+        """
+        data = _packaged("machine")
+        data["tire"] = _tire(tire)
+        where = "plant"
+        if preset:
+            data = merge(data, _packaged(preset, "preset"))
+            where += f" with preset {preset}"
+        if file:
+            data = merge(data, undot(read_yaml(Path(file))))
+            where = str(file)
+        if overrides:
+            data = merge(data, undot(overrides))
+        return PlantConfig.from_plain(data, where)
+
+    @staticmethod
+    def from_plain(data: Mapping[str, Any], where: str = "plant") -> PlantConfig:
+        """From nested plain data; the inverse of `to_plain`."""
+        data = dict(data)
+        defects = data.pop("defects", None) or {}
+        servos = data.pop("servos", None) or {}
+        for name in servos:
+            if name not in AXES:
+                raise PlantConfigError(
+                    f"{where}: servos: unknown axis '{name}'{nearest(name, AXES)}"
+                )
+        built = {k: build(ServoConfig, v, f"{where}: servos: {k}") for k, v in servos.items()}
+        data["servos"] = built
+        data["defects"] = build_defects(defects, f"{where}: defects")
+        config = build(PlantConfig, data, where)
+        config.check(where)
+        return config
+
+    def to_plain(self) -> dict[str, Any]:
+        """Plain data for YAML."""
+        return to_plain(self)
+
+    def check(self, where: str) -> None:
+        """Values that do not fit together."""
+        for axis in self.driven_axes:
+            if axis not in AXES:
+                raise PlantConfigError(
+                    f"{where}: driven_axes: unknown '{axis}'{nearest(axis, AXES)}"
+                )
+            if axis not in self.servos:
+                raise PlantConfigError(f"{where}: driven_axes: '{axis}' has no entry under servos")
+        if len(self.wheel_drive.friction_speed) != len(self.wheel_drive.friction_torque):
+            raise PlantConfigError(
+                f"{where}: wheel_drive: friction_speed and friction_torque differ in length"
+            )
+        if self.solver.bristle_spacing <= 0.0 or self.tire.contact_half_length <= 0.0:
+            raise PlantConfigError(
+                f"{where}: bristle_spacing and contact_half_length must be above 0 m"
+            )
+        if self.command_delay_cycles < 0:
+            raise PlantConfigError(f"{where}: command_delay_cycles must not be negative")
+
+
+@cache
+def config_folder() -> Path:
+    """config/plant beside the sources, or share/flatplank_sim/config/plant of an installed
+    workspace.
+    """
+    here = Path(__file__).resolve()
+    places = [here.parents[2] / "config" / "plant"]
+    places += [p / "share" / "flatplank_sim" / "config" / "plant" for p in here.parents]
+    for place in places:
+        if (place / "machine.yaml").is_file():
+            return place
+    raise PlantConfigError(
+        f"{here}: no config/plant/machine.yaml; build the workspace with colcon"
+    )
+
+
+def _packaged(name: str, kind: str = "file") -> dict[str, Any]:
+    path = config_folder() / f"{name}.yaml"
+    if not path.is_file():
+        known = [p.stem for p in config_folder().glob("*.yaml")]
+        raise PlantConfigError(f"plant: unknown {kind} '{name}'{nearest(name, known)}")
+    return read_yaml(path)
+
+
+def _tire(name: str) -> dict[str, Any]:
+    if Path(name).suffix in (".yaml", ".yml"):
+        return read_yaml(Path(name))
+    path = config_folder() / "tires" / f"{name}.yaml"
+    if not path.is_file():
+        raise PlantConfigError(f"plant: unknown tire '{name}'{nearest(name, tires())}")
+    return read_yaml(path)
+
+
+def tires() -> tuple[str, ...]:
+    """Names of the packaged tires."""
+    return tuple(sorted(p.stem for p in (config_folder() / "tires").glob("*.yaml")))

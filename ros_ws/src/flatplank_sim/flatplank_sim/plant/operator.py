@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The operator's switches and handwheels. All take effect at the next cycle, the axes move at
+their own speed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from flatplank_sim.plant import layout
+from flatplank_sim.plant.config import PlantConfig
+
+MAX_CLEAT = 0.03
+"""[m]"""
+
+
+class OperatorView(NamedTuple):
+    """What the operator sees without any sensor of the bench."""
+
+    plank_position: float
+    """machine position, 0 at rest before the trigger [m]"""
+    plank_moving: bool
+    axle_height: float
+    """[m]"""
+    load_reached: bool
+    """no loading is under way"""
+    at_target: bool
+    """axle, steering and cambers are where they were sent"""
+    pressure: float
+    """[bar]"""
+    emergency_stop: bool
+    flexplates: bool
+    runs: int
+    """times that the plank passed the trigger forwards"""
+
+
+class Operator:
+    """Methods change what the plant does from the next step on; a value that cannot be is refused
+    by ValueError.
+    """
+
+    def __init__(
+        self,
+        config: PlantConfig,
+        state: np.ndarray,
+        wishes: np.ndarray,
+        machine: np.ndarray,
+        road_map: np.ndarray,
+    ) -> None:
+        self._c, self._s, self._op, self._m = config, state, wishes, machine
+        self._map = road_map
+
+    def plank(self, direction: int, fast: bool | None = None, stop_at: float = math.nan) -> None:
+        """Switch to forward (1), stop (0) or reverse (-1); optionally the speed switch and
+        `plank_stop_at`.
+        """
+        if direction not in (-1, 0, 1):
+            raise ValueError(f"plank: direction {direction} is not -1, 0 or 1")
+        if not math.isnan(stop_at):
+            _within(
+                "plank: stop_at",
+                stop_at,
+                -self._c.plank.rear_limit,
+                self._c.plank.road_length,
+                "m",
+            )
+        if fast is not None:
+            self.fast(fast)
+        self._op["use_stop"] = 0 if math.isnan(stop_at) else 1
+        self._op["stop_position"] = 0.0 if math.isnan(stop_at) else stop_at
+        self._op["direction"] = int(direction)
+
+    def plank_stop_at(self, position: float) -> None:
+        """The switch goes to stop by itself so that the plank rests at this machine position
+        [m].
+        """
+        _within(
+            "plank_stop_at", position, -self._c.plank.rear_limit, self._c.plank.road_length, "m"
+        )
+        self._op["use_stop"], self._op["stop_position"] = 1, position
+
+    def fast(self, on: bool) -> None:
+        """Speed switch: fast (0.03092 m/s) or slow (0.0015 m/s)."""
+        self._op["fast"] = int(bool(on))
+
+    def axle_height(self, height: float) -> None:
+        """Send the axle to a height over the road [m]."""
+        _within("axle_height", height, self._c.axes.lowest_axle, self._c.axes.highest_axle, "m")
+        self._op["load_mode"], self._op["height"] = 0, height
+
+    def load_to(self, fz: float) -> None:
+        """Lower the axle until the load is reached [N]; the height then stays."""
+        _within("load_to", fz, 1.0, 20000.0, "N")
+        self._op["load"], self._op["load_mode"] = fz, 1
+
+    def unload(self) -> None:
+        """Lift the wheel off the road."""
+        self.axle_height(self._c.tire.free_radius + self._c.axes.clearance)
+
+    def steer(self, angle: float) -> None:
+        """Steering by the protractor [rad], counted as the side slip angle: fy < 0 for a positive
+        angle.
+        """
+        limit = math.radians(self._c.axes.steer_limit_deg)
+        _within("steer", angle, -limit, limit, "rad")
+        self._op["steer"] = angle
+
+    def lateral(self, position: float) -> None:
+        """Handwheel of the hub: to the left of the middle of the road [m]."""
+        limit = self._c.axes.lateral_limit
+        _within("lateral", position, -limit, limit, "m")
+        self._op["lateral"] = position
+
+    def wheel_camber(self, angle: float) -> None:
+        """Camber of the hub [rad]."""
+        self._camber("wheel_camber", angle)
+
+    def road_camber(self, angle: float) -> None:
+        """Camber of the road [rad]."""
+        self._camber("road_camber", angle)
+
+    def _camber(self, name: str, angle: float) -> None:
+        limit = math.radians(self._c.axes.camber_limit_deg)
+        _within(name, angle, -limit, limit, "rad")
+        self._op[name] = angle
+
+    def pressure(self, bar: float) -> None:
+        """Tire inflation pressure [bar]."""
+        _within("pressure", bar, 0.5, 6.0, "bar")
+        self._op["pressure"] = bar
+
+    def cleat(self, height: float) -> None:
+        """Fasten a cleat of this height [m] on the road where the configuration has its place; 0
+        takes it off."""
+        _within("cleat", height, 0.0, MAX_CLEAT, "m")
+        if height and self._s["fz"][0] > 0.0:
+            raise ValueError("cleat: the tire stands on the road; unload it first")
+        x = np.arange(len(self._map)) * layout.MAP_STEP - layout.MAP_START
+        c = self._c.cleat
+        reach = 0.5 * c.length + self._c.tire.contact_half_length
+        u = np.clip((x - c.position) / reach, -1.0, 1.0)
+        self._map[:, 2] = 0.5 * height * (1.0 + np.cos(np.pi * u))
+        self._m["mapped"] = 1
+
+    def emergency_stop(self, pressed: bool = True) -> None:
+        """Mushroom button: the plank stops, driven axes other than the wheel quick-stop."""
+        self._op["estop"] = int(bool(pressed))
+        if pressed:
+            self._op["direction"] = 0
+
+    def flexplates(self, connected: bool) -> None:
+        """Connect the wheel to its drive, or let it roll freely; only at rest."""
+        s = self._s
+        joined = bool(s["joined"][0] > 0.0)
+        if joined == bool(connected):
+            return
+        if abs(s["speed"][0]) > 0.0 or abs(s["omega"][0]) > 1e-3:
+            raise ValueError("flexplates: plank and wheel must rest; stop them first")
+        if connected:
+            s["offset"] = s["motor"] - self._m["gear"] * s["theta"]
+        s["joined"] = 1.0 if connected else 0.0
+        self._op["flexplates"] = int(bool(connected))
+
+    @property
+    def view(self) -> OperatorView:
+        """What can be seen at the machine."""
+        s, op = self._s[0], self._op[0]
+        wanted = ("height", "lateral", "steer", "wheel_camber", "road_camber")
+        return OperatorView(
+            float(s["plank"]),
+            bool(s["pinion_velocity"] != 0.0),
+            float(s["height"]),
+            not op["load_mode"],
+            not op["load_mode"] and all(abs(s[n] - op[n]) < 1e-9 for n in wanted),
+            float(s["pressure"]),
+            bool(op["estop"]),
+            bool(op["flexplates"]),
+            int(s["run"]),
+        )
+
+
+def _within(what: str, value: float, low: float, high: float, unit: str) -> None:
+    if not low <= value <= high:
+        raise ValueError(f"{what}: {value} {unit} is outside {low:g} .. {high:g} {unit}")

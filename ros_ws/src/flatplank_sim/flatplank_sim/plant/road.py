@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The kinematic chain from the operator's switches to the road under the tire."""
+
+from __future__ import annotations
+
+import math
+
+from flatplank_sim.plant.compiling import inner
+from flatplank_sim.plant.tire import place
+
+TURN = 2.0 * math.pi
+
+
+@inner
+def ramp(value, target, most):
+    return value + min(max(target - value, -most), most)
+
+
+@inner
+def switch_speed(m, s, op):
+    """Speed that the plank's switches ask for [m/s]; the switch goes to stop by itself at
+    stop_position.
+    """
+    if op.estop or op.direction == 0:
+        return 0.0
+    speed = m.slow
+    if op.fast:
+        speed = m.fast if op.direction > 0 else m.return_speed
+    speed *= 1.0 + m.speed_error
+    if op.use_stop:
+        left = (op.stop_position - s.plank) * op.direction
+        if left < 2e-5:
+            op.direction = 0
+            return 0.0
+        speed = min(speed, math.sqrt(1.8 * m.acceleration * left))
+    return speed * op.direction
+
+
+@inner
+def plank_speed(m, s, op, dt):
+    """Mean plank speed by the pinion [m/s]: ramp, limit switches, droop under the tire force."""
+    goal = switch_speed(m, s, op)
+    most = (m.estop_deceleration if op.estop else m.acceleration) * dt
+    if s.limit_front and goal > 0.0 or s.limit_rear and goal < 0.0:
+        goal = 0.0
+        op.direction = 0
+        most = m.estop_deceleration * dt
+    before = s.speed
+    s.speed = ramp(before, goal, most)
+    return 0.5 * (before + s.speed) * (1.0 + m.droop * s.push)
+
+
+@inner
+def rack_gap(m, s, stiffness, v_pinion, dt):
+    """Backlash of the rack: the plank runs ahead when the tire pushes harder than its bearings
+    resist.
+    """
+    if m.rack_gap <= 0.0:
+        return 0.0
+    free = 0.0
+    if s.push > m.rack_friction:
+        free = (s.push - m.rack_friction) / m.gap_damping
+    elif s.push < -m.rack_friction:
+        free = (s.push + m.rack_friction) / m.gap_damping
+    step = (free - v_pinion) * dt / (1.0 + stiffness * dt / m.gap_damping)
+    before = s.w_rack
+    s.w_rack = min(max(before + step, 0.0), m.rack_gap)
+    return s.w_rack - before
+
+
+@inner
+def slack(w, gap, friction, damping, push, stiffness, dt):
+    """New position in a gap of a part that dry friction holds in its carrier and `push` [N]
+    moves.
+    """
+    if gap <= 0.0:
+        return w
+    free = 0.0
+    if push > friction:
+        free = push - friction
+    elif push < -friction:
+        free = push + friction
+    return min(max(w + free / (stiffness + damping / dt), 0.0), gap)
+
+
+@inner
+def mesh(m, x):
+    """Error of rack and pinion [m] at pinion travel x: a tooth and a turn."""
+    return m.mesh_tooth * math.sin(
+        TURN * x / m.mesh_pitch + m.mesh_phase
+    ) + m.mesh_turn * math.sin(x / m.pinion_radius + m.mesh_phase)
+
+
+@inner
+def move_road(m, s, ts, v_pinion, dt):
+    """Travel of the road along the plank and across it in this step [m]."""
+    cos = math.cos(s.alpha)
+    sin = math.sin(s.alpha)
+    s.push = ts.fx * cos + ts.fy * sin
+    stiffness = ts.gx * cos * cos + ts.gy * sin * sin
+    s.pinion += v_pinion * dt
+    s.pinion_velocity = v_pinion
+    rack_gap(m, s, stiffness, v_pinion, dt)
+    s.plank = s.pinion * (1.0 + m.scale_error) + mesh(m, s.pinion) - mesh(m, 0.0) + s.w_rack
+    s.w_road = slack(s.w_road, m.road_gap, m.road_friction, m.gap_damping, s.push, stiffness, dt)
+    road = s.plank + s.w_road
+    step = road - s.road
+    s.road = road
+    side = ts.fx * sin - ts.fy * cos
+    s.w_y = slack(s.w_y, m.support_gap_y, m.support_friction, m.gap_damping, side, ts.gy, dt)
+    y = s.w_y - s.lateral
+    if m.wander != 0.0:
+        y += m.wander * math.sin(TURN * s.plank / m.wander_period + m.wander_phase)
+    side_step = y - s.y_road
+    s.y_road = y
+    return step, side_step
+
+
+@inner
+def steer_hub(m, s, ts, dt):
+    """Turn of the hub about z within the play of the worm; returns the change of alpha [rad]."""
+    if m.steer_play > 0.0:
+        moment = ts.mz + ts.fx * m.steer_arm
+        free = 0.0
+        if moment > m.steer_friction:
+            free = moment - m.steer_friction
+        elif moment < -m.steer_friction:
+            free = moment + m.steer_friction
+        half = 0.5 * m.steer_play
+        # a positive moment turns the wheel to the left, which lowers alpha
+        s.steer_play = min(max(s.steer_play - free / m.steer_damping * dt, -half), half)
+    alpha = s.steer + m.steer_error + s.steer_play
+    change = alpha - s.alpha
+    s.alpha = alpha
+    return change
+
+
+@inner
+def surface(road_map, x, column):
+    """Linear interpolation in the road map."""
+    f = (x + 0.2) * 500.0
+    k = place(x, road_map.shape[0] - 1)
+    w = min(max(f - k, 0.0), 1.0)
+    return road_map[k, column] * (1.0 - w) + road_map[k + 1, column] * w
+
+
+@inner
+def vertical_load(m, s, p, ts, road_map):
+    """Load [N] from the axle height: run-out, undulation, play of the support, load change under
+    fx.
+    """
+    deflection = p.r0 - s.height
+    if m.runout != 0.0:
+        deflection += m.runout * math.cos(s.theta - m.runout_phase)
+    if m.mapped:
+        deflection += surface(road_map, s.road, 1) + surface(road_map, s.road, 2)
+    if m.support_gap_z > 0.0:
+        share = (s.fz - m.support_from) / (m.support_to - m.support_from)
+        share = min(max(share, 0.0), 1.0)
+        deflection -= m.support_gap_z * share * share * (3.0 - 2.0 * share)
+    s.slope_force = 0.0
+    if deflection <= 0.0:
+        return 0.0
+    fz = p.cz * (s.pressure / p.p0) ** p.cz_p * deflection
+    fz *= 1.0 + ts.fx * (m.load_drive if ts.fx > 0.0 else m.load_brake)
+    if m.nu1 != 0.0 or m.nu2 != 0.0 or m.nu3 != 0.0:
+        fz += uniformity(m, s.theta)
+    if m.mapped:
+        rise = surface(road_map, s.road + 1e-3, 2) - surface(road_map, s.road - 1e-3, 2)
+        s.slope_force = -fz * rise / 2e-3
+    return max(fz, 0.0)
+
+
+@inner
+def uniformity(m, theta):
+    """Radial force variation of the tire [N]: orders 1 to 3 of the wheel angle."""
+    return (
+        m.nu1 * math.cos(theta - m.nu_phase)
+        + m.nu2 * math.cos(2.0 * theta - 2.0 * m.nu_phase)
+        + m.nu3 * math.cos(3.0 * theta - 3.0 * m.nu_phase)
+    )
+
+
+@inner
+def rolling_radius(m, s, p, ts):
+    """Effective rolling radius of the moment [m], with what varies over a turn."""
+    re = ts.re
+    if m.runout_rolling != 0.0:
+        re += m.runout_rolling * math.cos(s.theta - m.runout_phase)
+    if m.nu_rolling != 0.0 and s.fz > 0.0:
+        re += m.nu_rolling * uniformity(m, s.theta)
+    return re
+
+
+@inner
+def operator_axes(m, s, op, p, dt):
+    """Axle height, steering, cambers and pressure go where the operator wants them, at their
+    speeds.
+    """
+    if op.load_mode:
+        missing = op.load - s.fz
+        stiffness = p.cz * (s.pressure / p.p0) ** p.cz_p
+        step = (
+            min(max(m.load_gain * missing / stiffness, -m.vertical_speed), m.vertical_speed) * dt
+        )
+        if s.height > p.r0:
+            step = min(m.vertical_speed * dt, max(s.height - p.r0, 1e-6))
+        if abs(missing) < 0.5:
+            op.load_mode, step = 0, 0.0
+        s.height = min(max(s.height - step, m.height_min), m.height_max)
+        op.height = s.height
+    else:
+        s.height = ramp(s.height, op.height, m.vertical_speed * dt)
+    s.steer = ramp(s.steer, op.steer, m.steer_speed * dt)
+    s.wheel_camber = ramp(s.wheel_camber, op.wheel_camber, m.camber_speed * dt)
+    s.road_camber = ramp(s.road_camber, op.road_camber, m.camber_speed * dt)
+    s.lateral = ramp(s.lateral, op.lateral, m.vertical_speed * dt)
+    s.pressure = op.pressure

@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The twin's cycles as columns of messages, topic by topic, as the nodes would have said them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flatplank_hw.bus.image import AXES
+from flatplank_hw.drive import REASONS
+from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample
+from flatplank_sim.twin.twin import Cycle
+
+CHANNELS = 6
+WHOLE = (
+    "plank_counts",
+    "wheel_counts",
+    "steer_counts",
+    "camber_counts",
+    "road_counts",
+    "digital",
+)
+"""per cycle, whole numbers"""
+JOINTS = ("plank", "wheel", "steer", "road_camber")
+
+
+class TopicColumns(NamedTuple):
+    """How a topic is filled."""
+
+    fixed: Callable[[int], Mapping[str, Any]]
+    """texts and lengths, for batches of n cycles"""
+    pick: Callable[[Cycle], Any]
+    """the sample of a cycle; None: the topic is silent"""
+    columns: Callable[[list[Any]], Mapping[str, Any]]
+    texts: Callable[[Any], Mapping[str, str]] | None = None
+    """of one sample, where they are not the same all the time"""
+
+
+def _array(samples: Sequence[Any]) -> np.ndarray:
+    return np.array(samples, dtype=np.float64)
+
+
+def _bus_fixed(n: int) -> dict[str, Any]:
+    per_cycle = ["lvdt_volts", *WHOLE]
+    per_axis = ["status_word", "mode_display", "position", "velocity", "torque", "error_code"]
+    return {
+        "header.frame_id": "bus",
+        "bridge_volts": CHANNELS * n,
+        **dict.fromkeys(per_cycle, n),
+        **dict.fromkeys(per_axis, len(AXES) * n),
+    }
+
+
+def _bus(batches: list[tuple]) -> dict[str, Any]:
+    n = len(batches[0])
+    images = [image for batch in batches for image in batch]
+    rows = len(batches)
+    out: dict[str, Any] = {
+        "cycle": [batch[-1].cycle for batch in batches],
+        "count": n,
+        "health": [batch[-1].health for batch in batches],
+        "bridge_volts": _array([i.bridge_volts for i in images]).reshape(rows, -1),
+        "lvdt_volts": _array([i.lvdt_volts for i in images]).reshape(rows, n),
+    }
+    for name in WHOLE:
+        out[name] = np.array([getattr(i, name) for i in images]).reshape(rows, n)
+    axes = np.array([axis for i in images for axis in i.axes], dtype=np.int64)
+    names = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
+    for k, name in enumerate(names):
+        out[name] = axes[:, k].reshape(rows, -1)
+    return out
+
+
+def _outputs(commands: list) -> dict[str, Any]:
+    rows = np.array(commands, dtype=np.int64)
+    return {name: rows[:, k] for k, name in enumerate(commands[0]._fields)}
+
+
+def _wrench(samples: list) -> dict[str, Any]:
+    rows = _array(samples)
+    names = [f"wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz"]
+    return {name: rows[:, k] for k, name in enumerate(names)}
+
+
+def _fields(cls: type, leave: tuple[str, ...] = ("stamp_ns",)) -> Callable[[list], dict[str, Any]]:
+    names = [n for n in cls._fields if n not in leave]
+    return lambda samples: {n: np.array([getattr(s, n) for s in samples]) for n in names}
+
+
+def _encoder_joints(samples: list[EncoderSample]) -> dict[str, Any]:
+    return {
+        "position": _array(
+            [(s.plank_position, s.wheel_angle, s.steer_angle, s.road_camber) for s in samples]
+        ),
+        "velocity": _array([(s.plank_velocity, s.wheel_velocity, 0.0, 0.0) for s in samples]),
+    }
+
+
+def _drive_joints(samples: list[DriveSample]) -> dict[str, Any]:
+    return {
+        "position": _array([(s.position,) for s in samples]),
+        "velocity": _array([(s.velocity,) for s in samples]),
+        "effort": _array([(s.torque,) for s in samples]),
+    }
+
+
+def _reference(samples: list) -> dict[str, Any]:
+    return {
+        "cycle": [r.cycle for r in samples],
+        "source": SOURCES.index(samples[0].source),
+        "value": _array([r.value for r in samples]),
+        "valid": [r.valid for r in samples],
+    }
+
+
+def _inside(source: str) -> Callable[[Cycle], Any]:
+    def pick(cycle: Cycle) -> Any:
+        reference = cycle.reference
+        return (cycle, cycle.inside) if reference and reference.source == source else None
+
+    return pick
+
+
+def _inside_columns(pairs: list) -> dict[str, Any]:
+    names = pairs[0][1]._fields
+    out: dict[str, Any] = {n: np.array([getattr(s, n) for _, s in pairs]) for n in names}
+    out["cycle"] = [cycle.encoders.cycle for cycle, _ in pairs]
+    return out
+
+
+def _frame(frame: str, /, **lengths: Any) -> Callable[[int], Mapping[str, Any]]:
+    return lambda _n: {"header.frame_id": frame, **lengths}
+
+
+TOPICS: dict[str, TopicColumns] = {
+    "/bus/inputs": TopicColumns(_bus_fixed, lambda c: c.batch, _bus),
+    "/bus/outputs": TopicColumns(_frame("wheel"), lambda c: c.command, _outputs),
+    "/measurement_hub/wrench_wheel": TopicColumns(
+        _frame("wheel_center"), lambda c: c.hub.wheel, _wrench
+    ),
+    "/measurement_hub/wrench_contact": TopicColumns(
+        _frame("contact_point"), lambda c: c.hub.contact, _wrench
+    ),
+    "/measurement_hub/state": TopicColumns(
+        _frame("contact_point"),
+        lambda c: c.hub,
+        _fields(HubSample, ("stamp_ns", "wheel", "contact")),
+    ),
+    "/encoders/state": TopicColumns(_frame("bus"), lambda c: c.encoders, _fields(EncoderSample)),
+    "/encoders/joint_states": TopicColumns(
+        _frame("", name=list(JOINTS), position=4, velocity=4),
+        lambda c: c.encoders,
+        _encoder_joints,
+    ),
+    "/wheel_drive/status": TopicColumns(
+        _frame("wheel"),
+        lambda c: c.drive,
+        _fields(DriveSample),
+        lambda sample: {"stop_text": REASONS[sample.stop_reason]},
+    ),
+    "/wheel_drive/joint_states": TopicColumns(
+        _frame("", name=["wheel"], position=1, velocity=1, effort=1),
+        lambda c: c.drive,
+        _drive_joints,
+    ),
+    "/wheel_drive/reference": TopicColumns(
+        lambda _n: {},
+        lambda c: c.reference,
+        _reference,
+    ),
+    "/slip_sequencer/state": TopicColumns(_frame(""), _inside("slip"), _inside_columns),
+    "/free_rolling_controller/state": TopicColumns(
+        _frame(""), _inside("free_rolling"), _inside_columns
+    ),
+}
+"""In the order in which messages of one stamp are written."""
+
+
+def table_columns(cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
+    """Columns of a measurement table (units and axes as in the table's own definition)."""
+    encoders = [c.encoders for c in cycles]
+    wrench = _array([c.hub.contact for c in cycles])
+    out = {
+        "time": np.array([e.stamp_ns for e in encoders]) * 1e-9,
+        "plank_position": _array([e.plank_position for e in encoders]),
+        "plank_velocity": _array([e.plank_velocity for e in encoders]),
+        "wheel_angle": _array([e.wheel_angle for e in encoders]),
+        "wheel_velocity": _array([e.wheel_velocity for e in encoders]),
+        "motor_velocity": _array([e.motor_velocity for e in encoders]),
+        "motor_torque": _array([c.drive.torque for c in cycles]),
+    }
+    for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz")):
+        out[name] = wrench[:, k]
+    out["loaded_radius"] = _array([c.hub.loaded_radius for c in cycles])
+    out["motion_trigger"] = _array([e.trigger for e in encoders])
+    out["steer_angle"] = _array([e.steer_angle for e in encoders])
+    out["road_camber"] = _array([e.road_camber for e in encoders])
+    out["total_camber"] = _array([c.hub.total_camber for c in cycles])
+    return out

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the twin keeps of a measurement: the same bag as the recorder's, or a measurement table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from flatplank_analysis.data import MeasurementTable
+from flatplank_analysis.data.exporters import EXPORTERS
+from flatplank_analysis.data.info import info_from_dict
+from flatplank_control.recording.cdr_layout import CdrLayout
+from flatplank_control.recording.run_record import RunRecord
+from flatplank_control.recording.session import RecordingSession
+from flatplank_control.recording.twin_writer import TwinWriter
+from flatplank_control.topics import RECORDED
+from flatplank_sim.twin.columns import TOPICS, TopicColumns, table_columns
+from flatplank_sim.twin.twin import Cycle
+
+FLUSH_EVERY = 500
+"""cycles"""
+PRE_TRIGGER = 2.0
+"""[s], as the recorder node"""
+_TYPES = {spec.name: spec.type for spec in RECORDED}
+
+
+class RunLog(Protocol):
+    """Keeps one run."""
+
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None: ...
+
+    def add(self, cycle: Cycle) -> None: ...
+
+    def stop(self, status: str, notes: str) -> Path: ...
+
+
+class BagLog:
+    """A rosbag2 bag per run, written as the recorder node writes it."""
+
+    def __init__(self, folder: Path) -> None:
+        self._session = RecordingSession(folder, RECORDED, pre_trigger=PRE_TRIGGER)
+        self._cycles: list[Cycle] = []
+        self._writer: TwinWriter | None = None
+        self._layouts: dict[Any, CdrLayout] = {}
+
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
+        self._session.start(record, stamp_ns, at_once=at_once)
+
+    def add(self, cycle: Cycle) -> None:
+        self._cycles.append(cycle)
+        if len(self._cycles) >= FLUSH_EVERY:
+            self._flush()
+
+    def stop(self, status: str, notes: str) -> Path:
+        self._flush()
+        self._writer = None
+        self._session.stop(status, reason=notes)
+        assert self._session.path is not None
+        return self._session.path
+
+    def _flush(self) -> None:
+        cycles, self._cycles = self._cycles, []
+        if not cycles:
+            return
+        if self._writer is None:
+            self._writer = TwinWriter(self._session, layouts(len(cycles[0].batch)))
+        period = _period(cycles)
+        for topic, how in TOPICS.items():
+            spoken = [(c, sample) for c in cycles if (sample := how.pick(c)) is not None]
+            for layout, some in self._by_texts(topic, how, spoken):
+                columns: dict[str, Any] = dict(how.columns([sample for _, sample in some]))
+                if topic == "/bus/inputs":
+                    columns["period_ns"] = period
+                stamps = np.array([c.encoders.stamp_ns for c, _ in some])
+                self._writer.add(topic, stamps, columns, layout)
+        self._writer.flush()
+
+    def _by_texts(
+        self, topic: str, how: TopicColumns, spoken: list[tuple[Cycle, Any]]
+    ) -> Iterator[tuple[CdrLayout | None, list[tuple[Cycle, Any]]]]:
+        """Messages whose texts agree have one layout; None: the topic's own."""
+        if how.texts is None:
+            if spoken:
+                yield None, spoken
+            return
+        groups: dict[tuple[tuple[str, str], ...], list[tuple[Cycle, Any]]] = {}
+        for pair in spoken:
+            groups.setdefault(tuple(how.texts(pair[1]).items()), []).append(pair)
+        for texts, some in groups.items():
+            key = (topic, texts)
+            if key not in self._layouts:
+                fixed = {**how.fixed(len(some[0][0].batch)), **dict(texts)}
+                self._layouts[key] = CdrLayout(_TYPES[topic], fixed)
+            yield self._layouts[key], some
+
+
+class TableLog:
+    """A measurement table per run; `suffix` chooses the format."""
+
+    def __init__(self, folder: Path, suffix: str = ".parquet") -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder, self._suffix = folder, suffix
+        self._cycles: list[Cycle] = []
+        self._record: RunRecord | None = None
+
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
+        self._record, self._cycles = record, []
+
+    def add(self, cycle: Cycle) -> None:
+        self._cycles.append(cycle)
+
+    def stop(self, status: str, notes: str) -> Path:
+        assert self._record is not None
+        record = self._record.with_changes(status=status, stop_reason=notes)
+        path = self._folder / f"{record.name}{self._suffix}"
+        columns = _since_trigger(table_columns(self._cycles))
+        info, _ = info_from_dict(_known(record.to_dict()), str(path))
+        EXPORTERS[self._suffix](MeasurementTable(columns, info), path)
+        self._cycles = []
+        return path
+
+
+def layouts(batch: int) -> dict[str, CdrLayout]:
+    """Layouts of the recorded topics for batches of n cycles."""
+    return {topic: CdrLayout(_TYPES[topic], how.fixed(batch)) for topic, how in TOPICS.items()}
+
+
+def _period(cycles: list[Cycle]) -> int:
+    batch = cycles[0].batch
+    if len(batch) > 1:
+        return batch[1].stamp_ns - batch[0].stamp_ns
+    return cycles[-1].encoders.stamp_ns // cycles[-1].encoders.cycle
+
+
+def _since_trigger(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """From the motion trigger on, as the reader of bags does."""
+    rising = np.flatnonzero(np.diff(columns["motion_trigger"]) > 0.5)
+    first = int(rising[0]) + 1 if rising.size else 0
+    return {name: values[first:] for name, values in columns.items()}
+
+
+def _known(record: Mapping[str, Any]) -> dict[str, Any]:
+    return {k: v for k, v in record.items() if v is not None and k != "format"}

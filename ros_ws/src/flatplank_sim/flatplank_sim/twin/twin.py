@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole bench in one process without ROS: the same cores in the same order, bit for bit the
+same.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_hw.bus.image import AxisCommand, BusInputs
+from flatplank_hw.drive import AxisDrive, DriveParameters
+from flatplank_hw.encoders import EncoderParameters, Encoders
+from flatplank_hw.hub import HubParameters, MeasurementHub
+from flatplank_hw.params import from_mapping, to_mapping
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
+from flatplank_sim.plant import Plant, PlantConfig
+from flatplank_sim.twin.axes import TwinAxis, make_axis
+
+
+class Cycle(NamedTuple):
+    """All that one cycle (or batch) says, in the order of the topics."""
+
+    batch: tuple[BusInputs, ...]
+    hub: HubSample
+    encoders: EncoderSample
+    reference: Reference | None
+    inside: Any
+    """state of the source that made the reference"""
+    command: AxisCommand
+    drive: DriveSample
+
+
+class Twin:
+    """Plant, hub, encoders, sources and wheel drive, stepped as the lock-stepped graph steps
+    them.
+    """
+
+    def __init__(self, setup: BenchSetup) -> None:
+        def make(cls: type, name: str) -> Any:
+            node = next(n for n in setup.nodes() if n.name == name)
+            return from_mapping(cls, setup.of(node), name)
+
+        bus = setup.of(setup.nodes()[-1])
+        config = PlantConfig.load(
+            bus["tire"],
+            preset=bus["preset"] or None,
+            file=bus["config"] or None,
+            overrides={"driven_axes": ["wheel", *setup.axes]} if setup.axes else None,
+        )
+        self.setup = setup
+        self.plant = Plant(config, bus["seed"], bus["rate_hz"])
+        self.hub = MeasurementHub(make(HubParameters, "measurement_hub"))
+        self.encoders = Encoders(make(EncoderParameters, "encoders"))
+        self.drive = AxisDrive(make(DriveParameters, "wheel_drive"))
+        self.controller = FreeRollingController(
+            make(FreeRollingParameters, "free_rolling_controller")
+        )
+        self.sequencer = SlipSequencer(make(SequencerParameters, "slip_sequencer"))
+        self.sources = {"slip": self.sequencer, "free_rolling": self.controller}
+        self.source: SlipSequencer | FreeRollingController | None = None
+        self.axes: dict[str, TwinAxis] = {axis: make_axis(setup, axis) for axis in setup.axes}
+        self.batch = setup.batch
+        self.latest: Cycle | None = None
+        self._commands: tuple[AxisCommand, ...] = ()
+
+    def in_force(self) -> dict[str, dict[str, Any]]:
+        """node -> parameters as they are now."""
+        cores = {
+            "measurement_hub": self.hub,
+            "encoders": self.encoders,
+            "wheel_drive": self.drive,
+            "free_rolling_controller": self.controller,
+            "slip_sequencer": self.sequencer,
+        }
+        found = {name: to_mapping(core.parameters) for name, core in cores.items()}
+        bus = self.setup.nodes()[-1]
+        return {**found, bus.name: self.setup.of(bus)}
+
+    def set_mode(self, mode: str, value: float):
+        """Operation mode of the wheel drive; the source of the mode begins anew."""
+        done = self.drive.set_operation_mode(mode, value)
+        if done.accepted:
+            source = self.sources.get(mode)
+            if source is not None and source is not self.source:
+                source.reset()
+            self.source = source
+        return done
+
+    def move_to(self, angle: float):
+        """Turn the wheel to an angle [rad]; the drive goes to position mode."""
+        done = self.drive.move_to(angle)
+        if done.accepted:
+            self.source = None
+        return done
+
+    def cycle(self) -> Cycle:
+        """One batch of bus cycles through the whole chain."""
+        plant, hub, encoders = self.plant, self.hub, self.encoders
+        commands = self._commands
+        batch = tuple([plant.step(commands) for _ in range(self.batch)])
+        for inputs in batch:
+            hub_sample = hub.step(inputs)
+            encoder_sample = encoders.step(inputs)
+        source = self.source
+        reference = inside = None
+        if source is not None:
+            if isinstance(source, FreeRollingController):
+                reference = source.step(hub_sample, encoder_sample)
+            else:
+                reference = source.step(encoder_sample)
+            inside = source.state
+        if source is not self.sequencer:
+            # as the node does: requests are judged by where the plank is now
+            self.sequencer.watch(encoder_sample.plank_position, encoder_sample.cycle)
+        command, drive_sample = self.drive.step(inputs, encoder_sample, hub_sample, reference)
+        if self.axes:
+            others = [a.step(inputs, encoder_sample, hub_sample) for a in self.axes.values()]
+            self._commands = (command, *others)
+        else:
+            self._commands = (command,)
+        self.latest = Cycle(
+            batch, hub_sample, encoder_sample, reference, inside, command, drive_sample
+        )
+        return self.latest
