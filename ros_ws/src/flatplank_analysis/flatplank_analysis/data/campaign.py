@@ -19,7 +19,7 @@ from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.data.readers import Request, describe, reader_for, suffixes
 from flatplank_analysis.data.readers.bag import MEASURED, METADATA_FILE, RECORD_FILE
 from flatplank_analysis.data.store import Store, open_store
-from flatplank_analysis.data.table import MeasurementTable
+from flatplank_analysis.data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_analysis.data.turned import turned_columns, turned_facts, turned_info, turned_names
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 
@@ -44,11 +44,12 @@ class Run:
         return self.read(columns, check)[0]
 
     def read(
-        self, columns: Sequence[str] | None = None, check: bool = True
+        self, columns: Sequence[str] | None = None, check: bool = True, further: bool = False
     ) -> tuple[MeasurementTable, list[Problem]]:
-        """The samples and the remarks on them; raises on a fatal one."""
+        """The samples and the remarks on them; raises on a fatal one. further: with the numeric
+        columns whose names are not ours."""
         wanted = None if columns is None else _with_required(columns, self.info, check)
-        request = Request(self.store, self.info.file, wanted, self.mapping)
+        request = Request(self.store, self.info.file, wanted, self.mapping, further)
         loaded = reader_for(self.store, self.info.file)(request)
         facts = dict(loaded.facts)
         measured = turned_facts(facts.pop(MEASURED, {}), self.mapping)
@@ -62,7 +63,8 @@ class Run:
             if check and problem.fatal:
                 raise problem.error()
         if columns is not None:
-            table = table.select([name for name in columns if name in table])
+            more = [name for name in table.columns if name not in COLUMN_UNITS]
+            table = table.select([*(name for name in columns if name in table), *more])
         return table, remarks
 
 
@@ -229,10 +231,12 @@ class Campaign:
             if table is not None:
                 yield table
 
-    def try_table(self, run: Run, columns: Sequence[str] | None = None) -> MeasurementTable | None:
-        """The samples of a run, or None with the reason in `problems`."""
+    def try_table(
+        self, run: Run, columns: Sequence[str] | None = None, further: bool = False
+    ) -> MeasurementTable | None:
+        """The samples of a run, or None with the reason in `problems`; see `Run.read`."""
         try:
-            table, remarks = run.read(columns)
+            table, remarks = run.read(columns, further=further)
         except FlatplankError as error:
             self.note(problem_of(error, run.info.file))
             return None

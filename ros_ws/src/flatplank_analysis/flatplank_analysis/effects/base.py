@@ -7,8 +7,9 @@ Change arrays in place or assign new ones; what is assigned replaces the old.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -98,6 +99,9 @@ class Signal:
 @dataclass(frozen=True)
 class TireEffect(Effect):
     """Base of all effects on the flat plank. Override the hooks that the physics needs."""
+
+    seen: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    """by coordinate the range in which the effect was seen; columns of a table need it"""
 
     def motion(self, motion: Motion) -> None:
         """Change what plank and wheel really do; `motion.travel`, `.rolled`, `.lateral`."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -12,9 +13,10 @@ import numpy as np
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.discovery.effect import Effect, ask, variants_of
 from flatplank_analysis.discovery.model import Lane
-from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.effects.registry import library, source_file
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.tirebase.further import coordinates_of
 
 KINDS = ("machine", "sensor", "tire")
 TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "removes")
@@ -34,6 +36,21 @@ def probe_model():
         )
     ]
     return TireModel(from_tables(tables))
+
+
+def probe_of(effect: type[Effect]):
+    """The same model; what the effect has seen in a range goes through that range in every run."""
+    from flatplank_analysis.tirebase.model import TireModel
+
+    seen, model = getattr(effect, "seen", {}), probe_model()
+    if not seen:
+        return model
+    shape = model.data.position.shape
+    more = {
+        name: Coordinate(np.broadcast_to(np.linspace(low, high, shape[1]), shape))
+        for name, (low, high) in seen.items()
+    }
+    return TireModel(replace(model.data, further=more))
 
 
 def _probe_table(index: int, kappa: float, start: int) -> MeasurementTable:
@@ -98,7 +115,7 @@ def _texts(effect: type[Effect]) -> Iterator[str]:
     shipped = library().get(effect.identifier, effect)
     if shipped is not effect:
         yield f"identifier: '{effect.identifier}' is an effect of the library already"
-    places = probe_model().runs.coordinates
+    places = coordinates_of(probe_of(effect).data)
     if effect.coordinate and effect.coordinate not in places:
         yield f"coordinate '{effect.coordinate}' is not one of {', '.join(places)}"
     if not effect.linear():
@@ -116,7 +133,7 @@ def _texts(effect: type[Effect]) -> Iterator[str]:
 
 
 def _behaviour(effect: type[Effect]) -> Iterator[str]:
-    model = probe_model()
+    model = probe_of(effect)
     base = np.array([p.null for p in model.parameters])
     at = {p.name: i for i, p in enumerate(model.parameters)}
     base[at["angle_offset"]] = 0.002

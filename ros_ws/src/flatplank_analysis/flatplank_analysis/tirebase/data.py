@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.tirebase.calm import Common, as_input, as_load
 from flatplank_analysis.tirebase.early import ended_early
+from flatplank_analysis.tirebase.further import coordinate_of, further_columns
 from flatplank_analysis.tirebase.grid import (
     BEFORE,
     SPEED,
@@ -78,6 +79,12 @@ class TireRuns:
     """runs that share their nodes"""
     signs: tuple[WrongSign, ...] = ()
     """columns and keys whose sign is the other way round"""
+    further: Mapping[str, Coordinate] = field(default_factory=dict)
+    """columns of other names that all runs have: what was recorded beside the channels"""
+
+    def coordinate(self, name: str) -> np.ndarray:
+        """A coordinate of the runs, a channel, or a further column by name (runs, samples)."""
+        return coordinate_of(self, name).values
 
     def only_common(self, values: np.ndarray) -> np.ndarray:
         """Remove the run mean and the profile shared by all runs on the same nodes (..., R, N)."""
@@ -93,7 +100,9 @@ def load_runs(campaign: Campaign) -> TireRuns:
     are told in `campaign.problems`. NothingUsableError when no run is left."""
     tables = []
     for run in campaign.runs:
-        table = campaign.try_table(run, COLUMNS) if run.info.measurement == "slip" else None
+        if run.info.measurement != "slip":
+            continue
+        table = campaign.try_table(run, COLUMNS, further=True)
         if table is None:
             continue
         try:
@@ -160,7 +169,9 @@ def from_tables(tables: list[MeasurementTable]) -> TireRuns:
     count = min(len(n) for n in nodes)
     picked = [_pick(s, n[:count]) for s, n in zip(smooth, nodes, strict=True)]
     stack = {name: np.stack([p[name] for p in picked]) for name in picked[0]}
-    return _assemble(tables, stack, np.array([float(s["step"]) for s in smooth]))
+    times = [n[:count] for n in nodes]
+    data = _assemble(tables, stack, np.array([float(s["step"]) for s in smooth]))
+    return replace(data, further=further_columns(tables, times))
 
 
 def _smooth(table: MeasurementTable, names: list[str]) -> dict[str, np.ndarray]:

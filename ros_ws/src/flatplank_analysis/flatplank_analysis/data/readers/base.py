@@ -12,6 +12,7 @@ import numpy as np
 
 from flatplank_analysis.data.store import Store
 from flatplank_analysis.data.table import COLUMN_UNITS
+from flatplank_analysis.data.units import to_si
 from flatplank_analysis.errors import FlatplankError
 
 
@@ -34,10 +35,14 @@ class Request:
     """wanted columns; None for all"""
     mapping: Mapping[str, Any] | None = None
     """foreign names, as in a mapping file"""
+    further: bool = False
+    """numeric columns of other names are wanted, too, as they are; see `column_of`"""
 
     def wants(self, column: str) -> bool:
         """True when `column` was asked for."""
-        return self.columns is None or column in self.columns
+        if self.columns is None or column in self.columns:
+            return True
+        return self.further and column not in COLUMN_UNITS
 
 
 Reader = Callable[[Request], Loaded]
@@ -97,12 +102,23 @@ def _suffix(store: Store, name: str) -> str:
     return ".mcap" if suffix not in _READERS and store.is_dir(name) else suffix
 
 
+def column_of(
+    values: np.ndarray, unit: str | None, name: str, where: str
+) -> tuple[str, np.ndarray]:
+    """Name and values of a column in SI. One that we do not know keeps its unit, in brackets."""
+    if name in COLUMN_UNITS:
+        known = COLUMN_UNITS[name]
+        return name, to_si(values, known if unit is None else unit, known, where)
+    return (f"{name} [{unit}]" if unit and not name.endswith("]") else name), values
+
+
 def canonical_names(
-    names: Iterable[str], mapping: Mapping[str, Any] | None
+    names: Iterable[str], mapping: Mapping[str, Any] | None, further: bool = False
 ) -> tuple[dict[str, str], list[str]]:
     """File column -> our column, and remarks on columns that are not known.
 
-    The mapping file may have `columns: {theirs: ours}`.
+    The mapping file may have `columns: {theirs: ours}`. further: columns that are not known are
+    kept under their own names.
     """
     foreign = dict((mapping or {}).get("columns") or {})
     out, remarks = {}, []
@@ -113,5 +129,9 @@ def canonical_names(
             continue
         near = difflib.get_close_matches(ours.lower(), COLUMN_UNITS, n=1, cutoff=0.6)
         hint = f" (nearest: '{near[0]}')" if near else ""
+        if further:
+            out[name] = ours
+            remarks += [f"column '{name}' is kept as a further coordinate{hint}"] if hint else []
+            continue
         remarks.append(f"column '{name}' is not known and was left out{hint}")
     return out, remarks

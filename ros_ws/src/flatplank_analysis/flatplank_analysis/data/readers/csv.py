@@ -10,9 +10,13 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pc
 
-from flatplank_analysis.data.readers.base import Loaded, Request, canonical_names, reader
-from flatplank_analysis.data.table import COLUMN_UNITS
-from flatplank_analysis.data.units import to_si
+from flatplank_analysis.data.readers.base import (
+    Loaded,
+    Request,
+    canonical_names,
+    column_of,
+    reader,
+)
 from flatplank_analysis.errors import FlatplankError
 
 _BRACKETS = re.compile(r"^\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*$")
@@ -34,14 +38,15 @@ def read_csv(request: Request) -> Loaded:
         rows_before += 1
     _check_units(names, units, request.name)
     table = _parse(text, separator, names, rows_before, request.name)
-    ours, remarks = canonical_names(names, request.mapping)
+    ours, remarks = canonical_names(names, request.mapping, request.further)
     columns = {}
     for theirs, unit in zip(names, units, strict=True):
         name = ours.get(theirs)
         if name is None or not request.wants(name):
             continue
         where = f"{request.name}, column '{theirs}'"
-        columns[name] = to_si(table[theirs], unit or COLUMN_UNITS[name], COLUMN_UNITS[name], where)
+        name, values = column_of(table[theirs], unit or None, name, where)
+        columns[name] = values
     return Loaded(columns, {}, remarks)
 
 

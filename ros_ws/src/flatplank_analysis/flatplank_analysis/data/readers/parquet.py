@@ -12,12 +12,12 @@ from flatplank_analysis.data.readers.base import (
     Loaded,
     Request,
     canonical_names,
+    column_of,
     describer,
     reader,
 )
 from flatplank_analysis.data.store import Store
 from flatplank_analysis.data.table import COLUMN_UNITS
-from flatplank_analysis.data.units import to_si
 from flatplank_analysis.errors import FlatplankError
 
 INFO_KEY = b"flatplank.run"
@@ -30,7 +30,8 @@ def read_parquet(request: Request) -> Loaded:
         try:
             file = pq.ParquetFile(stream)
             schema = file.schema_arrow
-            names, remarks = canonical_names(schema.names, request.mapping)
+            names, remarks = canonical_names(schema.names, request.mapping, request.further)
+            names = {t: o for t, o in names.items() if o in COLUMN_UNITS or _numeric(schema, t)}
             wanted = {t: o for t, o in names.items() if request.wants(o)}
             table = file.read(columns=list(wanted), use_threads=False)
         except (pa.ArrowException, OSError, ValueError) as error:
@@ -40,12 +41,9 @@ def read_parquet(request: Request) -> Loaded:
     columns = {}
     for theirs, ours in wanted.items():
         values = table.column(theirs).to_numpy()
-        columns[ours] = to_si(
-            values,
-            _unit(schema.field(theirs), ours),
-            COLUMN_UNITS[ours],
-            f"{request.name}, column '{theirs}'",
-        )
+        where = f"{request.name}, column '{theirs}'"
+        name, values = column_of(values, _unit(schema.field(theirs)), ours, where)
+        columns[name] = values
     return Loaded(columns, _facts(schema.metadata), remarks)
 
 
@@ -59,9 +57,14 @@ def describe_parquet(store: Store, name: str) -> dict:
             return {}
 
 
-def _unit(field: pa.Field, ours: str) -> str:
+def _unit(field: pa.Field) -> str | None:
     unit = (field.metadata or {}).get(b"unit")
-    return unit.decode() if unit is not None else COLUMN_UNITS[ours]
+    return unit.decode() if unit is not None else None
+
+
+def _numeric(schema: pa.Schema, name: str) -> bool:
+    kind = schema.field(name).type
+    return pa.types.is_floating(kind) or pa.types.is_integer(kind)
 
 
 def _facts(metadata: dict[bytes, bytes] | None) -> dict:

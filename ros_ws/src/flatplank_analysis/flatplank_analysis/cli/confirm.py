@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Do new runs confirm a proposed effect: the same size, and the error at the floor?"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from flatplank_analysis.cli import common, loop
+from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.proposal.confirm import Confirmation, confirm, fitted, interval_of
+from flatplank_analysis.tirebase.session import Session
+from flatplank_analysis.wording import plain, quantity
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank confirm NAME_OR_FILE DIR --with NEW_RUNS... [--model FILE] [--json]`."""
+    parser = loop.loop_parser("confirm", __doc__, effect=True)
+    parser.add_argument(
+        "--with", dest="new", metavar="NEW_RUNS", nargs="+", required=True,
+        help="folders of runs that took no part in the search",
+    )  # fmt: skip
+    arguments = parser.parse_args(argv)
+    return common.guarded("confirm", lambda: _run(arguments))
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    if arguments.folder is None:
+        raise FlatplankError("no campaign", "confirm", "name the campaign folder: DIR")
+    name, files = _effect(arguments.effect, arguments.folder)
+    arguments.effects = [*arguments.effects, *files]
+    session, model = loop.open_to_look(arguments, own=True)
+    if name not in session.effects:
+        raise FlatplankError(f"no effect '{name}'", "confirm", "name the file of the proposal")
+    interval_of(session.effects[name])
+    mapping = common.read_mapping(arguments.mapping)
+    sets = [(f, Session.open(f, session.files, mapping)) for f in arguments.new]
+    for _, new in sets:
+        common.tell(new.campaign.problems)
+    loop.progress("fit of the first campaign", 0.3)
+    step = fitted(session, model, name)
+    result = confirm(session, step, name, sets)
+    loop.progress_done()
+    if arguments.json:
+        common.print_json(result.to_dict())
+    else:
+        print("\n".join(text_of(result)))
+    return 0
+
+
+def _effect(given: str, folder: str) -> tuple[str, list[str]]:
+    """Identifier and file of what was given: a file, or the name of one in the campaign folder."""
+    path = Path(given)
+    if given.endswith(".py"):
+        return load_file(path)[0].identifier, [given]
+    there = Path(folder) / f"{given}.py"
+    return given, [str(there)] if there.is_file() else []
+
+
+def text_of(result: Confirmation) -> list[str]:
+    """The answer in words."""
+    low, high = (plain(v, 4) for v in result.interval)
+    lines = [f"verdict: {result.verdict} ({result.name}, {low} .. {high} {result.unit} proposed)"]
+    for c in result.checked:
+        told = "; ".join(c.reasons) or "agrees"
+        lines.append(
+            f"{c.folder}, {c.runs} runs: {quantity(c.size, result.unit, 4)} +- "
+            f"{plain(c.half, 3)} (90 %), error of Fx {c.error_before:.1f} -> {c.error:.1f} N, "
+            f"at most {c.limit:.1f} N: {told}"
+        )
+    return lines

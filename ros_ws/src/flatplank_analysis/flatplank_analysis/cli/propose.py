@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is left and in no library, as an effect file of its own: proposed, not yet confirmed."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from flatplank_analysis.cli import common, loop
+from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.proposal.propose import PROPOSED, Proposal, propose
+from flatplank_analysis.wording import plain, quantity
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank propose DIR [--out FILE] [--model FILE] [--effects FILE] [--json]`."""
+    parser = loop.loop_parser("propose", __doc__)
+    parser.add_argument(
+        "--out", metavar="FILE", help="the effect file; default: proposed_NAME.py in DIR"
+    )
+    arguments = parser.parse_args(argv)
+    return common.guarded("propose", lambda: _run(arguments))
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    if arguments.out:
+        _require_new(Path(arguments.out))
+    session, model = loop.open_to_look(arguments, own=True)
+    result = propose(session, model, loop.progress)
+    loop.progress_done()
+    path = None
+    if result.verdict == PROPOSED:
+        path = Path(arguments.out) if arguments.out else _place(arguments.folder, result.name)
+        _require_new(path)
+        write_atomic(path, result.text)
+    if arguments.json:
+        common.print_json(result.to_dict() | {"file": str(path) if path else None})
+    else:
+        print("\n".join(text_of(result, arguments.folder, path)))
+    return 0
+
+
+def _place(folder: str, name: str) -> Path:
+    there = Path(folder)
+    writable = "://" not in folder and os.access(there, os.W_OK)
+    return (there if writable else Path()) / f"{name}.py"
+
+
+def _require_new(path: Path) -> None:
+    """A file that somebody may have changed by hand is never written over."""
+    loop.require_file(path)
+    if path.exists():
+        raise FlatplankError(
+            "is there already", str(path), "use it, move it away, or choose another: --out FILE"
+        )
+
+
+def text_of(result: Proposal, folder: str, path: Path | None) -> list[str]:
+    """The answer in words."""
+    if result.sentence is None or result.numbers is None:
+        return [f"nothing to propose ({result.reason})", f"{result.seconds:.1f} s"]
+    n, assured = result.numbers, result.outcome
+    low, high = n["interval"]
+    lines = [
+        f"verdict: {result.verdict} ({result.sentence.words()})",
+        f"size {quantity(n['size'], n['unit'], 4)} (90 %: {plain(low, 4)} .. {plain(high, 4)})",
+        f"error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor {n['floor']:.1f} N; held "
+        f"out by condition {n['held_out']:.1f} N, by level {n['held_out_level']:.1f} N",
+    ]
+    if assured is not None and assured.confused:
+        others = "; ".join(t.sentence.words() for t in assured.confused[:3])
+        lines.append(f"cannot be told apart here: {others}")
+    lines += [f"doubt: {d}" for d in n["doubts"]]
+    lines += [
+        f"written to {path}; read it, then",
+        f"  flatplank add {result.name} {folder} --effects {path}",
+        f"  flatplank confirm {path} {folder} --with NEW_RUNS",
+        f"{result.seconds:.1f} s",
+    ]
+    return lines

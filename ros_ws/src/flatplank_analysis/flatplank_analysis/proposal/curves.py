@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Free curves over a coordinate: they show a shape and price the looking, and explain nothing.
+
+A curve is a sum of hats; the response of the model to each hat gives that to any shape.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.effects.base import TireEffect
+from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, Span
+from flatplank_analysis.proposal.sites import Site
+
+COARSE = {PLACE: 14, LEVEL: 5}
+FINE = {PLACE: 72, LEVEL: 24}
+OTHER_COARSE, OTHER_FINE = 6, 24
+ORDERS = 4
+"""waves per turn that are looked for"""
+
+
+def knots_of(values: np.ndarray, span: Span, fine: bool) -> np.ndarray:
+    """Where the hats stand: evenly over a place, at the values of a setting, else evenly over
+    the values as they occur."""
+    count = (FINE if fine else COARSE).get(span.kind, OTHER_FINE if fine else OTHER_COARSE)
+    if span.kind == PLACE:
+        return np.linspace(span.low, span.high, count)
+    seen = np.unique(np.round(values.mean(axis=1), 9)) if span.kind == LEVEL else values.ravel()
+    if span.kind == LEVEL and len(seen) <= count:
+        return seen
+    even = np.linspace(span.low, span.high, count)
+    spread = np.quantile(seen, np.linspace(0.0, 1.0, count))
+    return np.unique(np.round(0.5 * (even + spread), 12))
+
+
+def hats(values: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Hat functions (knots, runs, samples): one at its knot, zero at the others."""
+    eye = np.eye(len(knots))
+    return np.stack([np.interp(values, knots, row) for row in eye])
+
+
+def turns(values: np.ndarray) -> np.ndarray:
+    """cos and sin of the orders over an angle (2 orders, runs, samples)."""
+    orders = range(1, ORDERS + 1)
+    return np.stack([f(n * values) for n in orders for f in (np.cos, np.sin)])
+
+
+def basis_of(site: Site, fine: bool) -> np.ndarray:
+    """The curve of a site (k, runs, samples)."""
+    place = site.place
+    if not place.name:
+        return np.ones((1, *place.values.shape))
+    if place.span.kind == ANGLE:
+        return turns(place.values)
+    return hats(place.values, knots_of(place.values, place.span, fine))
+
+
+def acting(site: Site, basis: np.ndarray) -> type[Effect]:
+    """An effect whose sizes are those of the basis functions, at a site; for a search only."""
+    hook = site.hook
+    flat = basis.reshape(len(basis), -1)
+
+    def number() -> Any:
+        ends = (-np.inf, np.inf)
+        return param(0.0, unit=hook.unit, bounds=ends, screen=hook.screen, matters=1e-30)
+
+    names = [f"c{i}" for i in range(len(basis))]
+
+    def change(self) -> np.ndarray:
+        sizes = np.stack([np.ravel(getattr(self, n)) for n in names], axis=-1)
+        return (sizes @ flat).reshape(len(sizes), *basis.shape[1:])
+
+    facts: Mapping[str, Any] = {
+        "identifier": "curve", "coordinate": site.place.name, "kind": hook.kind,
+        "order": hook.order, "change": change,
+        hook.method: _method(hook.method, hook.line, site.modulator.formula),
+    }  # fmt: skip
+    fields = [(n, float, number()) for n in names]
+    return dataclasses.make_dataclass(
+        "Curve", fields, bases=(TireEffect,), frozen=True, namespace=dict(facts)
+    )
+
+
+def _method(method: str, line: str, factor: str) -> Any:
+    times = f" * ({factor})" if factor else ""
+    source = (
+        f"def {method}(self, {method}):\n"
+        f"    data = {method}.data\n"
+        f"    change = self.change(){times}\n"
+        f"    {line}\n"
+    )
+    scope: dict[str, Any] = {"np": np}
+    exec(source, scope)
+    return scope[method]

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What turns a proposed effect on and off, or makes it larger: one line of the table each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Modulator:
+    """A factor (runs, samples) on an effect, written with `data` (see `TireRuns`)."""
+
+    name: str
+    formula: str
+    words: str
+
+
+_AFTER = "(data.since_step > 0.0)"
+
+MODULATORS: tuple[Modulator, ...] = (
+    Modulator("", "", ""),
+    Modulator("driving", f"(data.kappa[:, None] > 0.0) * {_AFTER}", "only while driving"),
+    Modulator("braking", f"(data.kappa[:, None] < 0.0) * {_AFTER}", "only while braking"),
+    Modulator("slipping", f"(data.kappa[:, None] != 0.0) * {_AFTER}", "only while it slips"),
+    Modulator(
+        "slip", f"data.kappa[:, None] / 0.05 * {_AFTER}",
+        "in proportion to the slip; the size is that at 5 %",
+    ),
+    Modulator(
+        "size of slip", f"np.abs(data.kappa[:, None]) / 0.05 * {_AFTER}",
+        "in proportion to the size of the slip; the size is that at 5 %",
+    ),
+    Modulator(
+        "load", "data.load / 4000.0", "in proportion to the load; the size is that at 4000 N",
+    ),
+    Modulator(
+        "speed", "data.runs.facts['speed'][:, None] / 0.03",
+        "in proportion to the speed of the plank; the size is that at 0.03 m/s",
+    ),
+)  # fmt: skip
+BY_NAME = {m.name: m for m in MODULATORS}

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The proposal for a campaign: diagnosis, search, the file, and the refit with it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.discovery import heldout, verdict
+from flatplank_analysis.discovery.modelfile import ModelFile
+from flatplank_analysis.discovery.screen import screen
+from flatplank_analysis.discovery.search import Progress, Step
+from flatplank_analysis.discovery.state import State, make_state
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.proposal.curves import acting, basis_of
+from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
+from flatplank_analysis.proposal.sites import places_of, sites_of
+from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
+from flatplank_analysis.tirebase.session import Session
+from flatplank_analysis.wording import plain, quantity
+
+PROPOSED, NOTHING = "proposed", "nothing to propose"
+STEADY = ("fx", "gain", "friction", "slip")
+"""hooks whose curves over a further column are taken out of what differs between repeats"""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What `propose` tells; `to_dict` is the contract for programs."""
+
+    verdict: str
+    reason: str
+    diagnosis: Diagnosis
+    outcome: Outcome | None = None
+    sentence: Sentence | None = None
+    text: str = ""
+    numbers: dict[str, Any] | None = None
+    """of the refit with it, as `add` has them, and the error held out by level"""
+    seconds: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Identifier of the proposed effect."""
+        return self.sentence.identifier if self.sentence else ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON of `flatplank propose --json`."""
+        out: dict[str, Any] = {
+            "verdict": self.verdict, "reason": self.reason, "diagnosis": self.diagnosis.verdict,
+            "seconds": round(self.seconds, 2),
+        }  # fmt: skip
+        if self.sentence is None or self.outcome is None:
+            return out
+        s = self.sentence
+        return out | {
+            "name": self.name,
+            "sentence": s.words(),
+            **_parts(s),
+            "numbers": {k: _six(v) for k, v in s.numbers.items()},
+            "refit": self.numbers,
+            "confused_with": [
+                {"sentence": t.sentence.words(), **_parts(t.sentence)}
+                for t in self.outcome.confused
+            ],
+            "looked_at": self.outcome.looked,
+            "text": self.text,
+        }
+
+
+def _parts(s: Sentence) -> dict[str, str]:
+    site = s.site
+    return {
+        "hook": site.hook.name, "family": site.hook.family, "coordinate": site.place.name,
+        "modulator": site.modulator.name, "shape": s.shape.name,
+    }  # fmt: skip
+
+
+def _six(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def propose(
+    session: Session, model: ModelFile | None = None, progress: Progress | None = None
+) -> Proposal:
+    """Search for what no effect of the library explains."""
+    began = time.perf_counter()
+    result = session.diagnose(model, progress)
+    made = of_diagnosis(session, result, model, progress)
+    return replace(made, seconds=time.perf_counter() - began)
+
+
+def of_diagnosis(
+    session: Session,
+    result: Diagnosis,
+    model: ModelFile | None = None,
+    progress: Progress | None = None,
+) -> Proposal:
+    """The same when the diagnosis is known."""
+    began = time.perf_counter()
+    if result.search is None or result.verdict == verdict.UNDECIDED:
+        return Proposal(NOTHING, f"not decidable: {result.reason}", result)
+    only = _columns(session) if result.verdict in (verdict.AT_FLOOR, *_NAMED) else None
+    if only == []:
+        return Proposal(NOTHING, f"{result.verdict}: {result.reason}", result)
+    step = _cleaned(session, result.search.last)
+    explained = sum(f.decision.drop for f in result.found)
+    outcome = Proposer(
+        step.state, session.data, step.screen.usual, explained, only, progress
+    ).run()
+    why = _refused(outcome, step.state, result)
+    if why:
+        return Proposal(NOTHING, why, result, outcome)
+    assert outcome.best is not None
+    made = _written(session, result, outcome, outcome.best, model)
+    return replace(made, seconds=time.perf_counter() - began)
+
+
+_NAMED = (verdict.FOUND, verdict.GROUP)
+
+
+def _columns(session: Session) -> list[str]:
+    """Further columns that differ: they may be a cause that no effect of the library asks for."""
+    return [p.name for p in places_of(session.data) if p.name in session.data.further]
+
+
+def _cleaned(session: Session, step: Step) -> Step:
+    """The step with what further columns may do taken out of the noise; without them as it is."""
+    names = _columns(session)
+    if not names:
+        return step
+    places = [p for p in places_of(session.data) if p.name in names]
+    sites = [
+        s for s in sites_of(session.data, places)
+        if s.hook.name in STEADY and not s.modulator.name
+    ]  # fmt: skip
+    curves = [acting(s, basis_of(s, fine=False)) for s in sites]
+    old = step.state
+    effects = [*session.effects.values(), *curves]
+    state = make_state(old.model, old.fitter, old.fit, effects)
+    return Step(state, screen(state), step.found)
+
+
+def _refused(outcome: Outcome, state: State, result: Diagnosis) -> str:
+    """Why there is no proposal; empty when there is one."""
+    if outcome.best is None:
+        near = next((t for t in outcome.tried), None)
+        beside = (
+            f"; nearest: {near.sentence.words()} ({'; '.join(near.decision.reasons)})"
+            if near and near.decision.reasons else ""
+        )  # fmt: skip
+        return f"{result.verdict}, and no sentence of the grammar passes the tests{beside}"
+    polished = result.search.polished if result.search else None
+    if result.verdict == verdict.LAW and polished is not None:
+        law = state.settle(polished.fit)
+        if outcome.best.found.chi2 >= law.chi2:
+            return f"{result.verdict}: {result.reason}"
+    return ""
+
+
+def _written(
+    session: Session, result: Diagnosis, outcome: Outcome, best: Tried, model: ModelFile | None
+) -> Proposal:
+    """The file of the best sentence, refitted as `add` does it."""
+    effect = effect_of(text_of(best.sentence))
+    wider = replace(session, effects={**session.effects, effect.identifier: effect})
+    assert result.search is not None
+    known = session.file_of(model or ModelFile(), result.search.last.state.fit)
+    _, after, numbers = wider.add(known, effect.identifier)
+    numbers |= {"held_out_level": _six(held_out_level(after.state))}
+    term = after.state.fit.terms[-1]
+    low, high = (float(v) for v in numbers["interval"])
+    named = term.named()
+    sentence = replace(
+        best.sentence,
+        numbers={n: named[n] for n in best.sentence.numbers},
+        interval=(low, high),
+        told=tuple(_told(session, numbers, outcome, after)),
+    )
+    reason = f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N"
+    return Proposal(
+        PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers
+    )  # fmt: skip
+
+
+def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) -> Iterator[str]:
+    """What the data say of it, for the head of the file."""
+    runs = session.data.runs
+    low, high = n["interval"]
+    yield (
+        f"Size {quantity(n['size'], n['unit'])} (90 %: {plain(low)} .. {plain(high)}), from "
+        f"{runs.runs} runs of {len(runs.groups)} conditions ({runs.names[0]} .. {runs.names[-1]})."
+    )
+    yield (
+        f"Error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor {n['floor']:.1f} N; in "
+        f"left-out conditions {n['held_out']:.1f} N, in left-out levels "
+        f"{n['held_out_level']:.1f} N."
+    )
+    others = [_short(t.sentence) for t in outcome.confused]
+    assert outcome.best is not None
+    alias = outcome.best.sentence.site.place.alias
+    if alias:
+        others.append(f"the same over {' or '.join(alias)}")
+    if others:
+        yield f"These runs cannot tell it from: {'; '.join(others[:4])}."
+
+
+def _short(s: Sentence) -> str:
+    site = s.site
+    over = f" over {site.place.name}" if site.place.name else ""
+    return f"{site.hook.words}{over}" + (
+        f", {site.modulator.words}" if site.modulator.words else ""
+    )
+
+
+def held_out_level(state: State) -> float:
+    """Error of the first channel with sizes that a whole level of the slip (of the load, where
+    there are several loads) had no part in."""
+    runs = state.runs
+    settings = [np.abs(runs.facts["kappa"]), runs.facts["nominal"]]
+    worst = 0.0
+    for values in settings:
+        levels, place = np.unique(np.round(values, 6), return_inverse=True)
+        if len(levels) < 2:
+            continue
+        names = tuple(f"{v:g}" for v in levels)
+        merged = replace(runs, condition=place, condition_names=names)
+        seen = SimpleNamespace(
+            runs=merged, fit=state.fit, fitter=state.fitter, floors=state.floors,
+            residual=state.residual,
+        )  # fmt: skip
+        worst = max(worst, heldout.rmse(seen))  # type: ignore[arg-type]
+    return worst or heldout.rmse(state)

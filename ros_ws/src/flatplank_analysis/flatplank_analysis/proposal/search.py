@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From what is left to a proposal: curves at all sites, shapes at the best, refits, tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flatplank_analysis.discovery.decide import Decision, Judge
+from flatplank_analysis.discovery.dispersion import Usual
+from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.search import Progress
+from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.whitened import Whitened
+from flatplank_analysis.proposal.scan import Formed, Scanned, Scanner
+from flatplank_analysis.proposal.shapes import shapes
+from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, places_of, sites_of
+from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
+from flatplank_analysis.tirebase.data import TireRuns
+
+SITES, FORMS, REFITS = 8, 3, 6
+"""sites whose shapes are looked at; shapes of a site, and shapes of all, that are refitted"""
+ALIKE = 0.03
+"""share of the drop that is no evidence between two proposals"""
+EVIDENCE = 20.0
+"""difference of two chi2 below which nothing is said"""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A sentence after its joint refit."""
+
+    sentence: Sentence
+    decision: Decision
+    found: Whitened
+
+    def cost(self, dispersion: float, price: float) -> float:
+        """What is left in units of the scatter, with the price of its numbers."""
+        return self.found.chi2 / dispersion + price * self.sentence.shape.price
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a search for a proposal gave."""
+
+    best: Tried | None
+    tried: tuple[Tried, ...]
+    """all refits, the best first"""
+    sites: tuple[Scanned, ...]
+    """the best sites with their curves"""
+    looked: int
+    """numbers of all curves: the price of looking"""
+
+    @property
+    def confused(self) -> tuple[Tried, ...]:
+        """Sentences that the runs cannot tell from the best one: other hooks, coordinates or
+        modulators that leave as little."""
+        if self.best is None:
+            return ()
+        best = self.best
+        limit = best.found.chi2 + EVIDENCE + ALIKE * best.decision.drop
+        seen, out = {_place(best)}, []
+        for t in self.tried:
+            if _place(t) not in seen and t.found.chi2 < limit:
+                seen.add(_place(t))
+                out.append(t)
+        return tuple(out)
+
+
+def _place(t: Tried) -> tuple[str, str, str]:
+    site = t.sentence.site
+    return site.hook.name, site.place.name, site.modulator.name
+
+
+@dataclass
+class Proposer:
+    """The search at one state of a model."""
+
+    state: State
+    data: TireRuns
+    usual: Usual
+    explained: float = 0.0
+    """drop of the effects that are in the model already"""
+    only: Sequence[str] | None = None
+    """coordinates that are looked at; None: all"""
+    progress: Progress | None = None
+
+    def run(self) -> Outcome:
+        """All steps."""
+        scanner = Scanner(self.state, self.data)
+        places = [p for p in places_of(self.data) if self.only is None or p.name in self.only]
+        sites = sites_of(self.data, places)
+        scanned = []
+        for i, site in enumerate(sites):
+            if self.progress is not None and i % 20 == 0:
+                self.progress("curves at all sites", 0.5 * i / len(sites))
+            scanned += [s for s in (scanner.curve(site), scanner.wave(site)) if s is not None]
+        looked = sum(s.looks for s in scanned)
+        best = self.ranked(scanned)[:SITES]
+        formed: list[Formed] = []
+        for s in best:
+            self.say("shapes at the best sites", 0.6)
+            found = sorted(self.forms(scanner, s), key=self.worth)[:FORMS]
+            formed += found
+        tried = []
+        for f in sorted(formed, key=self.worth)[:REFITS]:
+            self.say("joint refits", 0.8)
+            tried.append(self.refit(f, looked))
+        tried.sort(key=lambda t: t.cost(self.level, self.price))
+        good = [t for t in tried if t.decision.accepted]
+        return Outcome(good[0] if good else None, tuple(tried), tuple(best), looked)
+
+    def say(self, text: str, share: float) -> None:
+        if self.progress is not None:
+            self.progress(text, share)
+
+    @property
+    def level(self) -> float:
+        """Dispersion of scores, as it is usual in these runs."""
+        return max(self.usual.dispersion, 1.0)
+
+    @property
+    def price(self) -> float:
+        """Of one number: as an information criterion has it, for independent samples."""
+        return float(np.log(max(self.state.floors[0].freedom, self.state.runs.runs)))
+
+    def ranked(self, scanned: Sequence[Scanned]) -> list[Scanned]:
+        """Sites whose curves take the most for their price."""
+        worth = [(s.evidence(self.level, self.price), i) for i, s in enumerate(scanned)]
+        return [scanned[i] for e, i in sorted(worth, reverse=True) if e > 0.0]
+
+    def worth(self, formed: Formed) -> float:
+        """For sorting, the best first."""
+        return -formed.evidence(self.level, self.price)
+
+    def forms(self, scanner: Scanner, scanned: Scanned) -> Iterator[Formed]:
+        """Shapes at a site; what follows an event is looked for from the event on."""
+        yield from scanner.forms(scanned)
+        place = scanned.site.place
+        if scanned.waves and EVENT in place.alias:
+            event: Place = event_place(self.data)
+            moved = replace(scanned, site=Site(scanned.site.hook, event, scanned.site.modulator))
+            ringing = shapes()["ringing"]
+            yield from (f for f in scanner.forms(moved) if f.shape is ringing)
+
+    def refit(self, formed: Formed, looked: int) -> Tried:
+        """The joint refit of a shape, and all tests of it."""
+        sentence = Sentence(formed.site, formed.shape, formed.numbers)
+        effect = effect_of(text_of(sentence))
+        values = dict(zip(sentence.size_names, map(float, formed.sizes), strict=True))
+        values |= formed.numbers
+        start = {
+            p.name: float(np.clip(values[p.name], p.lower, p.upper)) for p in effect.parameters()
+        }
+        state = self.state
+        term = Term(effect, effect.vector(start))
+        grown = state.fitter.grown(state.whitened.fit, term)
+        found = state.settle(grown, most=6)
+        judge = Judge(state, state.whitened.chi2, self.usual, self.explained)
+        index = len(found.fit.terms) - 1
+        decision = judge.decide(found, index, looked)
+        named = found.fit.terms[index].named()
+        settled = replace(
+            sentence,
+            numbers={n.name: named[n.name] for n in formed.shape.numbers},
+            sizes=tuple(named[n] for n in sentence.size_names),
+            interval=decision.interval,
+        )
+        return Tried(settled, decision, found)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A shape: a closed formula over a coordinate u, its numbers with their ranges, and its words.
+
+The formula is written once, as the text that goes into the effect's file; the search evaluates
+the same text. In it u is the coordinate, {low}, {high}, {middle}, {width} are those of the range
+in which it was seen, and {name} is a number of the shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.effects import delays
+from flatplank_analysis.proposal.shapes import operators
+
+NAMES: Mapping[str, Any] = {
+    "np": np, "play": operators.play, "follow": operators.follow, "lagged": delays.lagged,
+}  # fmt: skip
+"""what a formula may use"""
+
+
+@dataclass(frozen=True)
+class Span:
+    """The range in which a coordinate was seen."""
+
+    low: float
+    high: float
+    kind: str
+    """place, angle, level (constant within a run) or signal"""
+    unit: str = "1"
+
+    @property
+    def width(self) -> float:
+        return self.high - self.low
+
+    @property
+    def middle(self) -> float:
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def crosses(self) -> bool:
+        """True when it lies on both sides of zero."""
+        return self.low < -0.1 * self.width and self.high > 0.1 * self.width
+
+    def shares(self, *parts: float) -> np.ndarray:
+        """Values at these shares of the range."""
+        return self.low + self.width * np.array(parts)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a shape that is fitted beside its size."""
+
+    name: str
+    unit: str
+    """'u' is the unit of the coordinate"""
+    grid: Callable[[Span], Sequence[float] | np.ndarray]
+    """values that are looked at"""
+    bounds: Callable[[Span], tuple[float, float]]
+    note: str = ""
+
+
+def always(span: Span) -> bool:
+    """Fits every range of its kinds."""
+    return True
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One form; `terms` are linear in sizes, one each."""
+
+    name: str
+    words: str
+    """the sentence about it, in which numbers may stand by name"""
+    terms: tuple[str, ...]
+    kinds: tuple[str, ...]
+    numbers: tuple[Number, ...] = ()
+    fits: Callable[[Span], bool] = always
+    memory: bool = False
+    """needs the course along the run, no function of u alone"""
+
+    @property
+    def price(self) -> int:
+        """Numbers that must be paid for."""
+        return len(self.terms) + len(self.numbers)
+
+    def suits(self, span: Span) -> bool:
+        """Whether it is looked for over such a coordinate."""
+        return span.kind in self.kinds and self.fits(span)
+
+    def formulas(self, span: Span, write: Callable[[str], str]) -> list[str]:
+        """The terms with the range filled in; `write` says how a number is written."""
+        known = {
+            "low": literal(span.low), "high": literal(span.high),
+            "middle": literal(span.middle), "width": literal(span.width),
+            "edge": literal(0.01 * span.width),
+        }  # fmt: skip
+        names = {n.name: write(n.name) for n in self.numbers}
+        return [t.format(**known, **names) for t in self.terms]
+
+    def values(
+        self, span: Span, u: np.ndarray, numbers: Mapping[str, Any], time: np.ndarray | None = None
+    ) -> np.ndarray:
+        """All terms over u, (terms, ...)."""
+        scope = {**NAMES, **numbers, "u": u, "time": time}
+        made = [eval(f, {"__builtins__": {}}, scope) for f in self.formulas(span, str)]
+        return np.stack([np.broadcast_to(m, np.shape(u)) for m in made])
+
+
+def literal(value: float) -> str:
+    """A number as it is written in a file: four digits tell enough."""
+    return f"({float(f'{value:.4g}')!r})" if value < 0.0 else repr(float(f"{value:.4g}"))
+
+
+PLACE, ANGLE, LEVEL, SIGNAL = "place", "angle", "level", "signal"

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a search may look: hook x coordinate x modulator, as far as the runs can show it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from flatplank_analysis.discovery.runs import Coordinate
+from flatplank_analysis.proposal.hooks import HOOKS, NONE, Hook
+from flatplank_analysis.proposal.modulators import BY_NAME, Modulator
+from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
+from flatplank_analysis.tirebase.data import TireRuns
+from flatplank_analysis.tirebase.further import coordinates_of
+
+SAME = 0.999
+"""likeness of two courses from which on they are one"""
+WITHIN = 0.1
+"""share of the spread of a coordinate that may lie within runs where it is said to be set"""
+LAWS = ("slip level", "slip travel", "fx")
+"""coordinates of the force law itself: what shows there is the law"""
+EVENT = "distance since the step"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A coordinate of these runs."""
+
+    name: str
+    span: Span
+    values: np.ndarray
+    """(runs, samples)"""
+    alias: tuple[str, ...] = ()
+    """coordinates that are the same in these runs"""
+
+
+@dataclass(frozen=True)
+class Site:
+    """One hook over one coordinate under one condition."""
+
+    hook: Hook
+    place: Place
+    modulator: Modulator
+
+    @property
+    def name(self) -> str:
+        """For tables."""
+        words = [self.hook.name, f"over {self.place.name}" if self.place.name else "constant"]
+        return ", ".join([*words, self.modulator.name] if self.modulator.name else words)
+
+
+def places_of(data: TireRuns) -> list[Place]:
+    """Coordinates that differ, each once; those of the force law are left out."""
+    out = [Place("", Span(0.0, 1.0, NONE), np.zeros(data.position.shape))]
+    for name, c in coordinates_of(data).items():
+        values = np.asarray(c.values, dtype=float)
+        if name in LAWS or not np.isfinite(values).all() or np.ptp(values) <= 1e-9:
+            continue
+        place = Place(name, _span(c, values), values)
+        twin = next((i for i, o in enumerate(out) if _same(o, place)), None)
+        if twin is None:
+            out.append(place)
+        elif (
+            name == "plank position"
+        ):  # the place itself is named, what follows the step beside it
+            out[twin] = Place(name, place.span, values, (out[twin].name, *out[twin].alias))
+        else:
+            kept = out[twin]
+            out[twin] = Place(kept.name, kept.span, kept.values, (*kept.alias, name))
+    return out
+
+
+def _span(c: Coordinate, values: np.ndarray) -> Span:
+    low, high = float(values.min()), float(values.max())
+    within = float(np.mean(values.std(axis=1)))
+    if c.period:
+        return Span(0.0, c.period, ANGLE, c.unit)
+    if within < WITHIN * float(values.std()):
+        return Span(low, high, LEVEL, c.unit)
+    even = float(np.mean(np.abs(np.corrcoef(values, np.arange(values.shape[1]))[-1, :-1])))
+    monotone = bool((np.diff(values, axis=1) >= -1e-9).all()) and even > 0.8
+    return Span(low, high, PLACE if monotone else SIGNAL, c.unit)
+
+
+def _same(one: Place, other: Place) -> bool:
+    if not one.name or one.span.kind != other.span.kind or one.span.kind == ANGLE:
+        return False
+    a, b = one.values - one.values.mean(), other.values - other.values.mean()
+    return float(np.sum(a * b)) > SAME * float(np.sqrt(np.sum(a**2) * np.sum(b**2)))
+
+
+def event_place(data: TireRuns) -> Place:
+    """Distance since the step, whatever else is the same as it."""
+    c = data.runs.coordinates[EVENT]
+    return Place(EVENT, _span(c, c.values), c.values)
+
+
+@lru_cache(maxsize=256)
+def _code(formula: str):
+    return compile(formula, "<modulator>", "eval")
+
+
+def factor(modulator: Modulator, data: TireRuns) -> np.ndarray:
+    """A modulator of these runs (runs, samples)."""
+    if not modulator.formula:
+        return np.ones(data.position.shape)
+    found = eval(_code(modulator.formula), {"np": np, "data": data})
+    return np.broadcast_to(np.asarray(found, dtype=float), data.position.shape)
+
+
+def sites_of(data: TireRuns, places: Sequence[Place]) -> list[Site]:
+    """All sites that these runs can show."""
+    channels = data.runs.channels
+    return [
+        Site(hook, place, BY_NAME[name])
+        for hook in HOOKS
+        if not hook.needs or hook.needs in channels
+        for place in places
+        if place.span.kind in hook.kinds and place.name != hook.needs
+        for name in _modulators(hook, place, data)
+    ]
+
+
+def _modulators(hook: Hook, place: Place, data: TireRuns) -> Iterator[str]:
+    """Those of a hook that differ from run to run and from each other."""
+    seen: list[np.ndarray] = []
+    for name in hook.modulators:
+        if not place.name and not name:
+            continue  # a constant is the base's own
+        m = factor(BY_NAME[name], data).ravel()
+        size = float(np.linalg.norm(m))
+        alike = any(abs(float(m @ o)) > SAME * size * float(np.linalg.norm(o)) for o in seen)
+        if size > 0.0 and not alike:
+            seen.append(m)
+            yield name

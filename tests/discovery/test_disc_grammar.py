@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The grammar of proposals: every piece of it makes an effect file that keeps the contract."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.effects.checks import check_effect, probe_of
+from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.proposal.curves import acting
+from flatplank_analysis.proposal.hooks import HOOKS, NONE
+from flatplank_analysis.proposal.modulators import BY_NAME, MODULATORS
+from flatplank_analysis.proposal.shapes import shapes
+from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
+from flatplank_analysis.proposal.sites import Place, Site, places_of, sites_of
+from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
+from flatplank_analysis.tirebase.further import coordinates_of
+
+OVER = {
+    PLACE: ("plank position", Span(0.0, 4.15, PLACE, "m")),
+    ANGLE: ("wheel angle", Span(0.0, 2.0 * np.pi, ANGLE, "rad")),
+    LEVEL: ("run order", Span(0.0, 26.0, LEVEL)),
+    SIGNAL: ("temperature", Span(-12.0, 31.0, SIGNAL, "degC")),
+    NONE: ("", Span(0.0, 1.0, NONE)),
+}
+HOOK = {h.name: h for h in HOOKS}
+
+
+def sentence(hook: str, kind: str, shape: str, modulator: str = "") -> Sentence:
+    """A sentence with every number in the middle of what is looked at."""
+    name, span = OVER[kind]
+    if shape == "ringing":
+        name, span = "distance since the step", Span(-1.5, 2.65, PLACE, "m")
+    form = shapes()[shape]
+    numbers = {n.name: float(np.median(list(n.grid(span)))) for n in form.numbers}
+    site = Site(HOOK[hook], Place(name, span, np.zeros((1, 1))), BY_NAME[modulator])
+    return Sentence(site, form, numbers, interval=(1.0, 2.0), told=("Seen.",))
+
+
+CASES = [("fx", k, s.name) for s in shapes().values() for k in s.kinds]
+CASES += [
+    (h.name, k, {PLACE: "bump", LEVEL: "threshold"}[k])
+    for h in HOOKS
+    for k in (PLACE, LEVEL)
+    if k in h.kinds
+]
+
+
+@pytest.mark.parametrize("hook, kind, shape", CASES)
+def test_file_keeps_the_contract(hook, kind, shape, tmp_path):
+    said = sentence(hook, kind, shape, "driving" if kind == NONE else "")
+    file = tmp_path / f"{said.identifier}.py"
+    file.write_text(text_of(said))
+    (effect,) = load_file(file)
+    assert check_effect(effect) == []
+    assert effect.identifier == said.identifier
+
+
+@pytest.mark.parametrize("modulator", [m.name for m in MODULATORS])
+def test_modulators_keep_the_contract(modulator):
+    effect = effect_of(text_of(sentence("fx", SIGNAL, "ramp", modulator)))
+    assert check_effect(effect) == []
+
+
+@pytest.mark.parametrize("hook, kind, shape", CASES)
+def test_file_is_short_and_within_the_margin(hook, kind, shape):
+    lines = text_of(sentence(hook, kind, shape, "driving")).splitlines()
+    assert 25 <= len(lines) <= 54
+    assert max(map(len, lines)) <= 99
+
+
+def test_every_shape_stays_finite_over_its_grid():
+    for shape in shapes().values():
+        for kind in shape.kinds:
+            span = OVER[kind][1]
+            u = np.linspace(span.low, span.high, 200)[None]
+            time = np.linspace(0.0, 100.0, 200)[None]
+            for n in shape.numbers:
+                low, high = n.bounds(span)
+                assert low < high and all(low <= v <= high for v in n.grid(span)), shape.name
+            middle = {n.name: float(np.median(list(n.grid(span)))) for n in shape.numbers}
+            found = shape.values(span, u, middle, time)
+            assert found.shape == (len(shape.terms), 1, 200), shape.name
+            assert np.isfinite(found).all() and np.ptp(found) > 0.0 or kind == NONE, shape.name
+
+
+def test_file_does_what_the_search_saw():
+    """The written effect and the curve of the search give the same forces."""
+    said = sentence("fx", PLACE, "bump", "driving")
+    effect = effect_of(text_of(said))
+    model = probe_of(effect)
+    u = model.data.coordinate("plank position")
+    basis = said.shape.values(said.site.place.span, u, said.numbers)
+    curve = acting(said.site, basis)
+    base = np.array([p.null for p in model.parameters])
+    named = {"amount": 30.0}
+    written = model.predict([Lane(base, ((effect, effect.vector(named)),))])
+    curved = model.predict([Lane(base, ((curve, np.array([30.0])),))])
+    assert np.allclose(written, curved, atol=1e-3)
+    assert np.ptp(written - model.predict([Lane(base)])) > 20.0
+
+
+def test_sites_are_what_the_runs_can_show():
+    data = probe_of(effect_of(text_of(sentence("fx", PLACE, "bump")))).data
+    places = places_of(data)
+    names = [p.name for p in places]
+    assert "plank position" in names and "slip level" not in names
+    assert set(names[1:]) <= set(coordinates_of(data))
+    sites = sites_of(data, places)
+    assert len({s.name for s in sites}) == len(sites)
+    # a constant is the base's own, unless something turns it on and off
+    assert all(s.modulator.name for s in sites if not s.place.name)

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole proposals: a force that is in no library goes from `none of these` to a file, a fallen
+error, and a confirmation by runs that took no part in the search."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+from bristles import Truth, campaign, save
+
+from flatplank_analysis.cli import add, confirm, effects, propose
+from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.errors import FlatplankError
+
+pytestmark = pytest.mark.timeout(900)  # whole searches: a busy machine takes minutes
+
+FEW = (-0.05, -0.01, 0.0, 0.01, 0.05)
+PULL = 45.0
+
+
+def _parted(tables, last: int):
+    """Runs of the search, and those of the last starts, which it does not see."""
+    return [t for t in tables if t.info.start < last], [t for t in tables if t.info.start >= last]
+
+
+@pytest.fixture(scope="module")
+def pulled(tmp_path_factory):
+    """Folders: a campaign with a pull at one place while driving, new runs of the same bench with
+    it, new runs with half of it; and the proposal as the verb printed it."""
+    folder = tmp_path_factory.mktemp("pulled")
+    truth = Truth(seed=71, slips=FEW, repeats=4, pull=PULL)
+    search, new = _parted(campaign(truth), 4)
+    _, weaker = _parted(campaign(replace(truth, pull=0.5 * PULL)), 4)
+    places = [folder / n for n in ("search", "new", "weaker")]
+    for place, tables in zip(places, (search, new, weaker), strict=True):
+        place.mkdir()
+        save(tables, place)
+    return places
+
+
+@pytest.fixture(scope="module")
+def proposed(pulled):
+    """The campaign's proposal: what the verb says for programs."""
+    import contextlib
+    import io
+
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        assert propose.main([str(pulled[0]), "--json"]) == 0
+    return json.loads(text.getvalue())
+
+
+def test_a_pull_is_proposed_with_place_size_and_form(proposed):
+    assert proposed["verdict"] == "proposed", proposed
+    assert (proposed["hook"], proposed["coordinate"]) == ("fx", "plank position")
+    assert (proposed["modulator"], proposed["shape"]) == ("driving", "bump")
+    refit = proposed["refit"]
+    assert refit["size"] == pytest.approx(PULL, rel=0.15)
+    assert proposed["numbers"]["start"] == pytest.approx(2.0, abs=0.1)
+    assert proposed["numbers"]["length"] == pytest.approx(0.8, abs=0.15)
+    assert refit["rmse"] < refit["rmse_before"]
+    assert refit["held_out"] < 1.1 * refit["floor"]
+    assert refit["held_out_level"] < 1.5 * refit["floor"]
+
+
+def test_the_file_is_an_ordinary_effect(proposed, pulled, tmp_path, capsys):
+    file = proposed["file"]
+    assert effects.main(["check", file]) == 0
+    model = tmp_path / "model.yaml"
+    arguments = [proposed["name"], str(pulled[0]), "--effects", file, "--model", str(model)]
+    capsys.readouterr()
+    assert add.main([*arguments, "--json"]) == 0
+    added = json.loads(capsys.readouterr().out)
+    assert added["rmse"] < added["rmse_before"]
+    assert yaml.safe_load(model.read_text())["effects"][0]["file"] == file
+    assert "while driving" in load_file(file)[0].what
+
+
+def test_a_file_that_is_there_is_never_written_over(proposed, pulled):
+    with pytest.raises(FlatplankError, match="is there already"):
+        propose.main([str(pulled[0]), "--out", proposed["file"]])
+
+
+def test_new_runs_confirm_or_say_what_failed(proposed, pulled, capsys):
+    search, new, weaker = map(str, pulled)
+    capsys.readouterr()
+    arguments = [proposed["file"], search, "--with", new, weaker, "--json"]
+    assert confirm.main(arguments) == 0
+    result = json.loads(capsys.readouterr().out)
+    good, bad = result["sets"]
+    assert good["reasons"] == [] and good["size"] == pytest.approx(PULL, rel=0.2)
+    assert good["rmse"] < good["rmse_before"]
+    assert "the size is another one" in bad["reasons"]
+    assert result["verdict"] == "not confirmed"
+    assert confirm.main([proposed["name"], search, "--with", new]) == 0
+    assert "verdict: confirmed" in capsys.readouterr().out
+
+
+def test_confirm_wants_other_runs_and_an_interval(proposed, pulled, tmp_path):
+    search, new, _ = map(str, pulled)
+    with pytest.raises(FlatplankError, match="are the runs of the search"):
+        confirm.main([proposed["file"], search, "--with", search])
+    text = proposed["text"]
+    old = tmp_path / "old.py"
+    old.write_text("\n".join(row for row in text.splitlines() if "    interval =" not in row))
+    with pytest.raises(FlatplankError, match="has no interval"):
+        confirm.main([str(old), search, "--with", new])
+
+
+def _warm(seed: int, size: float):
+    """A campaign with a column of temperature, and a force of `size` per 10 K."""
+    rng = np.random.default_rng(seed)
+    for table in campaign(Truth(seed=seed, slips=FEW)):
+        warm = rng.uniform(18.0, 32.0) + 0.5 * table["time"] / 130.0
+        fx = table["fx"] + size * (warm - 25.0) / 10.0
+        shown = warm + 0.05 * rng.standard_normal(len(warm))
+        yield table.with_columns(fx=fx, **{"temperature [degC]": shown})
+
+
+def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
+    save(list(_warm(72, 40.0)), tmp_path)
+    assert propose.main([str(tmp_path), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["verdict"] == "proposed", result
+    assert (result["hook"], result["coordinate"]) == ("fx", "temperature")
+    (effect,) = load_file(result["file"])
+    low, high = effect.seen["temperature"]
+    assert result["refit"]["size"] == pytest.approx(40.0 * (high - low) / 10.0, rel=0.2)
+    assert result["refit"]["rmse"] < 0.9 * result["refit"]["rmse_before"]
+    assert effects.main(["check", result["file"]]) == 0
+
+
+def test_a_column_without_effect_is_proposed_as_none(tmp_path, capsys):
+    save(list(_warm(73, 0.0)), tmp_path)
+    assert propose.main([str(tmp_path)]) == 0
+    assert capsys.readouterr().out.startswith("nothing to propose")
+    assert not list(tmp_path.glob("*.py"))
