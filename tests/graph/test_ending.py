@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
+import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,6 +17,7 @@ from bench_graph import loopback, next_domain
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
+from flatplank_hw.parent import STARTED
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
 
@@ -37,3 +41,30 @@ def test_every_node_ends_in_order_however_often_it_is_interrupted(
                 left[0].wait(0.02)
     assert {name: node.returncode for name, node in nodes.items()} == dict.fromkeys(nodes, 0)
     assert "Traceback" not in log.read_text()
+
+
+HANGS = """
+import ctypes
+import rclpy
+from flatplank_hw.nodes import encoders
+
+def never_ends():  # compiled code that keeps the interpreter for itself, as Fast DDS does
+    print("hangs", flush=True)
+    ctypes.PyDLL(None).sleep(600)
+
+rclpy.try_shutdown = never_ends
+raise SystemExit(encoders.main())
+"""
+
+
+def test_a_node_whose_middleware_does_not_end_ends_all_the_same(tmp_path: Path) -> None:
+    listens = tmp_path / "listens"
+    environment = os.environ | loopback(next_domain()) | {STARTED: str(listens)}
+    command = [sys.executable, "-c", HANGS]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as node:
+        while not listens.exists():
+            assert node.poll() is None
+            time.sleep(0.05)
+        node.send_signal(signal.SIGTERM)
+        said, _ = node.communicate()
+    assert (node.returncode, said) == (0, "hangs\n")

@@ -25,6 +25,7 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from flatplank_hw.ending import end_within
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.nodes.reporting import OF_NODES, Collector, Reporter, telling
@@ -36,6 +37,9 @@ ENDING = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_AT_SIGNALS = 0.1
 """a node that hears nothing looks so often whether it shall end [s]"""
+
+TO_END = 4.0
+"""the middleware has so long to say goodbye, when all work of the node is done [s]"""
 
 TO_COME, TO_COME_BACK = 30.0, 3.0
 """whoever is needed on a topic is missed after so long: at the start, later [s]"""
@@ -277,6 +281,7 @@ def run(make: Callable[[], Any], args: list[str] | None = None) -> int:
         return 1
     except Exception as error:
         print(f"ended by {type(error).__name__}: {_told(error)}", file=sys.stderr)
+        end_within(TO_END, 70)
         return 70
     finally:
         rclpy.try_shutdown()
@@ -303,7 +308,9 @@ def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
         finish = getattr(node, "finish", None)
         if finish is not None:
             finish()
-    return 1 if failed else 0
+    code = 1 if failed else 0
+    end_within(TO_END, code)
+    return code
 
 
 def _words(error: Exception) -> str:
