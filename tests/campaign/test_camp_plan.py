@@ -110,7 +110,7 @@ def test_facts_of_the_session_go_into_every_run_record():
 
 
 REFUSED = {
-    "load": (RUNS + "  fz: [3700, 9000]\n", 8, "fz is 9000, must be within 0 .. 8000"),
+    "load": (RUNS + "  fz: [3700, 9000]\n", 8, "fz is 9000 N, must be within 0 .. 8000"),
     "load of the tire": (
         "runs:\n- measurement: slip\n  fz: 7000\n", 6, "the MIC stands up to 6000 N"
     ),
@@ -171,7 +171,7 @@ REFUSED = {
     ),
     "session is no section": (RUNS + "session: 5\n", 8, "session is 5; give keys and values"),
     "common is no section": (RUNS + "common: 5\n", 8, "common is 5; give keys and values"),
-    "common": ("common: {fz: 9000}\n" + RUNS, 4, "fz is 9000, must be within 0 .. 8000"),
+    "common": ("common: {fz: 9000}\n" + RUNS, 4, "fz is 9000 N, must be within 0 .. 8000"),
     "key of common": ("common: {kapa: 1}\n" + RUNS, 4, "common: unknown key 'kapa'"),
     "tire of a block": (RUNS + "  tire: CON\n", 8, "tire does not belong here; write it once"),
     "number of a run": (RUNS + "  run_index: 3\n", 8, "run_index does not belong here; leave it"),
@@ -208,7 +208,7 @@ REFUSED = {
         RUNS + "reference: {every: 0}\n", 8, "every is 0; give a whole number, 1 or more"
     ),
     "load of the reference": (
-        RUNS + "reference:\n  every: 2\n  fz: 9000\n", 10, "fz is 9000, must be within 0 .. 8000"
+        RUNS + "reference:\n  every: 2\n  fz: 9000\n", 10, "fz is 9000 N, must be within 0 .. 8000"
     ),
     "key of the reference": (
         RUNS + "reference: {kapa: 1}\n", 8, "reference: unknown key 'kapa'"
@@ -290,7 +290,7 @@ def test_camber_is_made_everywhere_or_refused_on_paper(gamma):
     runs = f"runs:\n- measurement: slip\n  gamma_deg: {gamma:g}\n"
     road = PlantConfig.load().axes
     assert (-road.camber_limit_deg, road.camber_limit_deg) == limit.bounds
-    assert HANDS["road_camber"][2:] == HANDS["wheel_camber"][2:] == limit.bounds
+    assert HANDS["road_camber"][1] == HANDS["wheel_camber"][1] == "camber_deg"
     wheel = {"wheel_camber_deg": gamma}
     if limit.low <= gamma <= limit.high:
         dry_run(plan_from_text(HEAD + runs, "p.yaml"))
@@ -299,7 +299,7 @@ def test_camber_is_made_everywhere_or_refused_on_paper(gamma):
     with pytest.raises(PlanError) as caught:
         plan_from_text(HEAD + runs, "p.yaml")
     assert caught.value.problems == (
-        f"p.yaml:6: gamma_deg is {gamma:g}, must be within -15 .. 15",
+        f"p.yaml:6: gamma_deg is {gamma:g} deg, must be within -15 .. 15",
     )
     with pytest.raises(ParameterError):
         updated(HubParameters(), wheel, "hub")

@@ -151,7 +151,7 @@ BAD = {
     "- measurement: parking\n  profile: zigzag": "7: profile is 'zigzag'",
     "- measurement: camber_sweep\n  profile: sine\n  profile_parameters: {amplitud: 0.1}":
         "8: profile_parameters: unknown parameter 'amplitud'",
-    "- measurement: cleat\n  cleat_mm: 50": "7: cleat_mm is 50, must be within 0 .. 20",
+    "- measurement: cleat\n  cleat_mm: 50": "7: cleat_mm is 50 mm, must be within 0 .. 20",
     "- measurement: locked_wheel\n  distance: 4.15": "7: distance",
 }  # fmt: skip
 

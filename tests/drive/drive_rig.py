@@ -8,8 +8,8 @@ import math
 from collections import deque
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference, Wrench
 
 PERIOD = 4_000_000

@@ -9,8 +9,8 @@ import time
 import pytest
 from drive_rig import Rig, up
 
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import LEFT_OPERATION, NO_ANSWER, QUICK_STOP, RULES
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_hw.drive.cia402 import PATTERNS, TRANSITIONS, Goal, State, control_word, decode
+from flatplank_hw.cia402 import PATTERNS, TRANSITIONS, Goal, State, control_word, decode
 
 BOOK = {
     "x0xx0000": State.NOT_READY,

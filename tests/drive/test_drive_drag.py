@@ -7,7 +7,7 @@ import pytest
 from drive_rig import WORDS, Rig, up
 
 from flatplank_hw.bus.image import BusInputs
-from flatplank_hw.drive.cia402 import QUICK_STOP, State
+from flatplank_hw.cia402 import QUICK_STOP, State
 from flatplank_hw.drive.safety import RULES
 from flatplank_hw.params import load_parameters
 from flatplank_hw.share import config_file

@@ -12,8 +12,8 @@ from types import SimpleNamespace
 import pytest
 
 from flatplank_hw.bus.image import AXES, Health
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import DriveParameters
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.safety import RULES, Situation, first_stop
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.params import load

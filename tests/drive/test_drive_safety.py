@@ -9,8 +9,8 @@ from collections.abc import Callable
 import pytest
 from drive_rig import PERIOD, Rig, up
 
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import REASONS, DriveParameters
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.safety import RULES, Situation, first_stop
 
 LIMIT = 0.1

@@ -10,8 +10,8 @@ import pytest
 from ethercat_rig import BUS_FILES, be_quick, namespace
 
 from flatplank_hw.bus.image import AXES, BusInputs
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.samples import DriveSample
 from flatplank_sim.emulated import EmulatedBus

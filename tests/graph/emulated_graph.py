@@ -21,7 +21,7 @@ from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
-from flatplank_hw.drive.cia402 import State
+from flatplank_hw.cia402 import State
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import PlankSwitch, StartRecording, StopRecording

@@ -17,7 +17,7 @@ from ethercat_scenarios import SCENARIOS, Scenario
 from stalls import GraphStalls, LongestWait, undisturbed
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_hw.drive.cia402 import State
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive.safety import RULES
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import Claim, SetOperationMode, SetWaveform, StopRecording

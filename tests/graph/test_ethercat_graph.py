@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_hw.bus.image import Digital
-from flatplank_hw.drive.cia402 import State
+from flatplank_hw.cia402 import State
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import (
     SdoRead,

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from flatplank_hw.bus.image import Health
-from flatplank_hw.drive.cia402 import State
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import REASONS, RULES, STOPS
 from flatplank_hw.ethercat.master.guard import Cause

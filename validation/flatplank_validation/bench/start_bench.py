@@ -11,8 +11,8 @@ import numpy as np
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_hw.bus.image import BusInputs
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.samples import EncoderSample, HubSample

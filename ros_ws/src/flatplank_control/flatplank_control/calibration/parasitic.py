@@ -17,11 +17,11 @@ from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, to_text
+from flatplank_hw.machine import COUNTS_PER_TURN
 
 __all__ = [
     "MISMATCH", "Turn", "amplitudes", "difference", "identify_turn", "still_fits", "turn_of_bag",
 ]  # fmt: skip
-COUNTS = 20000
 TOPIC = "/bus/inputs"
 THREE_TURNS = 5.9 * math.pi
 """without what the wheel takes to stop [rad]"""
@@ -38,7 +38,7 @@ class Turn(NamedTuple):
 
 def turn_of(counts: list[int], volts: list[Any]) -> Turn:
     """From the counter of the wheel encoder and the bridge volts."""
-    return Turn(np.array(counts) * 2.0 * math.pi / COUNTS, np.array(volts, float))
+    return Turn(np.array(counts) * 2.0 * math.pi / COUNTS_PER_TURN, np.array(volts, float))
 
 
 def turn_of_bag(path: Path) -> Turn:

@@ -14,6 +14,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from flatplank_hw.machine import GEAR_RATIO
+
 CROSSOVER = 20.0
 """of the thesis's own loop, 3.14 Hz [rad/s]; reached when the delay allows it"""
 DELAY_PHASE = 0.32
@@ -40,7 +42,7 @@ class Gains(NamedTuple):
 class Machine:
     """What the wheel drive is to the loop; Table 5.1 with J_eff by (5.5)."""
 
-    gear: float = 1425.04
+    gear: float = GEAR_RATIO
     efficiency: float = 0.392
     inertia: float = 1009.3
     """J_eff [kg m2]"""

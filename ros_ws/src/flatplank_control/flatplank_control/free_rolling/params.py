@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flatplank_hw.machine import GEAR_RATIO
 from flatplank_hw.params import Params, param
 
 THESIS_LEAD_ALPHA = 0.2174
@@ -54,7 +55,7 @@ class FreeRollingParameters(Params):
     effective_radius: float = param(
         0.3085, "r_e at the start, a guess of 1 % will do", unit="m", bounds=(0.1, 1.0)
     )
-    gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
+    gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     catch_gain: float = param(
         0.05, "start: torque over motor speed error", unit="N m s/rad", bounds=(0.0, 10.0)
     )

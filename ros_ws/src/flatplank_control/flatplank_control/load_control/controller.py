@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flatplank_hw.limits import LIMITS, Limit
 from flatplank_hw.params import Params, param
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
@@ -29,7 +30,7 @@ class LoadParameters(Params):
         0.01, "low-pass of the measured force", unit="s", bounds=(0.001, 1.0)
     )
     ramp: float = param(2000.0, "of a new set-point", unit="N/s", bounds=(1.0, 1e5))
-    fz_limit: float = param(8000.0, "largest set-point", unit="N", bounds=(0.0, 1e5))
+    fz_limit: float = param(LIMITS["fz"].high, "largest set-point", unit="N", bounds=(0.0, 1e5))
 
 
 class LoadController:
@@ -47,8 +48,8 @@ class LoadController:
 
     def set_load(self, fz: float) -> None:
         """New set-point [N]; ValueError when the machine does not stand it."""
-        if not 0.0 <= fz <= self.parameters.fz_limit:
-            raise ValueError(f"load of {fz:g} N is outside 0 .. {self.parameters.fz_limit:g} N")
+        if reason := Limit(0.0, self.parameters.fz_limit, "N").refusal("fz", fz):
+            raise ValueError(reason)
         self.set_point = fz
 
     def reset(self) -> None:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from flatplank_control.panel.rings import Ring
 from flatplank_control.panel.signals import DEG, SIGNALS
 from flatplank_hw.bus.image import AXES, BusInputs, Digital, Health
-from flatplank_hw.drive.cia402 import State, decode
+from flatplank_hw.cia402 import State, decode
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import REASONS
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench

@@ -27,18 +27,19 @@ from flatplank_control.panel.link import BenchLink, Reply
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.limits import LIMITS
+from flatplank_hw.machine import ROAD_LENGTH
 from flatplank_hw.params import from_mapping
 
 PREDETERMINED = (0.0, 120.0, 240.0, 360.0, 1080.0)
 """[deg], thesis 4.1"""
 HANDS = {
-    "load_to": ("Load", "N", 0.0, 8000.0),
-    "pressure": ("Pressure", "bar", 0.5, 6.0),
-    "steer": ("Steering", "deg", *LIMITS["steer_deg"].bounds),
-    "wheel_camber": ("Wheel camber", "deg", *LIMITS["camber_deg"].bounds),
-    "road_camber": ("Road camber", "deg", *LIMITS["camber_deg"].bounds),
+    "load_to": ("Load", "fz"),
+    "pressure": ("Pressure", "pressure"),
+    "steer": ("Steering", "steer_deg"),
+    "wheel_camber": ("Wheel camber", "camber_deg"),
+    "road_camber": ("Road camber", "camber_deg"),
 }
-"""request -> label, unit, range: the operator's hands at the simulated machine"""
+"""request -> label and setting: the operator's hands at the simulated machine"""
 VALUES = {
     "position": ("position", "deg", math.radians(1.0), 100_000.0),
     "velocity": ("velocity", "rad/s", 1.0, 100.0),
@@ -192,10 +193,8 @@ class Operator:
             name=name,
             parameters=list(known),
             values=list(known.values()),
-            start_position=check.number(start, "start position", 0.0, 10.0, "m"),
-            effective_rolling_radius=check.number(
-                radius, "effective rolling radius", 0.0, 2.0, "m"
-            ),
+            start_position=check.setting(start, "step_position"),
+            effective_rolling_radius=check.setting(radius, "effective_rolling_radius"),
         )
         return await self.set_mode(page, "slip")
 
@@ -279,9 +278,10 @@ class Operator:
 
     # the operator's hands on the simulated machine
     async def hand(self, page: str, what: str, value: Any) -> str:
-        label, unit, low, high = HANDS[check.choice(what, HANDS, "quantity")]
-        number = check.number(value, label, low, high, unit)
-        return await self._do(page, what, f"{label} {number:g} {unit}", value=number)
+        label, setting = HANDS[check.choice(what, HANDS, "quantity")]
+        number = check.setting(value, setting)
+        text = f"{label} {number:g} {LIMITS[setting].unit}"
+        return await self._do(page, what, text, value=number)
 
     async def unload(self, page: str) -> str:
         return await self._do(page, "unload", "wheel lifted")
@@ -292,7 +292,7 @@ class Operator:
         word = {1: "forward", 0: "stop", -1: "reverse"}[int(direction)]
         limit = math.nan
         if stop_at not in (None, ""):
-            limit = check.number(stop_at, "stop position", -1.0, 4.22, "m")
+            limit = check.number(stop_at, "stop position", -1.0, ROAD_LENGTH, "m")
         move = self._do if direction else self._calm
         return await move(
             page,

@@ -13,6 +13,7 @@ from typing import Any
 
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.naming import check_name
+from flatplank_hw.limits import LIMITS, Limit
 from flatplank_hw.params import nearest
 
 NOTE_LENGTH = 2000
@@ -25,10 +26,14 @@ def number(value: Any, what: str, low: float, high: float, unit: str = "") -> fl
     except (TypeError, ValueError):
         raise ValueError(f"{what}: give a number, not {str(value)[:40]!r}") from None
     if not (math.isfinite(result) and low <= result <= high):
-        raise ValueError(
-            f"{what} is {result:g} {unit}; it must be within {low:g} .. {high:g} {unit}"
-        )
+        raise ValueError(Limit(low, high, unit).refusal(what, result))
     return result
+
+
+def setting(value: Any, name: str) -> float:
+    """A setting of the machine within its limit."""
+    limit = LIMITS[name]
+    return number(value, name, limit.low, limit.high, limit.unit)
 
 
 def choice(value: Any, known: Iterable[str], what: str) -> str:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from flatplank_analysis.data.readers.bag import MEASURED, import_bag
 from flatplank_analysis.errors import FlatplankError
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.run_record import RunRecord, record_from_dict, record_from_yaml
+from flatplank_hw.limits import RECORDED
 
 ESSENTIAL = frozenset({"measurement", "kappa", "fz"})
 """keys without which a record is filled in"""
@@ -57,11 +58,24 @@ def told(text: str, name: str = "") -> Told:
     if not text.strip():
         record = record_from_dict({"tire": UNKNOWN, "name": name or BY_HAND})
         return Told(record, {"name"} if name else ())
+    _refuse_settings(text)
     found = Told(record_from_yaml(text, "record"), set(data := yaml.safe_load(text)))
     name = name or data.get("name", "")
     if not name and not found.whole:
         name = f"{found.record.tire}_{BY_HAND}"
     return Told(found.record.with_changes(name=name), found.said) if name else found
+
+
+def _refuse_settings(text: str) -> None:
+    """RecordingError for what the machine cannot be set to; all else is the record's to judge."""
+    try:
+        data = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return
+    for key, value in data.items() if isinstance(data, Mapping) else ():
+        known = key in RECORDED and isinstance(value, (int, float))
+        if known and (reason := RECORDED[key].refusal(key, value)):
+            raise RecordingError(f"record: {reason}")
 
 
 def in_words(record: RunRecord) -> str:

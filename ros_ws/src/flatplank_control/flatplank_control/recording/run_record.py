@@ -229,6 +229,7 @@ _LIMITS = {
     "cycles_received": (0, 2**63, "-"),
     "cycles_lost": (0, 2**63, "-"),
 }
+"""what a file may hold: wider than the machine's limits, so that files of others are read"""
 _TEXTS = ("tire", "name", "uuid", "measurement", "serial", "operator", "status", "notes")
 
 

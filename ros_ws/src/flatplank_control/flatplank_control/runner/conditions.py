@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 
 from flatplank_control.runner.steps import Snapshot
-from flatplank_hw.drive.cia402 import State
+from flatplank_hw.cia402 import State
 
 Condition = Callable[[Snapshot], bool]
 AT_ANGLE = math.radians(0.2)

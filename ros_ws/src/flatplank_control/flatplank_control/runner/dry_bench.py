@@ -12,12 +12,12 @@ from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import SLOW, SPEED
 from flatplank_control.runner.performing import Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of
-from flatplank_hw.drive.cia402 import State
+from flatplank_hw.cia402 import State
+from flatplank_hw.machine import ROAD_LENGTH
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 STEP = 0.1
 """[s]"""
-ROAD = 4.22
 WHEEL_SPEED = 0.15
 """of a move [rad/s]"""
 BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2}
@@ -81,7 +81,7 @@ class DryBench:
     def _advance(self) -> None:
         self.time += STEP
         speed = self._direction * (SPEED if self._fast or self._direction < 0 else SLOW)
-        self.plank = min(max(self.plank + speed * STEP, -0.01), ROAD)
+        self.plank = min(max(self.plank + speed * STEP, -0.01), ROAD_LENGTH)
         if self._direction > 0 and self.plank >= self._stop_at:
             self.plank, self._direction = self._stop_at, 0
         if self._direction > 0:
@@ -97,7 +97,10 @@ class DryBench:
     @property
     def _moves(self) -> bool:
         return (
-            self._direction > 0 and self.plank < ROAD or self._direction < 0 and self.plank > -0.01
+            self._direction > 0
+            and self.plank < ROAD_LENGTH
+            or self._direction < 0
+            and self.plank > -0.01
         )
 
     def snapshot(self) -> S.Snapshot:

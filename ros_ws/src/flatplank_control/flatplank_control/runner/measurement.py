@@ -12,22 +12,25 @@ from typing import Any
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold.profiles import PROFILES
 from flatplank_hw.hub import HubParameters
-from flatplank_hw.limits import LIMITS
+from flatplank_hw.limits import LIMITS, RECORDED, Limit
+from flatplank_hw.machine import FAST as SPEED
+from flatplank_hw.machine import ROAD_LENGTH, SLOW
 from flatplank_hw.params import ParameterError, nearest
 from flatplank_hw.params import from_mapping as from_params
 
-ROAD_LENGTH = 4.22
-"""[m], section 3.1"""
-SPEED = 0.03092
-"""fast speed of the plank [m/s], thesis 4.3"""
-SLOW = 0.0015
-"""the other one [m/s]"""
 DIRECTIONS = {"forward": 1, "reverse": -1}
 TRIGGER_AT = 0.02
 """position of the machine at which the motion trigger is, and that of the encoder 0 [m]"""
-MAX_FZ = 8000.0
-"""[N], section 2.2"""
-MAX_SLIP = 0.5
+SETTINGS = {
+    **RECORDED,
+    "end_position": LIMITS["end_position"],
+    "cleat_mm": LIMITS["cleat_mm"],
+    "start_angle_deg": Limit(-360.0, 360.0, "deg"),
+    "distance": Limit(0.0, ROAD_LENGTH - 0.2, "m"),
+    "profile_time": Limit(0.1, 3600.0, "s"),
+    "optical_trigger": Limit(0.0, 1.0, "m"),
+}
+"""field -> its range"""
 ON_THE_ROAD = ("slip", "cleat", "turning", "camber_sweep")
 """kinds that roll by the wheel's speed and need an effective rolling radius"""
 DRAGGED = ("stiffness_longitudinal", "stiffness_lateral", "locked_wheel")
@@ -118,25 +121,10 @@ class Measurement:
             value = getattr(self, f.name)
             if isinstance(value, float) and not math.isfinite(value):
                 return f.name, f"{f.name} is {value}, must be finite"
-        limits = {
-            "kappa": (-MAX_SLIP, MAX_SLIP),
-            "fz": (0.0, MAX_FZ),
-            "pressure": (0.5, 5.0),
-            "alpha_deg": LIMITS["steer_deg"].bounds,
-            "start_angle_deg": (-360.0, 360.0),
-            "wheel_camber_deg": LIMITS["camber_deg"].bounds,
-            "effective_rolling_radius": (0.15, 0.5),
-            "step_position": (0.0, ROAD_LENGTH),
-            "end_position": (0.0, ROAD_LENGTH - 0.02),
-            "distance": (0.0, ROAD_LENGTH - 0.2),
-            "cleat_mm": (0.0, 20.0),
-            "profile_time": (0.1, 3600.0),
-            "optical_trigger": (0.0, 1.0),
-        }
-        for name, (low, high) in limits.items():
+        for name, limit in SETTINGS.items():
             value = getattr(self, name)
-            if value is not None and not low <= value <= high:
-                return name, f"{name} is {value:g}, must be within {low:g} .. {high:g}"
+            if value is not None and (reason := limit.refusal(name, value)):
+                return name, reason
         found = self._refuse_camber() or self._refuse_motion()
         if found:
             return found
@@ -162,18 +150,12 @@ class Measurement:
 
     def _refuse_camber(self) -> tuple[str, str] | None:
         """The road takes what the hub does not."""
-        low, high = LIMITS["camber_deg"].bounds
         hub = self.wheel_camber_deg or 0.0
-        if low <= self.gamma_deg - hub <= high:
-            return None
-        if not hub:
-            return "gamma_deg", (
-                f"gamma_deg is {self.gamma_deg:g}, must be within {low:g} .. {high:g}"
-            )
-        return "gamma_deg", (
-            f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub: the road would tilt by "
-            f"{self.gamma_deg - hub:g} deg, must be within {low:g} .. {high:g}"
-        )
+        name = "gamma_deg"
+        if hub:
+            name = f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub: the road's camber"
+        reason = LIMITS["camber_deg"].refusal(name, self.gamma_deg - hub)
+        return ("gamma_deg", reason) if reason else None
 
     def _refuse_motion(self) -> tuple[str, str] | None:
         """Of the plank and of the coupling to the wheel's drive."""

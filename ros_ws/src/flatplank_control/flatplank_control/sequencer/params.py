@@ -5,11 +5,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flatplank_hw.limits import LIMITS
+from flatplank_hw.machine import GEAR_RATIO, USABLE_ROAD
 from flatplank_hw.params import Params, param
 
 SETUP_CONSTANTS = ("commanded_speed",)
 """parameters that a plan may change while the node runs"""
 _MESH = (-1e-3, 1e-3)
+
+RADIUS = LIMITS["effective_rolling_radius"]
 
 
 @dataclass(frozen=True)
@@ -62,16 +66,24 @@ class SequencerParameters(Params):
         True, "the second road encoder, where it is fitted, tells the travel instead"
     )
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
-    gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
+    gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     slip_from_motor: bool = param(
         True, "actual slip from the motor encoder, the better signal; false: wheel encoder"
     )
-    road_length: float = param(4.2, "usable travel of the plank", unit="m", bounds=(0.1, 100.0))
+    road_length: float = param(
+        USABLE_ROAD, "usable travel of the plank", unit="m", bounds=(0.1, 100.0)
+    )
     radius_min: float = param(
-        0.15, "smallest effective rolling radius", unit="m", bounds=(0.01, 2.0)
+        RADIUS.low,
+        "smallest effective rolling radius",
+        unit="m",
+        bounds=(0.01, 2.0),
     )
     radius_max: float = param(
-        0.5, "largest effective rolling radius", unit="m", bounds=(0.01, 2.0)
+        RADIUS.high,
+        "largest effective rolling radius",
+        unit="m",
+        bounds=(0.01, 2.0),
     )
 
     def check(self) -> str | None:

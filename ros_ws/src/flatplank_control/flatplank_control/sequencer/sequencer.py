@@ -11,6 +11,7 @@ from flatplank_control.sequencer.follow import Follower
 from flatplank_control.sequencer.params import SETUP_CONSTANTS, SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
 from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_hw.limits import Limit
 from flatplank_hw.params import ParameterError, from_mapping, nearest, only_these
 from flatplank_hw.samples import EncoderSample, Reference
 
@@ -180,13 +181,13 @@ class SlipSequencer:
         p = self.parameters
         if not (math.isfinite(start) and math.isfinite(radius)):
             return f"start position {start} m, effective rolling radius {radius} m: give numbers"
-        if not p.radius_min <= radius <= p.radius_max:
-            return (
-                f"effective rolling radius of {radius:g} m is outside "
-                f"{p.radius_min:g} .. {p.radius_max:g} m"
-            )
-        if start >= p.road_length or start < 0.0:
-            return f"start position {start:g} m is not on the road, 0 .. {p.road_length:g} m"
+        known = {
+            "effective_rolling_radius": (Limit(p.radius_min, p.radius_max, "m"), radius),
+            "step_position": (Limit(0.0, p.road_length, "m"), start),
+        }
+        for name, (limit, value) in known.items():
+            if reason := limit.refusal(name, value):
+                return reason
         if self._position is not None and start < self._position:
             return (
                 f"start position {start:g} m is behind the plank at {self._position:.3f} m: "

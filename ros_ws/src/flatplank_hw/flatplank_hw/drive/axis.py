@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
+from flatplank_hw.cia402 import Goal, State, control_word, decode
 from flatplank_hw.drive import safety
-from flatplank_hw.drive.cia402 import Goal, State, control_word, decode
 from flatplank_hw.drive.modes import STAND, Mode, SetPoint
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.requests import DriveRequests

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from flatplank_hw.bus.image import AxisInputs
-from flatplank_hw.drive.cia402 import (
+from flatplank_hw.cia402 import (
     ENABLE_OPERATION,
     HOMING_ATTAINED,
     HOMING_ERROR,

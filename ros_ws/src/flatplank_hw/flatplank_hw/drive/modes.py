@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar, NamedTuple
 
-from flatplank_hw.drive.cia402 import CiaMode
+from flatplank_hw.cia402 import CiaMode
 from flatplank_hw.drive.motion import Move
 from flatplank_hw.drive.params import DriveParameters
 

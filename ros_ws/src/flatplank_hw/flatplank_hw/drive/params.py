@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive.safety import RULES
+from flatplank_hw.limits import LIMITS
+from flatplank_hw.machine import GEAR_RATIO, USABLE_ROAD
 from flatplank_hw.params import Params, nearest, param
 
 _POSITIVE = (1e-9, 1e9)
@@ -20,7 +22,7 @@ class DriveParameters(Params):
 
     axis: str = param("wheel", "place of the drive on the bus", choices=AXES, read_only=True)
     counts_per_turn: int = param(2**23, "motor encoder", unit="counts/turn", bounds=(1, 2**31))
-    gear_ratio: float = param(1425.04, "motor to output, 30.32 * 47", bounds=(1e-3, 1e6))
+    gear_ratio: float = param(GEAR_RATIO, "motor to output, 30.32 * 47", bounds=(1e-3, 1e6))
     output_per_turn: float = param(
         2.0 * math.pi,
         "rad of one output turn, or m for a linear axis",
@@ -97,9 +99,14 @@ class DriveParameters(Params):
     unloaded_fz: float = param(
         400.0, "unloaded: filtered |Fz| below this", unit="N", bounds=(0.0, 5000.0)
     )
-    road_length: float = param(4.2, "usable travel of the plank", unit="m", bounds=(0.1, 100.0))
+    road_length: float = param(
+        USABLE_ROAD, "usable travel of the plank", unit="m", bounds=(0.1, 100.0)
+    )
     steering_limit_deg: float = param(
-        48.0, "the motor hits the pillar beyond, chapter 3", unit="deg", bounds=(0.0, 180.0)
+        LIMITS["steer_deg"].high,
+        "the motor hits the pillar beyond, chapter 3",
+        unit="deg",
+        bounds=(0.0, 180.0),
     )
 
     def check(self) -> str | None:

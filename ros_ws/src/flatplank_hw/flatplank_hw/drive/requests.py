@@ -7,8 +7,8 @@ from __future__ import annotations
 import math
 
 from flatplank_hw.answers import Agenda, Answer, refused
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import safety
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.drive.details import detail
 from flatplank_hw.drive.homing import Homer
 from flatplank_hw.drive.modes import MODES, Mode, Position

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from flatplank_hw.bus.image import Digital, Health
-from flatplank_hw.drive.cia402 import State
+from flatplank_hw.cia402 import State
 from flatplank_hw.troubles import TROUBLES
 
 if TYPE_CHECKING:

@@ -4,11 +4,9 @@
 from __future__ import annotations
 
 from flatplank_hw.bus.image import AxisInputs
+from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.encoders.counter import turns_between, wrapped
-
-TORQUE_UNIT = 1e-4
-"""[N m] per unit of the torque on the bus."""
 
 
 class Shaft:

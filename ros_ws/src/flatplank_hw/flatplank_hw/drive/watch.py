@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from flatplank_hw.bus.image import AXES, BusInputs
-from flatplank_hw.drive.cia402 import State, decode
+from flatplank_hw.cia402 import State, decode
 from flatplank_hw.drive.operator import Charge
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.safety import Situation

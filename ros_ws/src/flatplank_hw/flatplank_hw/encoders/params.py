@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flatplank_hw.machine import COUNTS_PER_TURN, GEAR_RATIO
 from flatplank_hw.params import Params, param
 
 _COUNTS = (-(2**31), 2**31)
@@ -19,20 +20,20 @@ class EncoderParameters(Params):
 
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
     plank_counts_per_turn: int = param(
-        20000, "pinion encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
+        COUNTS_PER_TURN, "pinion encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
     )
     pinion_pitch_radius: float = param(
         0.05, "of the plank drive's pinion", unit="m", bounds=(0.001, 1.0), placeholder=True
     )
     wheel_counts_per_turn: int = param(
-        20000, "wheel encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
+        COUNTS_PER_TURN, "wheel encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
     )
     motor_counts_per_turn: int = param(
         2**23, "wheel drive motor, 23 bit", unit="counts/turn", bounds=_COUNTS
     )
-    gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
+    gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     steer_counts_per_turn: int = param(
-        20000,
+        COUNTS_PER_TURN,
         "steering encoder, counts per turn of the turntable",
         unit="counts/turn",
         bounds=_COUNTS,
@@ -42,11 +43,19 @@ class EncoderParameters(Params):
         0.0, "added to the measured steering angle", unit="deg", bounds=(-90.0, 90.0)
     )
     camber_counts_per_turn: int = param(
-        20000, "road camber encoder", unit="counts/turn", bounds=_COUNTS, placeholder=True
+        COUNTS_PER_TURN,
+        "road camber encoder",
+        unit="counts/turn",
+        bounds=_COUNTS,
+        placeholder=True,
     )
     road_encoder_fitted: bool = param(False, "a second encoder rolls on the road itself")
     road_counts_per_turn: int = param(
-        20000, "second road encoder", unit="counts/turn", bounds=_COUNTS, placeholder=True
+        COUNTS_PER_TURN,
+        "second road encoder",
+        unit="counts/turn",
+        bounds=_COUNTS,
+        placeholder=True,
     )
     road_encoder_radius: float = param(
         0.05, "of its measuring wheel", unit="m", bounds=(0.001, 1.0), placeholder=True

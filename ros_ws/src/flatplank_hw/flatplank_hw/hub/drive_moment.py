@@ -11,12 +11,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from flatplank_hw.bus.image import BusInputs
+from flatplank_hw.cia402 import TORQUE_UNIT
 
 if TYPE_CHECKING:
     from flatplank_hw.hub.params import HubParameters
-
-TORQUE_UNIT = 1e-4
-"""[N m] per unit of the torque on the bus."""
 
 
 def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:

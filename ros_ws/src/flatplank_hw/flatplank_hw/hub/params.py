@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from flatplank_hw.hub.drive_moment import SOURCES
 from flatplank_hw.limits import LIMITS
+from flatplank_hw.machine import COUNTS_PER_TURN, GEAR_RATIO
 from flatplank_hw.params import Params, param
 
 _GAIN = (1.0, 1e5)
@@ -46,17 +47,17 @@ class HubParameters(Params):
         0.0, "added to the measured road camber", unit="deg", bounds=LIMITS["camber_deg"].bounds
     )
     camber_counts_per_turn: int = param(
-        20000,
+        COUNTS_PER_TURN,
         "road camber encoder",
         unit="counts/turn",
         bounds=(-(2**31), 2**31),
         placeholder=True,
     )
     wheel_counts_per_turn: int = param(
-        20000, "wheel encoder, chapter 3", unit="counts/turn", bounds=(-(2**31), 2**31)
+        COUNTS_PER_TURN, "wheel encoder, chapter 3", unit="counts/turn", bounds=(-(2**31), 2**31)
     )
     plank_counts_per_turn: int = param(
-        20000, "pinion encoder, chapter 3", unit="counts/turn", bounds=(-(2**31), 2**31)
+        COUNTS_PER_TURN, "pinion encoder, chapter 3", unit="counts/turn", bounds=(-(2**31), 2**31)
     )
 
     lvdt_gain: float = param(
@@ -90,7 +91,7 @@ class HubParameters(Params):
         False, "M_yw gains cos(gamma) M_yc and M_zw gains sin(gamma) M_yc"
     )
     drive_moment_source: str = param("force_balance", "estimate of M_yc", choices=sorted(SOURCES))
-    gear_ratio: float = param(1425.04, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
+    gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
     efficiency: float = param(0.392, "of the wheel drive, Table 5.1", bounds=(0.01, 1.0))
     friction_torque: float = param(
         1.5, "of the wheel drive at the motor", unit="N m", bounds=(0.0, 100.0), placeholder=True

@@ -7,14 +7,13 @@ from collections.abc import Callable
 from functools import partial
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
+from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.ethercat import channels
 from flatplank_hw.ethercat.busfile import Entry
 from flatplank_hw.ethercat.layout import limits
 from flatplank_sim.emulator.drive_firmware import IDLE, DriveFirmware
 from flatplank_sim.emulator.slave import EmulatedSlave
 
-TORQUE_UNIT = 1e-4
-"""of AxisInputs.torque and AxisCommand.target_torque [N m]"""
 Getter = Callable[[BusInputs], int]
 
 

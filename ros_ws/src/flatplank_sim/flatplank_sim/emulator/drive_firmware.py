@@ -8,14 +8,18 @@ The motor, its CiA 402 states and its modes are the plant's; this layer decides 
 from __future__ import annotations
 
 from flatplank_hw.bus.image import AxisCommand, AxisInputs
+from flatplank_hw.cia402 import (
+    DISABLE_VOLTAGE,
+    FAULT_RESET,
+    FAULT_STATUS,
+    QUICK_STOP,
+    STATE_BITS,
+    STATUS,
+    State,
+)
 from flatplank_sim.emulator.slave import EmulatedSlave
 
-QUICK_STOP = 0x0002
-DISABLE_VOLTAGE = 0x0000
-FAULT_RESET = 0x0080
-FAULT_STATUS = 0x0218
-"""fault, voltage enabled, remote"""
-ENABLED_MASK, ENABLED = 0x006F, 0x0027
+ENABLED = STATUS[State.OPERATION_ENABLED]
 COMMUNICATION = 0x7500
 FOLLOWING_ERROR = 0x8611
 STOP_NS = 200_000_000
@@ -80,11 +84,11 @@ class DriveFirmware:
         self, motor: AxisInputs, asked: tuple[int, int, int, int, int], now: int
     ) -> AxisInputs:
         """What the drive tells of its motor."""
-        self._enabled = motor.status_word & ENABLED_MASK == ENABLED
+        self._enabled = motor.status_word & STATE_BITS == ENABLED
         if self.stuck and not self.fault:
             self._watch_following(asked, now)
             if not self.fault:
-                return motor._replace(status_word=motor.status_word & ~ENABLED_MASK | 0x0037)
+                return motor._replace(status_word=motor.status_word & ~STATE_BITS | 0x0037)
         if self.fault:
             return motor._replace(status_word=FAULT_STATUS, error_code=self.fault)
         return motor

@@ -7,12 +7,12 @@ from __future__ import annotations
 from typing import Any
 
 from flatplank_hw.bus.image import AXES, BusInputs
+from flatplank_hw.cia402 import State, decode
 
 WHEEL_MOVING = 0.002
 """wheel speed over which the wheel counts as turning; its ordinary speed is 0.1 [rad/s]"""
 MOVING = 800
 """the same for a motor alone [counts per cycle]"""
-ENABLED_MASK, ENABLED = 0x006F, 0x0027
 
 
 class Witness:
@@ -50,7 +50,7 @@ class Witness:
                 if turning:
                     self.last_moving[i] = now
             self._position[i] = axis.position
-            on = axis.status_word & ENABLED_MASK == ENABLED
+            on = decode(axis.status_word) is State.OPERATION_ENABLED
             if on and not self.enabled[i]:
                 self.enables[i] += 1
             self.enabled[i] = on

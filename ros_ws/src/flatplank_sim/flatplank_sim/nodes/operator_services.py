@@ -10,22 +10,23 @@ from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
+from flatplank_hw.limits import refusal
 from flatplank_hw.nodes.support import BenchNode, answer
 from flatplank_msgs.srv import PlankSwitch, SetValue
 
 PREFIX = "/simulated_plant"
 SWITCHES = {"emergency_stop": "emergency_stop", "connect_flexplates": "flexplates"}
 """service -> method of the plant's operator"""
-VALUES: dict[str, tuple[str, Callable[[float], float]]] = {
-    "set_axle_height": ("axle_height", float),
-    "load_to": ("load_to", float),
-    "set_pressure_bar": ("pressure", float),
-    "set_cleat_mm": ("cleat", lambda mm: 1e-3 * mm),
-    "set_steer_deg": ("steer", math.radians),
-    "set_wheel_camber_deg": ("wheel_camber", math.radians),
-    "set_road_camber_deg": ("road_camber", math.radians),
+VALUES: dict[str, tuple[str, str, Callable[[float], float]]] = {
+    "set_axle_height": ("", "axle_height", float),
+    "load_to": ("fz", "load_to", float),
+    "set_pressure_bar": ("pressure", "pressure", float),
+    "set_cleat_mm": ("cleat_mm", "cleat", lambda mm: 1e-3 * mm),
+    "set_steer_deg": ("steer_deg", "steer", math.radians),
+    "set_wheel_camber_deg": ("camber_deg", "wheel_camber", math.radians),
+    "set_road_camber_deg": ("camber_deg", "road_camber", math.radians),
 }
-"""service -> method and conversion of its value to SI"""
+"""service -> setting whose limit holds, method, conversion of its value to SI"""
 
 Operate = Callable[..., Any]
 """name of a method of the plant's operator and its arguments; ValueError refuses"""
@@ -40,8 +41,8 @@ class OperatorServices:
         node.serve(Trigger, f"{PREFIX}/unload", self._on_unload)
         for name, method in SWITCHES.items():
             node.serve(SetBool, f"{PREFIX}/{name}", partial(self._on_switch, method))
-        for name, (method, to_si) in VALUES.items():
-            node.serve(SetValue, f"{PREFIX}/{name}", partial(self._on_value, method, to_si))
+        for name in VALUES:
+            node.serve(SetValue, f"{PREFIX}/{name}", partial(self._on_value, name))
 
     def _act(self, response: Any, name: str, *values: Any) -> Any:
         try:
@@ -59,7 +60,8 @@ class OperatorServices:
     def _on_switch(self, method: str, request: Any, response: Any) -> Any:
         return self._act(response, method, request.data)
 
-    def _on_value(
-        self, method: str, to_si: Callable[[float], float], request: Any, response: Any
-    ) -> Any:
+    def _on_value(self, name: str, request: Any, response: Any) -> Any:
+        setting, method, to_si = VALUES[name]
+        if setting and (reason := refusal(setting, request.value)):
+            return answer(response, False, reason, self._cycle())
         return self._act(response, method, to_si(request.value))

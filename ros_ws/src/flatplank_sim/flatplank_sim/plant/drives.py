@@ -8,25 +8,26 @@ from __future__ import annotations
 
 import math
 
+from flatplank_hw.cia402 import FAULT_RESET, STATUS, TORQUE_UNIT, CiaMode, State
 from flatplank_sim.plant.compiling import inner
 from flatplank_sim.plant.drivetrain import OFF, TORQUE, VELOCITY
 
+# plain numbers: compiled code knows no enumerations
 NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = (
-    range(8)
+    map(int, State)
 )
-STATUS_BITS = (0x0000, 0x0040, 0x0021, 0x0023, 0x0027, 0x0007, 0x000F, 0x0008)
+STATUS_BITS = tuple(STATUS[state] for state in State)
 VOLTAGE, REMOTE, REACHED, LIMIT, SPECIFIC = 0x0010, 0x0200, 0x0400, 0x0800, 0x1000
 
-PROFILE_POSITION, PROFILE_VELOCITY, PROFILE_TORQUE, HOMING = 1, 3, 4, 6
-CYCLIC_POSITION, CYCLIC_VELOCITY, CYCLIC_TORQUE = 8, 9, 10
-MODES = (1, 3, 4, 6, 8, 9, 10)
+MODES = tuple(map(int, CiaMode))
+PROFILE_POSITION, PROFILE_VELOCITY, PROFILE_TORQUE, HOMING = MODES[:4]
+CYCLIC_POSITION, CYCLIC_VELOCITY, CYCLIC_TORQUE = MODES[4:]
 
 ERROR_WATCHDOG = 0x7500
 """communication: no fresh command"""
 ERROR_BLOCKED = 0x7121
 """motor blocked"""
-NEW_SETPOINT, RELATIVE, HALT, RESET = 0x10, 0x40, 0x100, 0x80
-TORQUE_UNIT = 1e-4
+NEW_SETPOINT, RELATIVE, HALT, RESET = 0x10, 0x40, 0x100, FAULT_RESET
 STOPPED = 10.0
 """times the velocity window: slow enough to open the power stage after a stop"""
 TURN = 2.0 * math.pi

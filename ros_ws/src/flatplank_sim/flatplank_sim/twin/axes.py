@@ -11,8 +11,8 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_hw.bus.image import AxisCommand, BusInputs
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.drive.cia402 import State
 from flatplank_hw.params import from_mapping
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 

@@ -10,6 +10,7 @@ from nicegui import ui
 from flatplank_control.panel.host import KINDS, PRESETS, TIRES, interfaces
 from flatplank_control.panel.operator import HANDS
 from flatplank_control.panel.views.page import Page
+from flatplank_hw.limits import LIMITS
 
 START_VALUES = {
     "load_to": 3700.0,
@@ -57,8 +58,8 @@ def build(page: Page) -> None:
         with page.row():
             fast = ui.switch("Fast (0.0309 m/s)", value=True)
             stop_at = page.number("Stops at", 4.1, "m")
-        for what, (label, unit, _, _) in HANDS.items():
-            _hand(page, what, label, unit)
+        for what, (label, setting) in HANDS.items():
+            _hand(page, what, label, LIMITS[setting].unit)
         with page.row():
             page.button("Lift the wheel", lambda: op.unload(page.id))
             page.button("Release emergency stop", lambda: op.release_emergency_stop(page.id))

@@ -12,14 +12,14 @@ from flatplank_control.panel.operator import waveform_of
 from flatplank_control.panel.views.page import Page
 from flatplank_control.panel.views.plots import ACTUAL, LINE, SOFT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_hw.machine import USABLE_ROAD
 from flatplank_hw.params import describe
 
-ROAD = 4.2
 START = {"kappa": 0.05, "amplitude": 0.03, "wavelength": 1.0, "kappa_1": 0.03, "kappa_2": -0.03}
 
 
 def preview(
-    name: str, values: dict[str, Any], start: float, road: float = ROAD
+    name: str, values: dict[str, Any], start: float, road: float = USABLE_ROAD
 ) -> list[list[float]]:
     """Slip [%] over plank position [m]; ValueError when the waveform is refused."""
     wave = waveform_of(name, values)
@@ -40,7 +40,12 @@ def chart_options(data: list[list[float]]) -> dict[str, Any]:
             "top": 0,
             "textStyle": {"fontSize": 12, "fontWeight": 400, "color": SOFT},
         },
-        "xAxis": {"type": "value", "max": ROAD, "axisLabel": quiet, "splitLine": {"show": False}},
+        "xAxis": {
+            "type": "value",
+            "max": USABLE_ROAD,
+            "axisLabel": quiet,
+            "splitLine": {"show": False},
+        },
         "yAxis": {
             "type": "value",
             "axisLabel": quiet,

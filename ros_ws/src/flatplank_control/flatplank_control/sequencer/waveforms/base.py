@@ -6,10 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from flatplank_hw.limits import LIMITS
 from flatplank_hw.params import Params
 
-MAX_SLIP = 0.5
-SLIP = (-MAX_SLIP, MAX_SLIP)
+SLIP = LIMITS["kappa"].bounds
+MAX_SLIP = SLIP[1]
 LENGTH = (1e-3, 100.0)
 
 

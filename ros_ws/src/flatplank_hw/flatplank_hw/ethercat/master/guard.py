@@ -10,10 +10,19 @@ from __future__ import annotations
 from enum import IntEnum
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
+from flatplank_hw.cia402 import (
+    DISABLE_VOLTAGE,
+    ENABLE_OPERATION,
+    FAULT_RESET,
+    FAULT_STATUS,
+    QUICK_STOP,
+    SHUTDOWN,
+    STATE_BITS,
+    STATUS,
+    SWITCH_ON,
+    State,
+)
 
-QUICK_STOP, DISABLE_VOLTAGE, FAULT_RESET = 0x0002, 0x0000, 0x0080
-FAULT_STATUS = 0x0218
-STATE_MASK = 0x006F
 BRAKING_S = 0.25
 """quick stop for so long, then the voltage is taken away [s]"""
 
@@ -31,12 +40,13 @@ class Cause(IntEnum):
 
 # status (masked) -> words (masked) that would bring the drive nearer to motion
 _UPWARD = {
-    0x40: (0x06, 0x07, 0x0F),
-    0x60: (0x06, 0x07, 0x0F),
-    0x21: (0x07, 0x0F),
-    0x23: (0x0F,),
+    STATUS[State.SWITCH_ON_DISABLED]: (SHUTDOWN, SWITCH_ON, ENABLE_OPERATION),
+    # the same with the quick stop bit, which says nothing in this state
+    STATUS[State.SWITCH_ON_DISABLED] | 0x20: (SHUTDOWN, SWITCH_ON, ENABLE_OPERATION),
+    STATUS[State.READY_TO_SWITCH_ON]: (SWITCH_ON, ENABLE_OPERATION),
+    STATUS[State.SWITCHED_ON]: (ENABLE_OPERATION,),
 }
-_ENERGISED = (0x27, 0x07)
+_ENERGISED = (STATUS[State.OPERATION_ENABLED], STATUS[State.QUICK_STOP_ACTIVE])
 _LIMITS = {
     AXES.index("wheel"): Digital.LIMIT_FRONT,
     AXES.index("plank"): Digital.LIMIT_FRONT | Digital.LIMIT_REAR,
@@ -123,7 +133,9 @@ class Guard:
 
     @staticmethod
     def _status(axis: int, inputs: BusInputs | None) -> int:
-        return inputs.axes[axis].status_word & STATE_MASK if inputs is not None else 0x27
+        if inputs is None:
+            return STATUS[State.OPERATION_ENABLED]
+        return inputs.axes[axis].status_word & STATE_BITS
 
 
 def _wants_motion(status: int, word: int) -> bool:

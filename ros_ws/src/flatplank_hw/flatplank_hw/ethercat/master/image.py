@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
+from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.ethercat import channels
 from flatplank_hw.ethercat.busfile import BusFile, Entry
 from flatplank_hw.ethercat.layout import Layout, limits
 from flatplank_hw.ethercat.master.bits import BitPlace, place_bits
 from flatplank_hw.ethercat.master.counter import Counter
 
-TORQUE_UNIT = 1e-4
-"""of the torques in the image [N m]"""
 _ZERO, _ECHO, _DIGITAL, _AXES = 0, 1, 2, 3
 _WORDS = len(channels.AXIS_OUTPUTS)
 

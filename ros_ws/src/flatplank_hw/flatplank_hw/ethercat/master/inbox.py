@@ -6,8 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from flatplank_hw.bus.image import AxisCommand
-
-FAULT_RESET = 0x0080
+from flatplank_hw.cia402 import FAULT_RESET
 
 
 class Inbox:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CiA 402 as one pure table: status word -> state; state and goal -> control word."""
+"""CiA 402 as one pure table, for drives, bus guard and simulated drives: status word -> state;
+state and goal -> control word; modes; units of the bus."""
 
 from __future__ import annotations
 
@@ -51,6 +52,13 @@ PATTERNS = (
     (0x4F, 0x08, State.FAULT),
 )
 """(mask, value, state): the state when status & mask == value."""
+
+STATUS: dict[State, int] = {state: value for _, value, state in PATTERNS}
+"""state -> its bits of the status word"""
+FAULT_STATUS = 0x0218
+"""status word of a stopped drive: fault, voltage enabled, remote"""
+TORQUE_UNIT = 1e-4
+"""[N m] per unit of the torques on the bus"""
 
 STATE_BITS = 0x6F
 HOMING_START = 0x10
