@@ -120,7 +120,7 @@ def beat(size: float, random: Random) -> tuple[Change, Truth]:
         wave = np.sin(x / one + phase[0]) + np.sin(x / other + phase[1])
         return c | {"fx": c["fx"] + size * wave}
 
-    return change, Truth(("signal", "motion"), PLANK, ("",), ("wave", "ringing"), None)
+    return change, Truth(("signal", "motion"), PLANK, ("",), ("beat",), None)
 
 
 def late(size: float, random: Random) -> tuple[Change, Truth]:

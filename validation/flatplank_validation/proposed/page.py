@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/propose-test.md, written from a journal by one command."""
+"""The page docs/propose.md, below its title, written from a journal by one command."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 from flatplank_validation.blind.points import share
 
 Entry = Mapping[str, Any]
+TITLE = "## How often it is right"
 FLOORS, LEVELS, CLOSE = 1.1, 1.5, 0.15
 
 
@@ -81,16 +82,16 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
     versions = Counter(f"{e['commit']} (code {e['code']})" for e in entries)
     asked = [e for e in entries if e["proposal"] is not None]
     lines = [
-        "# Test of the proposals",
+        TITLE,
         f"Written by `{header['command']}` from {len(entries)} of the {header['whole']} campaigns "
-        f"of seed {header['seed']}; {', '.join(versions)}. Nothing on this page is typed by hand.",
+        f"of seed {header['seed']}; {', '.join(versions)}. Nothing from here on is typed by hand.",
         "The list is mixed, so that its beginning is a fair sample; read the intervals (Wilson, "
         "95 %). Designs have 15 runs of five slips (45 where several loads are asked for). Sizes "
         "are three times what the generator could just see of that form, and three times the "
         "size of no consequence where that is larger.",
         "| what | wanted | right |\n|---|---|---|\n"
         + "\n".join(f"| {text} | {wanted} | {s} |" for text, wanted, s in rows_of(entries)),
-        "## What was hidden and what was proposed",
+        "### What was hidden and what was proposed",
         "Family, coordinate, modulator and form as proposed; a verdict in brackets where nothing "
         "was.",
         "| hidden | world | proposed | right |\n|---|---|---|---|\n"

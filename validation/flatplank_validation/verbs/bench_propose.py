@@ -14,7 +14,7 @@ from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.proposed import journal
 from flatplank_validation.proposed.cases import full
-from flatplank_validation.proposed.page import page
+from flatplank_validation.proposed.page import TITLE, page
 
 SEED = 31007
 """of the table in the docs"""
@@ -27,7 +27,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'null/*'")
     p.add_argument("--minutes", type=float, default=1e9, help="no campaign is begun after these")
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
-    p.add_argument("--write", type=Path, metavar="FILE", help="the page")
+    p.add_argument(
+        "--write", type=Path, metavar="FILE", help="the page; what stands above it stays"
+    )
     return p
 
 
@@ -44,11 +46,17 @@ def main(argv: list[str]) -> int:
     command = " ".join(["./flatplank bench-propose", *argv])
     text = page(entries, {"command": command, "seed": o.seed, "whole": len(cases)})
     if o.write:
-        write_atomic(o.write, text)
+        write_atomic(o.write, head_of(o.write) + text)
         print(f"{len(entries)} campaigns: {o.write}")
     else:
         print(text)
     return 0
+
+
+def head_of(path: Path) -> str:
+    """What a person wrote above the test in the file: it is kept."""
+    old = path.read_text(encoding="utf-8") if path.is_file() else ""
+    return old.split(TITLE)[0]
 
 
 def _show(done: int, count: int, key: str) -> None:
