@@ -50,7 +50,8 @@ def proposed(pulled):
 
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
-        assert propose.main([str(pulled[0]), "--json"]) == 0
+        page = str(pulled[0].parent / "page")
+        assert propose.main([str(pulled[0]), "--json", "--report", page]) == 0
     return json.loads(text.getvalue())
 
 
@@ -65,6 +66,13 @@ def test_a_pull_is_proposed_with_place_size_and_form(proposed):
     assert refit["rmse"] < refit["rmse_before"]
     assert refit["held_out"] < 1.1 * refit["floor"]
     assert refit["held_out_level"] < 1.5 * refit["floor"]
+
+
+def test_the_page_shows_curve_form_and_file(proposed, pulled):
+    page = (pulled[0].parent / "page" / "index.html").read_text()
+    assert "<svg" in page and "free curve" in page
+    assert proposed["name"] in page and "param(" in page
+    assert (pulled[0].parent / "page" / "proposal.png").stat().st_size > 1000
 
 
 def test_the_file_is_an_ordinary_effect(proposed, pulled, tmp_path, capsys):

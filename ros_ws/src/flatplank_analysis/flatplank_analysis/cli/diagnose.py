@@ -13,7 +13,7 @@ import yaml
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.discovery.modelfile import ModelFile, write_atomic
 from flatplank_analysis.discovery.report.text import text_of
-from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.discovery.verdict import NONE, PARTLY, Diagnosis
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.session import Session
 
@@ -44,6 +44,8 @@ def _run(arguments) -> int:
         common.print_json(result.to_dict())
     else:
         print(text_of(result))
+        if result.verdict in (NONE, PARTLY):
+            print(f"what is left as an effect file: flatplank propose {arguments.folder}")
     if arguments.out:
         write_atomic(Path(arguments.out), json.dumps(result.to_dict(), indent=2) + "\n")
     if arguments.report:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,11 +17,13 @@ from flatplank_analysis.wording import plain, quantity
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """`flatplank propose DIR [--out FILE] [--model FILE] [--effects FILE] [--json]`."""
+    """`flatplank propose DIR [--out FILE] [--model FILE] [--effects FILE]
+    [--report DIR] [--json]`."""
     parser = loop.loop_parser("propose", __doc__)
     parser.add_argument(
         "--out", metavar="FILE", help="the effect file; default: proposed_NAME.py in DIR"
     )
+    parser.add_argument("--report", metavar="DIR", help="write a page: curve, form and file")
     arguments = parser.parse_args(argv)
     return common.guarded("propose", lambda: _run(arguments))
 
@@ -28,6 +31,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: argparse.Namespace) -> int:
     if arguments.out:
         _require_new(Path(arguments.out))
+    if arguments.report:
+        loop.require_folder(Path(arguments.report))
     session, model = loop.open_to_look(arguments, own=True)
     result = propose(session, model, loop.progress)
     loop.progress_done()
@@ -40,6 +45,11 @@ def _run(arguments: argparse.Namespace) -> int:
         common.print_json(result.to_dict() | {"file": str(path) if path else None})
     else:
         print("\n".join(text_of(result, arguments.folder, path)))
+    if arguments.report:
+        from flatplank_analysis.proposal.picture import write_page
+
+        page = write_page(result, Path(arguments.report), arguments.folder)
+        print(f"report: {page}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
 
 

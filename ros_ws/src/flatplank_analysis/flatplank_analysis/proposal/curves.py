@@ -61,6 +61,16 @@ def basis_of(site: Site, fine: bool) -> np.ndarray:
     return hats(place.values, knots_of(place.values, place.span, fine))
 
 
+def basis_at(site: Site, u: np.ndarray) -> np.ndarray:
+    """The coarse curve's functions at other values (k, n) of the coordinate."""
+    place = site.place
+    if not place.name:
+        return np.ones((1, len(u)))
+    if place.span.kind == ANGLE:
+        return turns(u)
+    return hats(u, knots_of(place.values, place.span, fine=False))
+
+
 def acting(site: Site, basis: np.ndarray) -> type[Effect]:
     """An effect whose sizes are those of the basis functions, at a site; for a search only."""
     hook = site.hook

@@ -11,7 +11,7 @@ import numpy as np
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import State
-from flatplank_analysis.proposal.curves import acting, basis_of, knots_of
+from flatplank_analysis.proposal.curves import acting, basis_at, basis_of, knots_of
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Shape, Span
 from flatplank_analysis.proposal.sites import Site, factor
@@ -21,6 +21,8 @@ WAVE_NODES = 6
 """nodes at least per period of a wave that is looked for"""
 HINTS = 4
 """periods that a spectrum suggests at a site"""
+POINTS, BAND = 240, 1.645
+"""of a drawn curve; standard errors of a 90 % band"""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,16 @@ class Scanned:
             - price * self.count
             - 2.0 * float(np.log(self.looks / self.count))
         )
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A free curve over its coordinate, in the unit of the hook; all (points,)."""
+
+    u: np.ndarray
+    values: np.ndarray
+    half: np.ndarray
+    """half width of the band"""
 
 
 @dataclass(frozen=True)
@@ -114,6 +126,17 @@ class Scanner:
         flat = self._off(self._flat(self.columns(site, basis)))
         return Scores(flat @ flat.T, flat @ self.residual)
 
+    def drawn(self, site: Site, dispersion: float) -> Drawn:
+        """The coarse curve of a site with its 90 % band, over the range of its coordinate."""
+        scores = self.scores(site, basis_of(site, fine=False))
+        sizes, inverse = solve(scores.info, scores.score)
+        span = site.place.span
+        u = np.linspace(span.low, span.high, POINTS)
+        basis = basis_at(site, u)
+        variance = np.einsum("kn,kl,ln->n", basis, inverse, basis)
+        half = BAND * np.sqrt(np.maximum(dispersion * variance, 0.0))
+        return Drawn(u, sizes @ basis, half)
+
     def curve(self, site: Site) -> Scanned:
         """The coarse curve of a site."""
         scores = self.scores(site, basis_of(site, fine=False))
@@ -163,9 +186,32 @@ class Scanner:
             knots = knots_of(site.place.values, span, fine=True)
             yield from (_best(site, s, knots, scores) for s in plain)
         for shape in direct:
-            made = self._waves(site, settings_of(shape, span), shape)
+            if shape.name == "beat":
+                made = self._pairs(site, shape)
+            else:
+                made = self._waves(site, settings_of(shape, span), shape)
             if made:
                 yield made
+
+    def _pairs(self, site: Site, shape: Shape) -> Formed | None:
+        """Two waves: all pairs of periods, from the sums of single waves."""
+        place, wave = site.place, shapes()["wave"]
+        single = settings_of(wave, place.span)
+        periods = [s["period"] for s in single if s["period"] > _resolved(place.values)]
+        if len(periods) < 2:
+            return None
+        blocks = [wave.values(place.span, place.values, {"period": p}) for p in periods]
+        scores = self.scores(site, np.concatenate(blocks))
+        best: Formed | None = None
+        for i, one in enumerate(periods):
+            for j in range(i):
+                rows = np.array([2 * i, 2 * i + 1, 2 * j, 2 * j + 1])
+                pair = Scores(scores.info[np.ix_(rows, rows)], scores.score[rows])
+                gain = pair.gain()
+                if best is None or gain > best.gain:
+                    numbers = {"period": one, "second": periods[j]}
+                    best = Formed(site, shape, numbers, pair.sizes(), gain)
+        return best
 
     def _waves(
         self, site: Site, settings: Sequence[dict[str, float]], shape: Shape

@@ -14,7 +14,7 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.search import Progress
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.whitened import Whitened
-from flatplank_analysis.proposal.scan import Formed, Scanned, Scanner
+from flatplank_analysis.proposal.scan import Drawn, Formed, Scanned, Scanner
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
@@ -52,6 +52,8 @@ class Outcome:
     """the best sites with their curves"""
     looked: int
     """numbers of all curves: the price of looking"""
+    curve: Drawn | None = None
+    """the free curve where the best one acts; none where it waves faster than the curve"""
 
     @property
     def confused(self) -> tuple[Tried, ...]:
@@ -109,8 +111,11 @@ class Proposer:
             self.say("joint refits", 0.8)
             tried.append(self.refit(f, looked))
         tried.sort(key=lambda t: t.cost(self.level, self.price))
-        good = [t for t in tried if t.decision.accepted]
-        return Outcome(good[0] if good else None, tuple(tried), tuple(best), looked)
+        taken = next((t for t in tried if t.decision.accepted), None)
+        curve = None
+        if taken and not any(n.name == "period" for n in taken.sentence.shape.numbers):
+            curve = scanner.drawn(taken.sentence.site, self.level)
+        return Outcome(taken, tuple(tried), tuple(best), looked, curve)
 
     def say(self, text: str, share: float) -> None:
         if self.progress is not None:

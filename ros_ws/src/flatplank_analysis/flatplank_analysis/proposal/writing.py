@@ -50,7 +50,8 @@ class Sentence:
     @property
     def size_names(self) -> list[str]:
         """Names of the sizes."""
-        return ["amount"] if len(self.shape.terms) == 1 else ["cos", "sin"]
+        names = ["cos", "sin", "second_cos", "second_sin"]
+        return ["amount"] if len(self.shape.terms) == 1 else names[: len(self.shape.terms)]
 
     def words(self) -> str:
         """The sentence, for people."""

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A proposal to look at: the free curve with its band and the form over it, and the file."""
+
+from __future__ import annotations
+
+import html
+import io
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, Drawn, png
+from flatplank_analysis.proposal.propose import Proposal
+
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>Proposal for {campaign}</title>
+<style>body{{font:15px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}}
+pre{{background:#edf2f7;padding:.8rem;font-size:.8rem;overflow-x:auto}}svg{{max-width:100%}}
+</style></head><body>
+<h1>{verdict}</h1><p>{sentence}</p><p>{reason}</p>
+{svg}
+<h2>{file}</h2><pre>{text}</pre>
+</body></html>
+"""
+
+
+def picture(result: Proposal) -> Figure:
+    """Curve, band and form over the coordinate; the form alone where it waves."""
+    s, outcome = result.sentence, result.outcome
+    if s is None or outcome is None:
+        raise ValueError("nothing is proposed")
+    span, unit = s.site.place.span, s.site.hook.unit
+    curve = outcome.curve
+    u = curve.u if curve is not None else np.linspace(span.low, span.high, 1000)
+    form = np.tensordot(s.sizes, s.shape.values(span, u[None], s.numbers, u[None]), 1)[0]
+    figure = Drawn(figsize=(8.0, 3.2), layout="constrained", dpi=110)
+    axes = figure.add_subplot()
+    if curve is not None:
+        # a constant is the base's own: the curve is laid upon the form
+        weight = 1.0 / np.maximum(curve.half, 1e-12) ** 2
+        free = curve.values + np.average(form - curve.values, weights=weight)
+        axes.fill_between(
+            u, free - curve.half, free + curve.half, color=GREY, alpha=0.25, lw=0,
+            label="free curve, 90 %",
+        )  # fmt: skip
+        axes.plot(u, free, color=GREY, lw=1.0)
+    axes.plot(u, form, color=ORANGE, lw=1.8, label=f"form: {s.shape.name}")
+    axes.axhline(0.0, color=BLUE, lw=0.5)
+    axes.set_xlabel(f"{s.site.place.name or 'all runs'} [{span.unit}]", fontsize=9)
+    axes.set_ylabel(f"{s.site.hook.words} [{unit}]", fontsize=9)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(fontsize=8, frameon=False)
+    return figure
+
+
+def write_page(result: Proposal, folder: Path, campaign: str) -> Path:
+    """Page and picture; returns the page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    svg, words = "", ""
+    if result.sentence is not None:
+        figure = picture(result)
+        (folder / "proposal.png").write_bytes(png(figure))
+        stream = io.StringIO()
+        FigureCanvasSVG(figure).print_svg(stream)
+        text = stream.getvalue()
+        write_atomic(folder / "proposal.svg", text)
+        svg, words = text[text.index("<svg") :], result.sentence.words()
+    page = folder / "index.html"
+    told = {
+        "campaign": campaign, "verdict": result.verdict, "sentence": words,
+        "reason": result.reason, "file": f"{result.name}.py" if result.name else "",
+        "text": result.text,
+    }  # fmt: skip
+    write_atomic(page, _PAGE.format(svg=svg, **{k: html.escape(v) for k, v in told.items()}))
+    return page

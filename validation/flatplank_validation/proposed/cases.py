@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How a campaign of this kit is made from its name and a seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+
+from flatplank_analysis.data import MeasurementTable
+from flatplank_control.sealed.conditions import Columns, Run
+from flatplank_validation.blind import cases as blind
+from flatplank_validation.blind.detectable import detectable_force
+from flatplank_validation.blind.menu import MENU
+from flatplank_validation.blind.noise import NOISES, RELATIVE, shown
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.worlds import WORLDS, Scatter
+from flatplank_validation.proposed.forces import FORCES, TEMPERATURE
+from flatplank_validation.proposed.left_out import LEFT_OUT
+
+KIT = ("plant", "second", "forms")
+FACTOR = 3.0
+"""times the detectable size, and times the size of no consequence where that is larger"""
+NULL_NOISES = ("usual", "coloured", "quiet")
+SCATTERS = (0.0, 0.01, 0.03)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One campaign to be."""
+
+    group: str
+    """force, left_out or null"""
+    world: str
+    name: str = "nothing"
+    noise: str = "usual"
+    scatter: float = 0.01
+    design: str = "small"
+    number: int = 0
+
+    @property
+    def key(self) -> str:
+        """Its name in the journal."""
+        return (
+            f"{self.group}/{self.world}/{self.name}/{self.noise}/s{self.scatter:g}/"
+            f"{self.design}/{self.number}"
+        )
+
+
+def full(seed: int) -> list[Case]:
+    """All cases of a seed, mixed: any beginning of the list is a fair sample."""
+    draw = np.random.default_rng((seed, 77))
+    lists = [list(_forces(draw)), list(_left_out(draw)), list(_nulls())]
+    for cases in lists:
+        draw.shuffle(cases)
+    places = [(i + 0.5) / len(cases) for cases in lists for i in range(len(cases))]
+    everything = [c for cases in lists for c in cases]
+    return [everything[i] for i in np.argsort(places, kind="stable")]
+
+
+def _forces(draw: np.random.Generator) -> Iterator[Case]:
+    for name, item in FORCES.items():
+        for world in KIT:
+            for number in range(2):
+                noise, scatter = _around(draw)
+                yield Case("force", world, name, noise, scatter, item.design, number)
+
+
+def _left_out(draw: np.random.Generator) -> Iterator[Case]:
+    for name in LEFT_OUT:
+        for world in KIT:
+            if WORLDS[world](None).has(name):
+                for number in range(2):
+                    noise, scatter = _around(draw)
+                    design = MENU[name].design
+                    design = "small" if design == "plain" else design
+                    yield Case("left_out", world, name, noise, scatter, design, number)
+
+
+def _nulls() -> Iterator[Case]:
+    for world in KIT:
+        for noise in NULL_NOISES:
+            for i in range(12):
+                yield Case("null", world, "nothing", noise, SCATTERS[i % 3], "small", i)
+
+
+def _around(draw: np.random.Generator) -> tuple[str, float]:
+    return str(draw.choice(NULL_NOISES)), float(draw.choice(SCATTERS[:2]))
+
+
+def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]] | None:
+    """Tables of a campaign and its answer; None when these runs cannot show it."""
+    if case.group == "left_out":
+        return _hidden(case, seed)
+    random = np.random.default_rng((seed, crc32(case.key.encode())))
+    world = WORLDS[case.world](random)
+    runs = runs_of(case.design, random)
+    scatter = Scatter.drawn(len(runs), case.scatter, random)
+    columns = world.run(runs, {}, random, scatter)
+    answer: dict[str, Any] = {"name": case.name}
+    if case.group == "force":
+        size = size_of(case, seed)
+        if not math.isfinite(size):
+            return None
+        change, truth = FORCES[case.name].make(size, _drawn(case, seed))
+        columns = [change(c, run) for c, run in zip(columns, runs, strict=True)]
+        answer |= truth.to_dict() | {"hidden": size}
+    elif case.number % 2:  # a column that is no cause
+        draws = random.uniform(18.0, 32.0, len(runs))
+        columns = [
+            c | {TEMPERATURE: draws[r.index] + 0.0 * c["time"]}
+            for c, r in zip(columns, runs, strict=True)
+        ]
+    noise = NOISES[case.noise]
+    return [
+        _table(c, r, world.radius, noise, random) for c, r in zip(columns, runs, strict=True)
+    ], (answer)
+
+
+def _hidden(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]] | None:
+    made = [
+        blind.Case("single", case.world, (case.name,), FACTOR, case.noise, case.scatter,
+                   case.design, case.number, rung)
+        for rung in ("x", "c")
+    ]  # fmt: skip
+    sizes = [blind.size_of(c, case.name) for c in made]
+    finite = [(s, c) for s, c in zip(sizes, made, strict=True) if math.isfinite(s)]
+    if not finite:
+        return None
+    size, best = max(finite, key=lambda pair: pair[0])
+    found = blind.make(best, seed)
+    if found is None:
+        return None
+    truth = LEFT_OUT[case.name].to_dict()
+    return found[0], {"name": case.name, "hidden": size} | truth
+
+
+def _drawn(case: Case, seed: int) -> np.random.Generator:
+    return np.random.default_rng((seed, crc32(case.key.encode()), 1))
+
+
+def size_of(case: Case, seed: int) -> float:
+    """Size of a force: three times what its form could be seen from, or what counts."""
+    item = FORCES[case.name]
+    change, _ = item.make(1.0, _drawn(case, seed))
+
+    def force(c: Columns, run: Run) -> np.ndarray:
+        return change(c, run)["fx"] - c["fx"]
+
+    least = detectable_force(case.world, force, case.noise, case.scatter, case.design)
+    return FACTOR * max(least, item.least)
+
+
+def _table(c: Columns, run: Run, radius: float, noise, random) -> MeasurementTable:
+    dt = float(c["time"][1] - c["time"][0])
+    for name, share in RELATIVE.items():
+        c[name] = shown(noise, c[name], dt, random, share)
+    table = blind.measured_table(c, run, radius)
+    more = {n: v for n, v in c.items() if "[" in n}
+    return table.with_columns(**more) if more else table

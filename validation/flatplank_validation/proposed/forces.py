@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Forces that are in no library, and what a proposal should say of them.
+
+Each maker gives what is done to the columns of a run and what is right to say: families of hook,
+coordinates, modulators and shapes. Nothing of the analysis is known here but these words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator as Random
+
+from flatplank_control.sealed import outside
+from flatplank_control.sealed.conditions import LOAD, STEP, Columns, Run, Setting
+
+TEMPERATURE, VOLTAGE = "temperature [degC]", "supply voltage [V]"
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What counts as right; several words where the runs cannot tell more."""
+
+    families: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    modulators: tuple[str, ...]
+    shapes: tuple[str, ...]
+    size: float | None = None
+    """what the size of the right form should be, None where forms measure it differently"""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "families": self.families, "coordinates": self.coordinates,
+            "modulators": self.modulators, "shapes": self.shapes, "size": self.size,
+        }  # fmt: skip
+
+
+Change = Callable[[Columns, Run], Columns]
+Maker = Callable[[float, Random], tuple[Change, Truth]]
+PLANK = ("plank position", "distance since the step", "time")
+
+
+@dataclass(frozen=True)
+class Item:
+    """One force: how it is made, the size of no consequence, the design that shows it."""
+
+    make: Maker
+    least: float
+    design: str = "small"
+
+
+def _outside(name: str, modulators: Sequence[str], shapes: Sequence[str], own: bool) -> Maker:
+    def make(size: float, random: Random) -> tuple[Change, Truth]:
+        force, _ = outside.OUTSIDE[name](size, random)
+        words = tuple(modulators)
+        if own:  # which side it is on was drawn with the force
+            words = tuple(m for m in words if _on(force, m))
+        truth = Truth(("signal",), PLANK, words, tuple(shapes), size if own else None)
+        return (lambda c, run: c | {"fx": c["fx"] + force(c, run)}), truth
+
+    return make
+
+
+def _on(force: outside.Force, side: str) -> bool:
+
+    kappa = {"driving": 0.05, "braking": -0.05}[side]
+    place = {"plank_position": np.linspace(0.0, 4.15, 400)}
+    return bool(np.abs(force(place, Run(Setting(kappa), 1, 0))).max() > 0.0)
+
+
+def _per_run(random: Random, low: float, high: float) -> Callable[[Run], float]:
+    draws = random.uniform(low, high, 400)
+    return lambda run: float(draws[run.index])
+
+
+def warm(size: float, random: Random) -> tuple[Change, Truth]:
+    """Fx goes with a temperature that differs from run to run and is in a column."""
+    of = _per_run(random, 18.0, 32.0)
+
+    def change(c: Columns, run: Run) -> Columns:
+        t = of(run) + 0.4 * c["time"] / 130.0
+        return c | {"fx": c["fx"] + size * (t - 25.0) / 14.0, TEMPERATURE: t}
+
+    return change, Truth(("signal",), ("temperature",), ("",), ("ramp",), size)
+
+
+def supply(size: float, random: Random) -> tuple[Change, Truth]:
+    """The amplifier's gain goes with a supply voltage that is in a column; size in per mille."""
+    of = _per_run(random, 9.4, 10.6)
+
+    def change(c: Columns, run: Run) -> Columns:
+        volts = of(run) + 0.02 * np.sin(c["time"] / 11.0)
+        gain = 1.0 + 1e-3 * size * (volts - 10.0) / 1.2
+        return c | {"fx": c["fx"] * gain, VOLTAGE: volts}
+
+    return change, Truth(("gain",), ("supply voltage",), ("",), ("ramp",), 1e-3 * size)
+
+
+def overload(size: float, random: Random) -> tuple[Change, Truth]:
+    """A stop is touched above a load: a pull that grows beyond it."""
+    at = random.uniform(3000.0, 3900.0)
+
+    def change(c: Columns, run: Run) -> Columns:
+        return c | {"fx": c["fx"] + size * np.maximum(run.setting.fz - at, 0.0) / 2600.0}
+
+    return change, Truth(("signal",), ("load",), ("",), ("threshold", "power", "step"), None)
+
+
+def beat(size: float, random: Random) -> tuple[Change, Truth]:
+    """Two waves of neighbouring periods over the plank."""
+    one, phase = random.uniform(0.25, 0.45), random.uniform(0.0, 6.28, 2)
+    other = one * random.uniform(1.15, 1.35)
+
+    def change(c: Columns, run: Run) -> Columns:
+        x = 2.0 * np.pi * c["plank_position"]
+        wave = np.sin(x / one + phase[0]) + np.sin(x / other + phase[1])
+        return c | {"fx": c["fx"] + size * wave}
+
+    return change, Truth(("signal", "motion"), PLANK, ("",), ("beat",), None)
+
+
+def late(size: float, random: Random) -> tuple[Change, Truth]:
+    """A delay of Fx that grows along the run; size in milliseconds at its end."""
+
+    def change(c: Columns, run: Run) -> Columns:
+        t = c["time"]
+        delay = 1e-3 * size * t / t[-1]
+        return c | {"fx": np.interp(t - delay, t, c["fx"])}
+
+    shapes = ("ramp", "power", "threshold", "relaxation")
+    return change, Truth(("delay",), PLANK, ("",), shapes, None)
+
+
+def warming(size: float, random: Random) -> tuple[Change, Truth]:
+    """Fx goes up with the time since switching on, fast at first."""
+    fade = random.uniform(10.0, 30.0)
+
+    def change(c: Columns, run: Run) -> Columns:
+        side = float(run.setting.kappa < 0.0)
+        part = 1.0 - np.exp(-np.maximum(c["plank_position"] - STEP, 0.0) * 32.0 / fade)
+        return c | {"fx": c["fx"] + size * side * part * run.setting.fz / LOAD}
+
+    shapes = ("relaxation", "power", "step", "bump", "ramp", "threshold")
+    return change, Truth(("signal",), PLANK, ("braking",), shapes, None)
+
+
+FORCES: dict[str, Item] = {
+    "bump": Item(_outside("bump", ("driving", "braking"), ("bump",), True), 5.0),
+    "hum": Item(_outside("hum", ("driving", "braking"), ("wave",), True), 5.0),
+    "ringing": Item(_outside("ringing", ("slipping", ""), ("ringing",), False), 5.0),
+    "notch": Item(_outside("notch", ("",), ("bump",), False), 5.0),
+    "warm": Item(warm, 10.0),
+    "supply": Item(supply, 10.0),
+    "overload": Item(overload, 10.0, "loads"),
+    "beat": Item(beat, 5.0),
+    "late": Item(late, 40.0),
+    "warming": Item(warming, 10.0),
+}

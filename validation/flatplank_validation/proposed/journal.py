@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the campaigns of this kit and keeps every result at once: stop it and start it again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import flatplank_analysis
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.proposal.propose import propose
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+from flatplank_validation.blind import journal as blind
+from flatplank_validation.blind.detectable import kit_version
+from flatplank_validation.proposed.cases import Case, make
+from flatplank_validation.proposed.left_out import removed
+
+Progress = Callable[[int, int, str], None]
+
+
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str]:
+    """Fingerprints of what proposes and of this kit: results of others are not mixed in."""
+    digest = hashlib.sha256(blind.code_version().encode())
+    folder = Path(flatplank_analysis.__file__).parent / "proposal"
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.read_bytes())
+    own = hashlib.sha256(kit_version().encode())
+    for name in ("cases.py", "forces.py", "left_out.py"):
+        own.update((Path(__file__).parent / name).read_bytes())
+    return {"code": digest.hexdigest()[:12], "kit": own.hexdigest()[:12]}
+
+
+def solve(case: Case, seed: int) -> dict[str, Any]:
+    """One line of the journal."""
+    entry = {"key": case.key, "seed": seed, **versions(), "commit": blind.commit()}
+    entry |= {"case": asdict(case)}
+    made = make(case, seed)
+    if made is None:
+        return entry | {"answer": None, "proposal": None}
+    tables, answer = made
+    gone = removed(case.name) if case.group == "left_out" else set()
+    effects = {n: e for n, e in library().items() if n not in gone}
+    data = from_tables(tables)
+    session = Session(Campaign("proposed", []), data, TireModel(data), effects)
+    found = propose(session).to_dict()
+    found.pop("text", None)
+    return entry | {"answer": answer, "proposal": found}
+
+
+def run(
+    cases: Sequence[Case], seed: int, path: Path, until: float, clock: Callable[[], float],
+    progress: Progress,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Solve what is not in the journal yet, for as long as there is time; all entries."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    known = of_this_code(blind.read(path), seed)
+    with path.open("a", encoding="utf-8") as stream:
+        for case in cases:
+            if case.key in known or clock() > until:
+                continue
+            known[case.key] = solve(case, seed)
+            stream.write(json.dumps(known[case.key]) + "\n")
+            stream.flush()
+            progress(sum(c.key in known for c in cases), len(cases), case.key)
+    return [known[c.key] for c in cases if c.key in known]
+
+
+def of_this_code(entries: Sequence[dict[str, Any]], seed: int) -> dict[str, dict[str, Any]]:
+    """Entries of this seed, this code and this kit by key."""
+    mine = versions() | {"seed": seed}
+    return {e["key"]: e for e in entries if all(e.get(k) == v for k, v in mine.items())}
