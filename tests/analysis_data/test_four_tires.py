@@ -62,6 +62,7 @@ def test_the_record_made_from_the_data_gives_the_same_tire(found):
 
 
 @pytest.mark.long
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("plant", TIRES)
 def test_simulate_fit_and_report_recover_the_tire(plant, tmp_path):
     """By the verbs, on the bench's own cores."""

@@ -14,6 +14,7 @@ VERBS = [
     "add = flatplank_analysis.cli.add:main",
     "remove = flatplank_analysis.cli.remove:main",
     "undo = flatplank_analysis.cli.undo:main",
+    "sweeps = flatplank_analysis.cli.sweeps:main",
     "propose = flatplank_analysis.cli.propose:main",
     "confirm = flatplank_analysis.cli.confirm:main",
     "effects = flatplank_analysis.cli.effects:main",

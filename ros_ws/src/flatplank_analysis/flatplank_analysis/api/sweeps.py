@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sweeps of another test bench, as tables."""
+
+from __future__ import annotations
+
+import os
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from flatplank_analysis.models.tir import TirFile, read_tir
+from flatplank_analysis.slip_sweeps.channels import BY_NAME
+from flatplank_analysis.slip_sweeps.study import Study, study
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def sweeps(path: str | os.PathLike[str], axes: str | None = None) -> Sweeps:
+    """A `.mat`, `.csv`, `.dat` or `.txt` with sweeps; `flatplank sweeps` does the same.
+
+    axes: iso, sae or adapted; None: by the signs of the data.
+
+    Raises:
+        FlatplankError: what is wrong with the file, and what to do.
+    """
+    return Sweeps(study(os.fspath(path), axes))
+
+
+class Sweeps:
+    """Conditions of a file of sweeps; ISO W, SI."""
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """The samples; units are in `table.attrs["units"]`, and other columns as they were."""
+        table = pd.DataFrame(dict(self.study.columns))
+        table.attrs["units"] = {n: BY_NAME[n].unit for n in table.columns if n in BY_NAME}
+        return table
+
+    @cached_property
+    def conditions(self) -> pd.DataFrame:
+        """One row per condition: what was held, the floor [N], B, C, D, E, Sh, Sv, stiffness."""
+        return pd.json_normalize(self._rows(None)).rename(columns=_short)
+
+    def compare(self, tir: str | os.PathLike[str]) -> pd.DataFrame:
+        """The same with the error of a tire file [N] and where it is off most; worst first."""
+        rows = pd.json_normalize(self._rows(read_tir(os.fspath(tir)))).rename(columns=_short)
+        return rows.sort_values("error_share", ascending=False, ignore_index=True)
+
+    def plot(self, tir: str | os.PathLike[str] | None = None) -> Figure:
+        """Force over slip, a panel per condition."""
+        from flatplank_analysis.slip_sweeps.figure import curves
+
+        return curves(self.study, self.study.failures(read_tir(os.fspath(tir))) if tir else ())
+
+    def _rows(self, tir: TirFile | None) -> list[dict]:
+        return self.study.to_json(tir)["conditions"]
+
+    def __repr__(self) -> str:
+        lines = [self.study.path, *self.study.said, *(c.label for c in self.study.conditions)]
+        return "\n".join([*lines, *self.study.lacking()])
+
+
+def _short(name: str) -> str:
+    return name.removeprefix("formula.values.").removeprefix("held.").removeprefix("formula.")

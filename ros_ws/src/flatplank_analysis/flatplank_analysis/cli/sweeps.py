@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sweeps of another test bench (.mat, CSV): conditions, B C D E, and where a `.tir` fails."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from flatplank_analysis.cli import common
+from flatplank_analysis.cli.arguments import Parser
+from flatplank_analysis.models.tir import TirFile, read_tir
+from flatplank_analysis.slip_sweeps.axes import SYSTEMS
+from flatplank_analysis.slip_sweeps.conditions import FORCE
+from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
+from flatplank_analysis.slip_sweeps.levels import HELD
+from flatplank_analysis.slip_sweeps.study import FAILS, TITLES, Study, by_level, study
+
+DEGREES = {"alpha": 180.0 / np.pi, "kappa": 100.0}
+PER = {"alpha": "deg", "kappa": "%"}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """`flatplank sweeps FILE [--tir FILE] [--axes NAME] [--figure FILE] [--json]`."""
+    parser = Parser(prog="flatplank sweeps", description=__doc__)
+    parser.add_argument("file", metavar="FILE", help=".mat, .csv, .dat or .txt with sweeps")
+    parser.add_argument("--tir", metavar="FILE", help="tire property file to compare with")
+    parser.add_argument("--axes", choices=SYSTEMS, help="of the file; default: by its signs")
+    parser.add_argument("--figure", metavar="FILE", help="picture of the curves (.png)")
+    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    o = parser.parse_args(argv)
+    found, tir = study(o.file, o.axes), read_tir(o.tir) if o.tir else None
+    if o.figure:
+        _draw(found, tir, Path(o.figure))
+    if o.json:
+        common.print_json(found.to_json(tir))
+        return 0
+    _tell(found)
+    if tir:
+        _tell_failures(found, tir, o.tir)
+    for line in found.lacking():
+        print(line)
+    return 0
+
+
+def _draw(found: Study, tir: TirFile | None, path: Path) -> None:
+    from flatplank_analysis.discovery.report.figures import png
+    from flatplank_analysis.slip_sweeps.figure import curves
+
+    path.write_bytes(png(curves(found, found.failures(tir) if tir else ())))
+
+
+def _tell(found: Study) -> None:
+    print(f"{found.path}: {len(found.columns['fz'])} samples, {len(found.conditions)} conditions")
+    for line in found.said:
+        print(line)
+    if found.further:
+        print(f"further columns, kept: {', '.join(found.further)}")
+    told = found.conditions[0].told
+    held = [h for h in HELD if h.name in told]
+    same = found.conditions[0].held
+    alike = [
+        f"{TITLES[h.name]} {h.word(same[h.name])}"
+        for h in HELD
+        if h.name in same and h.name not in told
+    ]
+    print(f"the same in all conditions: {', '.join(alike)}\n" if alike else "")
+    header = ("", "swept", *(f"{TITLES[h.name]} [{h.unit}]" for h in held), "samples",
+              "floor [N]", *NAMES[:4], "BCD", "rms [N]")  # fmt: skip
+    rows = []
+    for k, (c, curve, formula) in enumerate(
+        zip(found.conditions, found.curves, found.formulas, strict=True), start=1
+    ):
+        levels = (h.word(c.held[h.name]).split()[0] if h.name in c.held else "-" for h in held)
+        floor = f"{curve.floor:.1f}" if np.isfinite(curve.floor) else "-"
+        cells = (str(k), TITLES[c.swept], *levels, str(len(c.samples)), floor)
+        rows.append((*cells, *_cells(formula, c.swept)))
+    common.print_rows(header, rows)
+    sources = sorted({curve.floor_from for curve in found.curves})
+    print(f"\nfloor: from {'; or '.join(sources)}")
+    print("B and BCD per deg of slip angle or % of slip; '-': the sweep does not say it to a half")
+
+
+def _cells(formula: Formula | None, swept: str) -> tuple[str, ...]:
+    if formula is None:
+        return ("-",) * 6
+    per = 1.0 / DEGREES[swept]
+    scale = {"B": per, "C": 1.0, "D": 1.0, "E": 1.0}
+    cells = (f"{scale[n] * formula.values[n]:.4g}" if formula.known(n) else "-" for n in NAMES[:4])
+    return (*cells, f"{per * formula.stiffness:.4g}", f"{formula.rms:.1f}")
+
+
+def _tell_failures(found: Study, tir: TirFile, name: str) -> None:
+    failures = found.failures(tir)
+    print(f"\nwhere {name} fails, worst first:")
+    order = sorted(range(len(failures)), key=lambda k: -failures[k].share)
+    rows = []
+    for k in order:
+        f, c, curve = failures[k], found.conditions[k], found.curves[k]
+        ratio = f"{f.error / curve.floor:.1f}" if curve.floor > 0.0 else "-"
+        at = f"{DEGREES[c.swept] * f.worst_slip:+.1f} {PER[c.swept]}"
+        force = FORCE[c.swept].capitalize()
+        rows.append((str(k + 1), f"{f.error:.0f}", f"{100.0 * f.share:.0f}", ratio,
+                     f"{force} {f.worst:+.0f} N at {at}", c.label))  # fmt: skip
+    header = ("", "error [N]", "of the largest force [%]", "floors", "off most", "")
+    common.print_rows(header, rows)
+    for line in by_level(found.conditions, failures):
+        print(line)
+    fails = sum(
+        f.error > FAILS * curve.floor
+        for f, curve in zip(failures, found.curves, strict=True)
+        if np.isfinite(curve.floor)
+    )
+    print(f"above {FAILS:g} floors in {fails} of {len(failures)} conditions")

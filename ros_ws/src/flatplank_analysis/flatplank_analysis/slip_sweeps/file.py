@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A file of sweeps: `.mat`, or text with comma, semicolon, tab or blanks between values."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+
+from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.slip_sweeps.channels import BY_NAME, channel_of, in_si, needed, sizes
+
+LEAST = 50
+"""samples; less is no sweep"""
+
+
+@dataclass(frozen=True)
+class Raw:
+    """Columns as the file has them."""
+
+    columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was measured, in the axes of the file."""
+
+    path: str
+    columns: Mapping[str, np.ndarray]
+    """known channels by our names, SI; the others by theirs, as they are"""
+    further: tuple[str, ...]
+    """names of the others"""
+    said: tuple[str, ...]
+    """what was assumed, one line each"""
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+
+def read(path: str | Path) -> Recording:
+    """Read a file of sweeps; FlatplankError says what is wrong with it and what to do."""
+    where = str(path)
+    reader = _READERS.get(Path(path).suffix.lower())
+    if reader is None:
+        known = ", ".join(_READERS)
+        raise FlatplankError("not a file of sweeps", where, f"give one of {known}")
+    try:
+        raw = reader(Path(path).read_bytes(), where)
+    except OSError as error:
+        raise FlatplankError(error.strerror or "cannot be read", where, "give a file") from None
+    return _known(raw, where)
+
+
+def _known(raw: Raw, where: str) -> Recording:
+    found = channel_of(list(raw.columns))
+    needed(list(found), where)
+    columns = {name: np.asarray(raw.columns[theirs], float) for name, theirs in found.items()}
+    size, said = sizes(columns), []
+    for name, theirs in found.items():
+        place, unit = f"{where}, '{theirs}'", raw.units.get(theirs)
+        columns[name], remark = in_si(BY_NAME[name], columns[name], unit, size[name], place)
+        said += [remark] if remark else []
+    taken = set(found.values())
+    further = {k: v for k, v in raw.columns.items() if k not in taken}
+    whole = np.all([np.isfinite(columns[n]) for n in columns], axis=0)
+    if whole.sum() < LEAST:
+        raise FlatplankError(
+            f"{int(whole.sum())} whole samples", where, f"a sweep needs {LEAST} at least"
+        )
+    if not whole.all():
+        said.append(f"{int((~whole).sum())} of {len(whole)} samples have gaps and are left out")
+    kept = {k: np.asarray(v, float)[whole] for k, v in {**columns, **further}.items()}
+    return Recording(where, kept, tuple(further), tuple(said))
+
+
+def _mat(data: bytes, where: str) -> Raw:
+    if data.startswith(b"MATLAB 7.3"):
+        raise FlatplankError("MATLAB version 7.3 (HDF5) is not read", where, "save it with '-v7'")
+    try:
+        raw = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, simplify_cells=True)
+    except Exception as error:  # scipy raises many kinds on a damaged file
+        raise FlatplankError(
+            f"not a whole MATLAB file ({error})", where, "export or copy it again"
+        ) from error
+    values = {k: v for k, v in raw.items() if not k.startswith("__")}
+    structs = [v for v in values.values() if isinstance(v, dict) and len(v) > 3]
+    if len(structs) == 1 and not _vectors(values):
+        values = {**values, **structs[0]}
+    return Raw(_vectors(values), _mat_units(values), str(values.get("tireid", "")))
+
+
+def _vectors(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The numeric vectors of the usual length."""
+    arrays = {
+        k: v
+        for k, v in values.items()
+        if isinstance(v, np.ndarray) and v.ndim == 1 and v.dtype.kind in "fiu"
+    }
+    if not arrays:
+        return {}
+    longest = max(len(v) for v in arrays.values())
+    return {k: v for k, v in arrays.items() if len(v) == longest}
+
+
+def _mat_units(values: Mapping[str, Any]) -> dict[str, str]:
+    """Of a struct `channel` with lists `name` and `units`, or of `units` with a text per name."""
+    channel, units = values.get("channel"), values.get("units")
+    if isinstance(channel, dict) and {"name", "units"} <= channel.keys():
+        names, texts = np.atleast_1d(channel["name"]), np.atleast_1d(channel["units"])
+        return {str(n): str(u) for n, u in zip(names, texts, strict=False) if str(u).strip()}
+    return {str(k): str(v) for k, v in units.items()} if isinstance(units, dict) else {}
+
+
+_BRACKETS = re.compile(r"^\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*$")
+
+
+def _text(data: bytes, where: str) -> Raw:
+    lines = data.decode("utf-8-sig", "replace").splitlines()
+    numbers = [n for n, line in enumerate(lines) if _row(line) is not None]
+    if not numbers:
+        raise FlatplankError("no line of numbers", where, "write a header and one line per sample")
+    first = numbers[0]
+    rows = [_row(lines[n]) or [] for n in numbers]
+    width = len(rows[0])
+    wrong = next((n for n, row in zip(numbers, rows, strict=True) if len(row) != width), None)
+    if wrong is not None:
+        raise FlatplankError(
+            f"{len(_row(lines[wrong]) or [])} values where the first line has {width}",
+            f"{where}, line {wrong + 1}", "mend or cut off that line",
+        )  # fmt: skip
+    head = [cells for n in range(first) if len(cells := _cells(lines[n])) == width]
+    if not head:
+        raise FlatplankError(
+            f"no header of {width} names before line {first + 1}", where, "write one"
+        )
+    names, units = _names(head[0])
+    if len(head) > 1 and not units:
+        units = dict(zip(names, (u.strip("[]() ") for u in head[1]), strict=True))
+    table = np.array(rows, float)
+    return Raw({name: table[:, i] for i, name in enumerate(names)}, units, lines[0].strip())
+
+
+def _names(cells: list[str]) -> tuple[list[str], dict[str, str]]:
+    names, units = [], {}
+    for cell in cells:
+        match = _BRACKETS.match(cell)
+        names.append(match[1] if match else cell)
+        if match:
+            units[match[1]] = match[2]
+    return names, units
+
+
+def _cells(line: str) -> list[str]:
+    mark = next((m for m in ("\t", ";", ",") if m in line), None)
+    return [cell.strip().strip('"') for cell in (line.split(mark) if mark else line.split())]
+
+
+def _row(line: str) -> list[float] | None:
+    """The numbers of a line; None when it is no line of numbers."""
+    cells = _cells(line.replace(",", ".") if ";" in line else line)
+    if len(cells) < 3:
+        return None
+    try:
+        return [float(cell or "nan") for cell in cells]
+    except ValueError:
+        return None
+
+
+_READERS: dict[str, Callable[[bytes, str], Raw]] = {
+    ".mat": _mat,
+    ".csv": _text,
+    ".dat": _text,
+    ".txt": _text,
+}
