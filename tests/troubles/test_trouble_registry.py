@@ -17,8 +17,8 @@ from flatplank_hw.ethercat.master.guard import Cause
 from flatplank_hw.troubles import TROUBLES, Level
 from flatplank_hw.troubles.bus import OF_HEALTH
 from flatplank_hw.troubles.drive import ERROR_CODES
-from flatplank_hw.troubles.page import page
 from flatplank_msgs.msg import DriveStatus
+from flatplank_validation.pages.troubles import page
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "ros_ws" / "src"
@@ -70,7 +70,7 @@ def test_every_trouble_is_told_by_somebody():
 
 def test_the_page_is_what_the_registry_says():
     text = (ROOT / "docs" / "troubles.md").read_text(encoding="utf-8")
-    assert text == page(), "run `python -m flatplank_hw.troubles.page docs/troubles.md`"
+    assert text == page(), "run `python -m flatplank_validation.pages.troubles docs/troubles.md`"
     assert len(re.findall(r"^\| `\w+` \|", text, re.MULTILINE)) == len(TROUBLES)
 
 

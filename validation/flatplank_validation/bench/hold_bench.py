@@ -23,7 +23,7 @@ UNDULATION = {
     "run_out": {"amplitude": 1.0e-4},
 }  # fmt: skip
 """bearings under the plank, a load that changes under Fx, a wheel that runs out"""
-PLAY = {"steering_play": {}}
+PLAY: dict[str, dict[str, float]] = {"steering_play": {}}
 FZ, PRESSURE = 3700.0, 2.5
 
 

@@ -92,7 +92,7 @@ class StartBench:
     def travel(self, distance: float) -> np.ndarray:
         """Plank forward over so many metres; a row per cycle."""
         self.plant.operator.plank(1, fast=True)
-        rows = []
+        rows: list[tuple[float, ...]] = []
         while not rows or rows[-1][0] < distance:
             self.cycle()
             t = self.plant.truth

@@ -83,7 +83,8 @@ def driven(kappa: float, distance: float, sequencer: Mapping[str, Any]) -> tuple
     bench.ready(FZ, "slip")
     bench.encoders.arm()
     bench.plant.operator.plank(1, fast=True)
-    measured, true = [], []
+    measured: list[Any] = []
+    true: list[Any] = []
     while not true or true[-1][0] < distance:
         bench.cycle()
         e, t = bench.encoder_sample, bench.plant.truth

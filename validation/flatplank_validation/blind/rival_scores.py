@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from statistics import mean
 from typing import Any
 
@@ -26,10 +27,10 @@ def rival_scores(entries: Sequence[Mapping[str, Any]]) -> str:
     def row(text: str, value: Callable[[str], Any]) -> list[str]:
         return [text, *(str(value(w)) for w in ways)]
 
-    rows = [
-        row(f"{text}: right", lambda w, g=g: share(p["right"] for p in of(w, g)))
-        for g, text in GROUPS.items()
-    ]
+    def right(group: str, way: str) -> Any:
+        return share(p["right"] for p in of(way, group))
+
+    rows = [row(f"{text}: right", partial(right, g)) for g, text in GROUPS.items()]
     rows += [
         row(
             "outside the library: `none of these` or `partly`",

@@ -51,7 +51,9 @@ class Scatter:
 class World(Protocol):
     """Runs without noise; encoders already count."""
 
-    radius: float
+    @property
+    def radius(self) -> float:
+        """Effective rolling radius [m]."""
 
     def has(self, name: str) -> bool:
         """Whether it can hide this effect."""
@@ -99,7 +101,9 @@ class SecondWorld:
     def _machine(sizes: Sizes, random: np.random.Generator) -> SecondMachine:
         fields: dict[str, Any] = {}
         for name, size in sizes.items():
-            for key, value in MENU[name].second(size, random).items():
+            second = MENU[name].second
+            assert second is not None, "asked by has()"
+            for key, value in second(size, random).items():
                 both = isinstance(value, Mapping) and key in fields
                 fields[key] = {**fields[key], **value} if both else value
         return SecondMachine(**fields)
@@ -168,7 +172,9 @@ class PlantWorld:
     def run(self, runs, sizes, random, scatter) -> list[Columns]:
         defects: dict[str, Any] = {"mains_hum": None, "sensor_noise": {"bridge": 0.0}}
         for name, size in sizes.items():
-            defects |= MENU[name].plant(size, random)
+            plant = MENU[name].plant
+            assert plant is not None, "asked by has()"
+            defects |= plant(size, random)
         return [self._one(run, defects, scatter) for run in runs]
 
     def _one(self, run: Run, defects: Mapping[str, Any], scatter: Scatter) -> Columns:

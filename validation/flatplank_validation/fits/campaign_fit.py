@@ -13,6 +13,7 @@ import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -48,7 +49,7 @@ def conditions(runs: int) -> list[Truth]:
 def write_campaign(folder: Path, runs: int, samples: int = 44_000) -> int:
     """Write tables and campaign.yaml; returns the number of runs."""
     rng = np.random.default_rng(4)
-    records = []
+    records: list[dict[str, Any]] = []
     for truth in conditions(runs):
         for run in simulate_runs(truth, rng):
             if len(records) == runs:

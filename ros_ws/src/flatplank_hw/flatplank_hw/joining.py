@@ -58,6 +58,7 @@ class CycleJoin:
 
     def _release(self) -> None:
         now = self._due
+        assert now is not None, "only what is due is released"
         for kind, queue in self._queues.items():
             for due in sorted(d for d in queue if d <= now):
                 self._keep(kind, due, queue.pop(due))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -89,7 +90,7 @@ class Diagnosed:
         }
         for i, found in enumerate(self.result.found):
             name = found.decision.term.effect.identifier
-            drawn[name] = lambda i=i: figures.collapse(search, i)
+            drawn[name] = partial(figures.collapse, search, i)
         return figure_of(drawn, what)()
 
     def report(self, folder: str | os.PathLike[str]) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -202,7 +202,7 @@ class Comparison:
             "residual": lambda: figures.residual(step),
         }
         maps = where.make_maps(runs, step.state.residual[0], step.state.floors[0].floor)
-        drawn |= {m.coordinate: lambda m=m: figures.map_of(m, runs.condition_names) for m in maps}
+        drawn |= {m.coordinate: partial(figures.map_of, m, runs.condition_names) for m in maps}
         return figure_of(drawn, what)()
 
     @property

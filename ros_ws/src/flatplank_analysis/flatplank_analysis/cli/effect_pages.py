@@ -35,7 +35,7 @@ KINDS = {
 @lru_cache(maxsize=1)
 def stage() -> TireModel:
     """A made-up campaign that differs in everything that an effect may look at."""
-    tables = []
+    tables: list[MeasurementTable] = []
     for start in STARTS:
         for kappa in SLIPS:
             tables.append(_table(len(tables), kappa, start))

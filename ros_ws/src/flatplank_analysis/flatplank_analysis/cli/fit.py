@@ -77,8 +77,8 @@ def _run(arguments: argparse.Namespace) -> int:
             "tire_record": to_plain(record),
         } | ({"geometry": told} if told else {})
         found = {k: v for k, v in result.to_json().items() if k not in ("model", "problems")}
-        told = [str(p) for p in problems] + list(getattr(result, "problems", ()))
-        tail = {"problems": told, "seconds": round(time.perf_counter() - begin, 3)}
+        troubles = [str(p) for p in problems] + list(getattr(result, "problems", ()))
+        tail = {"problems": troubles, "seconds": round(time.perf_counter() - begin, 3)}
         common.print_json(head | found | tail)
     else:
         print(f"tire {record.headline()}")

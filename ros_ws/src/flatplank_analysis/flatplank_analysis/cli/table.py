@@ -121,8 +121,8 @@ def _print(found: dict[str, Any]) -> None:
     common.print_rows(header, rows)
     if found["lost"]:
         print("\nlost: cycles without a sample")
-        header = ("run", "lost", "of", "longest [s]", "road [mm]", "used")
-        common.print_rows(header, [_lost_row(entry) for entry in found["lost"]])
+        columns = ("run", "lost", "of", "longest [s]", "road [mm]", "used")
+        common.print_rows(columns, [_lost_row(entry) for entry in found["lost"]])
     print("\nparameters that these runs can tell:")
     for item in found["parameters"]:
         if not item["missing"]:

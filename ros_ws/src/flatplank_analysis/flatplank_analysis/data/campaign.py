@@ -277,7 +277,7 @@ def _records(store: Store, problems: list[Problem]) -> dict[str, Any]:
 
 
 def _found(store: Store) -> list[dict[str, Any]]:
-    out = []
+    out: list[dict[str, Any]] = []
     for name in store.names():
         known = name.lower().endswith(tuple(suffixes()))
         if known or _is_bag(store, name):

@@ -89,7 +89,7 @@ def _spoken(columns: Columns, name: str, moving: np.ndarray) -> bool:
 
 
 def _last(columns: Columns, name: str) -> float:
-    known = columns[name][np.isfinite(columns[name])] if name in columns else ()
+    known = columns[name][np.isfinite(columns[name])] if name in columns else []
     return float(known[-1]) if len(known) else math.nan
 
 

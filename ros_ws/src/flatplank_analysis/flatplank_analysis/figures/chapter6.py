@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -92,7 +93,7 @@ def varied_forces(result: CampaignResult) -> Iterator[Figure]:
 
 
 def _varied_channel(points, factor: str, symbol: str, channel: str) -> Iterator[Figure]:
-    panels = []
+    panels: list[Any] = []
     for kappa in SHOWN_SLIPS:
         found = [(p, pieces.at_slip(p, kappa)) for p in points]
         there = [(p, c) for p, c in found if c is not None and channel in c.measured]

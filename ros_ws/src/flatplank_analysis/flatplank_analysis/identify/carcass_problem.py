@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..models.base import RunInputs, TransientModel, stack_runs
+from ..models.base import RunInputs, stack_runs
 from ..models.contact import TOYO, ContactGeometry
 from ..models.nonlinear import NonlinearX
 from ..models.steady_law import TableLaw
@@ -55,7 +55,7 @@ class CarcassProblem:
         law = curve_law(self.curve.kappa, lanes[:, 1:] if len(lanes) > 1 else lanes[0, 1:])
         return self.model(law).simulate(lanes[:, :1], self.inputs)
 
-    def model(self, law: TableLaw) -> TransientModel:
+    def model(self, law: TableLaw) -> NonlinearX:
         """The model with this steady law."""
         return NonlinearX(
             lambda _: law,

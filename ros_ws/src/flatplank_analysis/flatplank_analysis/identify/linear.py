@@ -68,9 +68,11 @@ class LinearFit:
 
     def to_json(self) -> dict[str, Any]:
         """Numbers only; the arrays stay out."""
-        names = ("kappa", "sigma", "slip_stiffness", "steady_force", "start_force")
-        names += ("reached_force", "correlation", "settled", "transient_end")
-        names += ("rmse_transient", "rmse_total", "confusions")
+        names = (
+            "kappa", "sigma", "slip_stiffness", "steady_force", "start_force", "reached_force",
+            "correlation", "settled", "transient_end", "rmse_transient", "rmse_total",
+            "confusions",
+        )  # fmt: skip
         return {n: to_plain(getattr(self, n)) for n in names} | {
             n: getattr(self, n).to_json()
             for n in ("sigma", "slip_stiffness", "steady_force", "start_force")

@@ -87,13 +87,13 @@ def steering_zero(runs: Sequence[StepRun]) -> SteeringZero | None:
         errors = np.hypot(errors, each.std(axis=0, ddof=1) / math.sqrt(len(parts)))
     told = any(math.isfinite(run.slip_stiffness) for run in runs)
     note = "" if told else "with ply steer: without slip steps at the angles Fx does not part them"
-    estimates = [
+    zero, ply = (
         Estimate(name, math.degrees(value), "deg", math.degrees(error), note=note)
         for name, value, error in zip(("steering_zero", "ply_steer"), whole, errors, strict=False)
-    ]
+    )
     if not told:
-        estimates[1] = replace(estimates[1], determined=False)
-    return SteeringZero(*estimates, shift=float(whole[0] + whole[1]))
+        ply = replace(ply, determined=False)
+    return SteeringZero(zero, ply, shift=float(whole[0] + whole[1]))
 
 
 def _solved(runs: Sequence[StepRun]) -> tuple[np.ndarray, np.ndarray]:

@@ -58,8 +58,15 @@ class RunInputs:
 class TransientModel(Protocol):
     """A tire model that maps parameters and inputs to one force."""
 
-    name: str
-    parameters: tuple[Parameter, ...]
+    @property
+    def name(self) -> str:
+        """As in tables and files."""
+        ...
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What a lane of numbers means."""
+        ...
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Force [N] (lanes, runs, samples) for params (lanes, p) or (lanes, p, runs)."""

@@ -190,6 +190,7 @@ class _Stepper:
     ) -> np.ndarray:
         values = table.values if table.values.ndim == 3 else table.values[None]
         rows = (inputs.travel, increments, a, _followed(inputs.dt, damping_time))
+        assert kernel.compiled is not None, "asked by the caller"
         return kernel.compiled(
             np.ascontiguousarray(slip),
             self.law.force(slip)[0] * self.compliance,

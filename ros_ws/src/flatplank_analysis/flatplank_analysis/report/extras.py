@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -76,11 +77,15 @@ def other_measurements(
     for kind, function in EXTRAS.items():
         if kinds and kind not in kinds:
             continue
-        runs = campaign.where(lambda info, kind=kind: kind_of(info) == kind)
+        runs = campaign.where(partial(_is_of, kind))
         tables = list(runs.tables())
         if tables:
             found |= function(campaign, tables, known | found)
     return found
+
+
+def _is_of(kind: str, info: RunInfo) -> bool:
+    return kind_of(info) == kind
 
 
 def kind_of(info: RunInfo) -> str:

@@ -18,8 +18,10 @@ from flatplank_analysis.steady.contact import friction
 def all_tables(result: CampaignResult) -> list[Table]:
     """What there is to tell, in the order of the report."""
     tables = [step_table(result), linear_table(result), *rmse_tables(result)]
-    makers = (geometry_table, carcass_table, magic_table, relative_error_table, radius_table)
-    makers += (settling_table, *KINDS_TABLES, reference_table, *MACHINE_TABLES, source_table)
+    makers = (
+        geometry_table, carcass_table, magic_table, relative_error_table, radius_table,
+        settling_table, *KINDS_TABLES, reference_table, *MACHINE_TABLES, source_table,
+    )  # fmt: skip
     tables += [make(result) for make in makers]
     return [t for t in tables if len(t.rows)]
 

@@ -50,8 +50,8 @@ def _of_folders(campaigns: Sequence[Campaign]) -> TireRecord | None:
     for store in stores.values():
         if store.exists(FILE):
             with store.open(FILE) as stream:
-                text = stream.read()
-            text = text.decode("utf-8") if isinstance(text, bytes) else text
+                raw: bytes | str = stream.read()
+            text = raw.decode("utf-8") if isinstance(raw, bytes) else raw
             return replace(parse_record(text, FILE), origin=f"{FILE} of the folder")
     return None
 

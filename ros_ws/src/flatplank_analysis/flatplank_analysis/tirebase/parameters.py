@@ -90,7 +90,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         # zero, ply steer), which then takes the whole of it
         Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
     ]
-    turned = [
+    at_an_angle = [
         Parameter("combine", "1", 1.0, 0.0, 1.5, 0.2, prior=0.5),
         Parameter("swing", "1", 0.4, 0.0, 1.0, 0.2, prior=0.3),
         Parameter("rotate", "1", 0.1, 0.0, 0.5, 0.05, prior=0.1),
@@ -102,7 +102,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         *(("always", p) for p in always),
         ("load within a run", feel),
         *(("side force", p) for p in side),
-        *(("side slip", p) for p in turned),
+        *(("side slip", p) for p in at_an_angle),
         ("load", Parameter("stiff_load", "1", 0.8, -0.5, 2.0, 0.2)),
         ("load", Parameter("peak_load", "1", 0.0, -0.6, 0.6, 0.05)),
         ("load", Parameter("slip_load", "1", 0.0, -0.02, 0.02, 1e-3)),

@@ -11,13 +11,14 @@ from flatplank_analysis.data import MeasurementTable, Run, RunInfo
 from flatplank_analysis.data.readers import describe
 from flatplank_analysis.data.store import open_store
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.calibration.fit_check import TurnWatch, still_fits
+from flatplank_control.calibration.fit_check import still_fits
 from flatplank_control.runner.campaign.conductor import Job, Outcome
 from flatplank_control.runner.campaign.quality import Finding, Limits, judge, profile, travel
 from flatplank_control.runner.campaign.stiffness import EVALUATIONS
 from flatplank_control.runner.conditions import PRELOAD
 from flatplank_control.runner.moves import ENOUGH
 from flatplank_control.runner.standstill import Standstill
+from flatplank_control.runner.turn_watch import TurnWatch
 
 COLUMNS = [
     "time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fy", "fz",

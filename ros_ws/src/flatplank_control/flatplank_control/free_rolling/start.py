@@ -62,6 +62,7 @@ class Start:
     def step(self, fx: float, encoders: EncoderSample) -> float:
         """Motor torque of this cycle [N m]."""
         x = self.feel(fx, encoders)
+        assert self._zero is not None, "set by feel"
         force = fx - self._zero[1]
         if self.phase == LISTEN:
             self._listen(x, force)
@@ -104,6 +105,7 @@ class Start:
         p = self._p
         radius = p.effective_radius
         ahead = (p.reference / self.stiffness) if self.stiffness > 0.0 else 0.0
+        assert self._zero is not None, "set by feel"
         lost = x + ahead - radius * (encoders.wheel_angle - self._zero[0])
         # the plank's own velocity comes from a window: near the start its travel says more
         speed = max(encoders.plank_velocity, 0.0)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from flatplank_control.bench.judging import outcome_of
 from flatplank_control.bench.listing import list_kept
-from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.campaign import (
     SUFFIX,
@@ -24,6 +23,7 @@ from flatplank_control.runner.campaign.supervised import supervised
 from flatplank_control.runner.plans import axes_of
 from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.steps import Manual, PlanFailed
+from flatplank_control.runner.turn_watch import TurnWatch
 
 WISHES = ("skip", "repeat", "discard")
 """what an operator may want of the run under way, beside seeing enough of it"""

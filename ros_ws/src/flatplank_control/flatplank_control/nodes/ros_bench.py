@@ -113,7 +113,7 @@ class RosBench:
         self._asking = Asking(node)
         self.samples = BenchSamples(node)
         self._ticking = node.create_timer(TICK, self._tick)
-        self._do = {
+        self._do: dict[type, Callable[[Any], Awaitable[None]]] = {
             S.Manual: self._manual,
             S.Plank: self._plank,
             S.Enable: self._enable,
@@ -249,6 +249,7 @@ class RosBench:
             return
         self._stopped = False
         changes = self.samples.plank_moves() != moves
+        assert self.prompt is not None, "asked by _plank"
         await self.prompt(
             prompt_of_plank(step), lambda: changes and self.samples.plank_moves() == moves
         )

@@ -52,14 +52,15 @@ class Follower:
         p = self.parameters
         on_road = p.use_road_encoder and encoders.road_position == encoders.road_position
         position = encoders.road_position if on_road else encoders.plank_position
-        rests = self._position is None or not encoders.plank_moving
-        if rests and self.travel == 0.0:
+        before = self._position
+        rests = before is None or not encoders.plank_moving
+        if before is None or (rests and self.travel == 0.0):
             # from here on travel counts
             self._angle, self._wanted = encoders.wheel_angle, 0.0
             self._position = position
             self._error = 0.0 if on_road else self._mesh(position)
             return 0.0
-        step = position - self._position
+        step = position - before
         self._position = position
         if not -JUMP < step < JUMP:
             step = encoders.plank_velocity / p.rate_hz

@@ -188,6 +188,8 @@ class SlipSequencer:
         for name, (limit, value) in known.items():
             if reason := limit.refusal(name, value):
                 return reason
+        if start == p.road_length:
+            return f"step_position is {start:g} m, the end of the road: no slip would be given"
         if self._position is not None and start < self._position:
             return (
                 f"start position {start:g} m is behind the plank at {self._position:.3f} m: "

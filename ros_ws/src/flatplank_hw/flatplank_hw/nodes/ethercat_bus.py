@@ -121,15 +121,15 @@ class EthercatBus(BenchNode):
         worst, self.worst = self.worst, self.health
         try:
             found = self.client.diagnostics()
-            health = int(Health[found["health"]])
+            health = Health[found["health"]]
         except LookupError as error:
-            found, health = {"reason": str(error)}, int(Health.LOST)
+            found, health = {"reason": str(error)}, Health.LOST
         found["oldest_command_cycles"], self.oldest = self.oldest, 0
         self.found = found
         lasting = {OF_HEALTH[health]: found["reason"]} if health in OF_HEALTH else {}
         self.troubles.now(lasting, OF_HEALTH.values())
         if worst > health:
-            self.troubles.happened(OF_HEALTH[worst], "it is over")
+            self.troubles.happened(OF_HEALTH[Health(worst)], "it is over")
         if not self.client.alive and not self.ended:
             self.give_up("bus_ended")
 

@@ -10,11 +10,11 @@ from flatplank_analysis.discovery.modelfile import ModelFile, save_model, write_
 from flatplank_analysis.discovery.report.page import write_report
 from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import quantity
-from flatplank_sim.cli.reveal import DIAGNOSIS, text_of
 from flatplank_sim.demo.steps import Teller
 from flatplank_sim.sealed.generate import make_challenge
 from flatplank_sim.sealed.score import score
 from flatplank_sim.sealed.seal import unseal
+from flatplank_sim.sealed.words import DIAGNOSIS, text_of
 
 
 def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:

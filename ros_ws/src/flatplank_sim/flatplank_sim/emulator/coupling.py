@@ -29,7 +29,7 @@ class Coupling:
         }
         self.overrides: dict[str, int] = {}
         """faults: raw value that a channel shows whatever the plant says"""
-        self._asked: dict[int, tuple[int, int, int, int, int]] = dict.fromkeys(self.drives, IDLE)
+        self._asked: dict[int, tuple[int, ...]] = dict.fromkeys(self.drives, IDLE)
         self._compiled: dict[str, tuple[int, list[Getter | None]]] = {}
 
     def commands(self, cycle: int, now: int) -> tuple[AxisCommand, ...]:

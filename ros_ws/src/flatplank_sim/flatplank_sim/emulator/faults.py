@@ -128,7 +128,11 @@ def al_refuse(rig: Rig, slave: str, state: str = "OP", code: int = 0x0020) -> Un
     """A slave refuses to go to a state."""
     refused = rig.slave(slave).al.refused
     refused[State[state]] = int(code)
-    return lambda: refused.pop(State[state], None)
+
+    def undo() -> None:
+        refused.pop(State[state], None)
+
+    return undo
 
 
 def power_off(rig: Rig, slave: str) -> Undo:
@@ -222,7 +226,11 @@ def channel(rig: Rig, name: str, value: int) -> Undo:
         raise ValueError(f"no input channel '{name}'{nearest(name, channels.INPUTS)}")
     overrides = rig.bench.coupling.overrides
     overrides[name] = int(value)
-    return lambda: overrides.pop(name, None)
+
+    def undo() -> None:
+        overrides.pop(name, None)
+
+    return undo
 
 
 FAULTS: dict[str, Callable[..., Undo | None]] = {

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from flatplank_sim.emulator.dictionary import (
     ABORT_LENGTH,
     ABORT_TOGGLE,
@@ -31,7 +33,10 @@ class SdoServer:
         self._target = (0, 0, False)
         self._expected = 0
         self._toggle = 0
-        self._services = {1: self._download_start, 0: self._download_segment}
+        self._services: dict[int, Callable[[int, bytes], bytes]] = {
+            1: self._download_start,
+            0: self._download_segment,
+        }
         self._services |= {2: self._upload_start, 3: self._upload_segment}
 
     def serve(self, request: bytes) -> bytes:

@@ -91,5 +91,5 @@ class Segment:
             if d.command != Command.LRD:
                 for slave in line:
                     slave.esc.latch_outputs(frame, d.start, d.length)
-        if logical:
+        if logical and self.exchange is not None:
             self.exchange()

@@ -204,8 +204,8 @@ class EmulatedSlave:
                     item.read = values(entry.index, entry.subindex, item)
                     item.writable = direction is self.outputs
                     d.add(entry.index, entry.subindex, item)
-        for value in (*spec.objects, *spec.sdos):
-            d.add(value.index, value.subindex, variable(value.kind, value.value, value.name, True))
+        for one in (*spec.objects, *spec.sdos):
+            d.add(one.index, one.subindex, variable(one.kind, one.value, one.name, True))
 
     def _output(self, index: int, subindex: int, item: Variable) -> Callable[[], bytes]:
         return lambda: self._current(self.outputs, self.output_values, index, subindex, item)

@@ -13,10 +13,10 @@ from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_hw.bus.image import AxisCommand, BusInputs
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.params import from_mapping
+from flatplank_hw.params import Params, from_mapping
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 
-CONTROLLERS: dict[str, tuple[type, type]] = {
+CONTROLLERS: dict[str, tuple[type, type[Params]]] = {
     "vertical": (LoadController, LoadParameters),
     "steer": (AngleControl, AngleParameters),
     "camber": (AngleControl, AngleParameters),

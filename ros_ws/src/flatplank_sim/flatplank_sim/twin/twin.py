@@ -59,7 +59,10 @@ class Twin:
             make(FreeRollingParameters, "free_rolling_controller")
         )
         self.sequencer = SlipSequencer(make(SequencerParameters, "slip_sequencer"))
-        self.sources = {"slip": self.sequencer, "free_rolling": self.controller}
+        self.sources: dict[str, SlipSequencer | FreeRollingController] = {
+            "slip": self.sequencer,
+            "free_rolling": self.controller,
+        }
         self.source: SlipSequencer | FreeRollingController | None = None
         self.axes: dict[str, TwinAxis] = {axis: make_axis(setup, axis) for axis in setup.axes}
         self.batch = setup.batch

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,9 @@ SAME_CLOCK = 0.05
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _PLAIN = {".mcap": McapFile, ".db3": SqliteFile}
-_STORAGE = {**_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN)}
+_STORAGE: dict[str, Callable[[Path], Any]] = {
+    **_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN),
+}  # fmt: skip
 """suffix -> what gives the messages of such a file"""
 
 

@@ -130,8 +130,8 @@ def fit_magic_formula(
     for output in (k for k in JOINT_ORDER if k in solved):
         fits[output], own = report(output, *solved[output], earlier)
         earlier.append(own)
-    names = [n for v in touched.values() for n in v]
-    changed = {n: float(getattr(base, n)) for n in names} | dict(settings.fixed)
+    fitted = [n for v in touched.values() for n in v]
+    changed = {n: float(getattr(base, n)) for n in fitted} | dict(settings.fixed)
     errors = {
         k: relative_error(p.points.measured[k], p.predict(s.x[None])[0])
         for k, (p, s) in solved.items()
@@ -167,7 +167,8 @@ def _refuse_without_force(
 
 def _told(stage: Stage, free: Sequence[str], data: SteadyPoints) -> tuple[list[str], list[str]]:
     """Coefficients that the levels of these points tell, and a line on those that they do not."""
-    kept, left = [], {}
+    kept: list[str] = []
+    left: dict[str, list[str]] = {}
     for name in free:
         axis, least = stage.levels.get(name, ("", 0))
         if axis and len(levels_of(data, axis)) < least:

@@ -121,8 +121,8 @@ def gathered(
     standing = measured.pop(AT_REST, None)
     if standing is None:
         return points, ""
-    count = int(np.count_nonzero(np.isfinite(standing)))
-    source = f"{count} runs at rest: no nonlinear fit tells the rolling one"
+    at_rest = int(np.count_nonzero(np.isfinite(standing)))
+    source = f"{at_rest} runs at rest: no nonlinear fit tells the rolling one"
     return replace(points, measured=measured | {"cx": standing}), source
 
 

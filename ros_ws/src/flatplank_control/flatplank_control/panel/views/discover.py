@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -270,10 +271,10 @@ class _Discover:
                     ui.label(_words(row, accepted.get(row["name"]))).classes(
                         "fp-quiet fp-rank-why"
                     )
-                    self.button("Show", lambda n=row["name"]: self.show(n)).props(
+                    self.button("Show", partial(self.show, row["name"])).props(
                         f'aria-label="Show {row["name"]}"'
                     )
-                    self.button("Add", lambda n=row["name"]: self.add(n)).props(
+                    self.button("Add", partial(self.add, row["name"])).props(
                         f'aria-label="Add {row["name"]}"'
                     )
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from nicegui import ui
 
 from flatplank_control.panel.operator import PREDETERMINED, VALUES
@@ -27,7 +29,7 @@ def build(page: Page) -> None:
     with page.card("Position"):
         with page.row():
             for angle in PREDETERMINED:
-                page.button(f"{angle:g}°", lambda angle=angle: op.move_to(page.id, angle))
+                page.button(f"{angle:g}°", partial(op.move_to, page.id, angle))
         with page.row():
             target = page.number("Angle", 0.0, "deg")
             page.button("Turn there", lambda: op.move_to(page.id, target.value))

@@ -137,7 +137,7 @@ class Conductor:
         if not run.needs or done is None or done.skipped:
             return False
         now, then = self._radius(run), done.record.get("effective_rolling_radius")
-        return bool(now and then) and abs(now / then - 1.0) > R_E_HOLDS
+        return bool(now and then and abs(now / then - 1.0) > R_E_HOLDS)
 
     def _attempts(self, run: PlannedRun) -> int:
         done = self.journal.done.get(run.key)

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from flatplank_control.calibration.fit_check import TurnWatch
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import QUICK, Plan, plan_of
 from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.steps import Enable, Manual, MoveTo, Quick, Wait
+from flatplank_control.runner.turn_watch import TurnWatch
 
 LOOK = 60.0
 """[s]"""

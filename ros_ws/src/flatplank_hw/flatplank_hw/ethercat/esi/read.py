@@ -62,8 +62,8 @@ def find_device(
             f"no such device{nearest(type_name, names)}; in the file: {', '.join(names)}"
         )
     if len({d.product for d in found}) > 1:
-        names = ", ".join(f"{d.type_name} (0x{d.product:08X})" for d in found)
-        raise EsiError(f"several devices fit, give type or product: {names}")
+        fitting = ", ".join(f"{d.type_name} (0x{d.product:08X})" for d in found)
+        raise EsiError(f"several devices fit, give type or product: {fitting}")
     return max(found, key=lambda d: d.revision)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/troubles.md, made of the registry: `python -m flatplank_hw.troubles.page FILE`."""
+"""docs/troubles.md, made of the registry: `python -m flatplank_validation.pages.troubles FILE`."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ CODES = {name: code for code, name in STOPS.items()}
 HEAD = """\
 # Troubles: what you see, what it means, what to do
 
-Written by `python -m flatplank_hw.troubles.page docs/troubles.md`; a test keeps it so. The log,
-`/diagnostics` and the messages say what is written here.
+Written by `python -m flatplank_validation.pages.troubles docs/troubles.md`; a test keeps it so.
+The log, `/diagnostics` and the messages say what is written here.
 
 ```
 ros2 topic echo --once /diagnostics
