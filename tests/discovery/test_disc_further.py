@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Columns of other names: CSV and Parquet keep them for the search, everything else is the same."""
+"""Columns of other names: CSV and Parquet keep them for the search, all else is the same."""
 
 from __future__ import annotations
 
