@@ -89,10 +89,8 @@ def toyo_sweeps(tir: Path, grip_at_high_load: float) -> dict[str, np.ndarray]:
     """Sweeps of the shipped tire, with less grip at the highest load."""
     columns = bench.recording(cambers=(0.0,), pressures=(250.0,))
     columns["fz"] = 4.0 * columns["fz"]
-    fy = steady_forces(
-        read_tir(tir).coefficients, columns["fz"], alpha=columns["alpha"], pressure=columns["pressure"],
-        vx=columns["speed"],
-    )[1]  # fmt: skip
+    given = {"alpha": columns["alpha"], "pressure": columns["pressure"], "vx": columns["speed"]}
+    _, fy, _ = steady_forces(read_tir(tir).coefficients, columns["fz"], **given)
     noise = np.random.default_rng(3).normal(0.0, 12.0, len(fy))
     columns["fy"] = np.where(columns["fz"] > 4000.0, grip_at_high_load, 1.0) * fy + noise
     return columns

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 from zlib import crc32
@@ -12,7 +12,7 @@ from zlib import crc32
 import numpy as np
 
 from flatplank_analysis.data import MeasurementTable
-from flatplank_control.sealed.conditions import Columns, Run
+from flatplank_sim.sealed.conditions import Columns, Run
 from flatplank_validation.blind import cases as blind
 from flatplank_validation.blind.detectable import detectable_force
 from flatplank_validation.blind.menu import MENU
@@ -25,6 +25,8 @@ from flatplank_validation.proposed.left_out import LEFT_OUT
 KIT = ("plant", "second", "forms")
 FACTOR = 3.0
 """times the detectable size, and times the size of no consequence where that is larger"""
+WORTH, QUIETER = 0.5, 6.0
+"""share of what repeats differ by; what the filter leaves of white noise (power)"""
 NULL_NOISES = ("usual", "coloured", "quiet")
 SCATTERS = (0.0, 0.01, 0.03)
 
@@ -152,7 +154,21 @@ def size_of(case: Case, seed: int) -> float:
         return change(c, run)["fx"] - c["fx"]
 
     least = detectable_force(case.world, force, case.noise, case.scatter, case.design)
-    return FACTOR * max(least, item.least)
+    return max(FACTOR * max(least, item.least), _counts(case, force))
+
+
+def _counts(case: Case, force: Callable[[Columns, Run], np.ndarray]) -> float:
+    """Size at which the force is half of what repeats differ by: less is of no consequence."""
+    draw = np.random.default_rng(5)
+    runs = runs_of(case.design, draw)
+    columns = WORLDS[case.world](None).run(runs, {}, draw, Scatter.none(len(runs)))
+    made = [force(c, r) for c, r in zip(columns, runs, strict=True)]
+    mean = np.mean([f.mean() for f in made])
+    one = np.sqrt(np.mean([np.mean((f - mean) ** 2) for f in made]))
+    level = np.mean([np.mean(c["fx"] ** 2) for c in columns])
+    noise = NOISES[case.noise]
+    repeats = noise.white**2 / QUIETER + noise.slow**2 + noise.quick**2 + level * case.scatter**2
+    return float(WORTH * np.sqrt(repeats) / max(one, 1e-12))
 
 
 def _table(c: Columns, run: Run, radius: float, noise, random) -> MeasurementTable:

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator as Random
 
-from flatplank_control.sealed import outside
-from flatplank_control.sealed.conditions import LOAD, STEP, Columns, Run, Setting
+from flatplank_sim.sealed import outside
+from flatplank_sim.sealed.conditions import LOAD, STEP, Columns, Run, Setting
 
 TEMPERATURE, VOLTAGE = "temperature [degC]", "supply voltage [V]"
 

@@ -88,7 +88,8 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
         "The list is mixed, so that its beginning is a fair sample; read the intervals (Wilson, "
         "95 %). Designs have 15 runs of five slips (45 where several loads are asked for). Sizes "
         "are three times what the generator could just see of that form, and three times the "
-        "size of no consequence where that is larger.",
+        "size of no consequence where that is larger; forces have at least half of what repeats "
+        "differ by.",
         "| what | wanted | right |\n|---|---|---|\n"
         + "\n".join(f"| {text} | {wanted} | {s} |" for text, wanted, s in rows_of(entries)),
         "### What was hidden and what was proposed",

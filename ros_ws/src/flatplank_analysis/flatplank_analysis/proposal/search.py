@@ -71,6 +71,19 @@ class Outcome:
         return tuple(out)
 
 
+def simplest(accepted: Sequence[Tried]) -> Tried | None:
+    """The best one, or at its place a form with fewer numbers that leaves as little."""
+    if not accepted:
+        return None
+    best = accepted[0]
+    near = [
+        t
+        for t in accepted
+        if _place(t) == _place(best) and t.found.chi2 < best.found.chi2 + EVIDENCE
+    ]
+    return min(near, key=lambda t: t.sentence.shape.price)
+
+
 def _place(t: Tried) -> tuple[str, str, str]:
     site = t.sentence.site
     return site.hook.name, site.place.name, site.modulator.name
@@ -111,7 +124,7 @@ class Proposer:
             self.say("joint refits", 0.8)
             tried.append(self.refit(f, looked))
         tried.sort(key=lambda t: t.cost(self.level, self.price))
-        taken = next((t for t in tried if t.decision.accepted), None)
+        taken = simplest([t for t in tried if t.decision.accepted])
         curve = None
         if taken and not any(n.name == "period" for n in taken.sentence.shape.numbers):
             curve = scanner.drawn(taken.sentence.site, self.level)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The kit for proposals: what it hides is said in the words of the grammar; journal and page."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.proposal.hooks import HOOKS
+from flatplank_analysis.proposal.modulators import BY_NAME
+from flatplank_analysis.proposal.shapes import shapes
+from flatplank_validation.proposed import journal
+from flatplank_validation.proposed.cases import KIT, Case, full, make
+from flatplank_validation.proposed.forces import FORCES
+from flatplank_validation.proposed.left_out import LEFT_OUT, removed
+from flatplank_validation.proposed.page import TITLE, page, rows_of
+from flatplank_validation.verbs import bench_propose
+
+pytestmark = pytest.mark.timeout(300)
+
+
+def truths():
+    random = np.random.default_rng(3)
+    yield from (item.make(20.0, random)[1] for item in FORCES.values())
+    yield from LEFT_OUT.values()
+
+
+def test_answers_speak_the_words_of_the_grammar():
+    families = {h.family for h in HOOKS}
+    for truth in truths():
+        assert set(truth.families) <= families
+        assert set(truth.shapes) <= set(shapes())
+        assert set(truth.modulators) <= set(BY_NAME)
+
+
+def test_what_is_left_out_was_there():
+    for name in LEFT_OUT:
+        assert removed(name) <= set(library()) and name in removed(name)
+
+
+def test_the_list_has_everything_in_every_world():
+    cases = full(1)
+    assert len({c.key for c in cases}) == len(cases)
+    assert sum(c.group == "null" for c in cases) >= 100
+    for name in FORCES:
+        assert {c.world for c in cases if c.name == name} == set(KIT)
+    assert [c.key for c in full(1)] != [c.key for c in full(2)]
+
+
+def test_a_campaign_has_its_column_and_its_force():
+    case = Case("force", "second", "warm")
+    tables, answer = make(case, 9)
+    column = "temperature [degC]"
+    assert len(tables) == 15 and all(column in t for t in tables)
+    again, _ = make(case, 9)
+    assert np.array_equal(tables[0]["fx"], again[0]["fx"])
+    warm = [float(t[column].mean()) for t in tables]
+    assert np.ptp(warm) > 5.0 and answer["hidden"] >= 30.0
+
+
+def entry(group: str, said: bool, size: float = 40.0, **parts) -> dict:
+    """A line of a journal, made up."""
+    answer = {
+        "families": ["signal"], "coordinates": ["time"], "modulators": [""], "shapes": ["ramp"],
+        "size": 40.0,
+    }  # fmt: skip
+    proposal = {"verdict": "nothing to propose", "diagnosis": "at floor", "seconds": 5.0}
+    if said:
+        refit = {"size": size, "floor": 10.0, "held_out": 10.5, "held_out_level": 14.0}
+        proposal = {
+            "verdict": "proposed", "diagnosis": "none of these", "seconds": 9.0, "hook": "fx",
+            "family": "signal", "coordinate": "time", "modulator": "", "shape": "ramp",
+            "refit": refit, **parts,
+        }  # fmt: skip
+    case = {"group": group, "name": "it", "world": "second"}
+    key = f"{group}/{said}/{size}/{sorted(parts)}"
+    return {"key": key, "case": case, "answer": answer, "proposal": proposal, "commit": "c",
+            "code": "d"}  # fmt: skip
+
+
+def test_scores_count_what_they_say():
+    entries = [
+        entry("force", True),
+        entry("force", True, size=60.0),
+        entry("force", True, coordinate="load"),
+        entry("left_out", False),
+        entry("null", False),
+        entry("null", True),
+    ]
+    rows = {text: (s.hits, s.trials) for text, _, s in rows_of(entries)}
+    assert rows["all: family, coordinate and modulator right"] == (2, 4)
+    assert rows["form right, of all"] == (3, 4)
+    assert rows["sentence and form right, sizes comparable: within 15 %"] == (1, 2)
+    assert rows["of those proposed: left-out level <= 1.5 floors"] == (3, 3)
+    assert rows["nothing hidden: something is proposed"] == (1, 2)
+    text = page(entries, {"command": "x", "seed": 1, "whole": 9})
+    assert text.startswith(TITLE) and "6 of the 9 campaigns" in text
+
+
+def test_the_journal_goes_on_and_the_page_keeps_what_stands_above(tmp_path, monkeypatch):
+    asked = []
+
+    def solve(case, seed):
+        asked.append(case.key)
+        made = entry(case.group, False) | journal.versions()
+        return made | {"key": case.key, "seed": seed}
+
+    monkeypatch.setattr(journal, "solve", solve)
+    file, out = tmp_path / "j.jsonl", tmp_path / "propose.md"
+    out.write_text(f"# How to\n\n{TITLE}\n\nold\n")
+    arguments = ["--journal", str(file), "--limit", "4", "--seed", "3", "--write", str(out)]
+    assert bench_propose.main(arguments) == 0
+    assert bench_propose.main(arguments) == 0
+    assert len(asked) == 4 == len(file.read_text().splitlines())
+    assert json.loads(file.read_text().splitlines()[0])["seed"] == 3
+    text = out.read_text()
+    assert text.startswith("# How to") and text.count(TITLE) == 1 and "old" not in text
+    assert bench_propose.main(["--only", "nothing like it"]) == 2
