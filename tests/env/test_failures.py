@@ -40,6 +40,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "doctor": [],
     "effects": ["check", "nowhere.py"],
     "fit": ["nowhere"],
+    "investigate": ["made", "--minutes", "-1"],
     "panel": ["--data", "made", "--port", "1"],
     "propose": ["nowhere"],
     "remove": ["drive_backlash", "nowhere"],

@@ -19,6 +19,7 @@ VERBS = [
     "bench = flatplank_control.cli.bench:main",
     "slip = flatplank_control.cli.slip:main",
     "run = flatplank_control.cli.run:main",
+    "investigate = flatplank_control.cli.investigate:main",
     "tune = flatplank_control.cli.tune:main",
     "calibrate = flatplank_control.cli.calibrate:main",
     "panel = flatplank_control.cli.panel:main",

@@ -48,7 +48,7 @@ class Metric:
 
     def __init__(self, whitener: Whitener, stiff: np.ndarray, scatter: np.ndarray) -> None:
         """stiff (d, channels, runs, samples) with a standard deviation of scatter (d,)."""
-        self.whitener = whitener
+        self.whitener, self.scatter = whitener, scatter
         self._sideways = None
         if len(stiff) and np.any(scatter > 0.0):
             loose = np.moveaxis(self._white(stiff), 0, 1) * scatter[:, None]

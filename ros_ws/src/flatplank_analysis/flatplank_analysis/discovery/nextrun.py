@@ -13,6 +13,7 @@ from flatplank_analysis.discovery.fit import Fit, Term, scale_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.search import Search
+from flatplank_analysis.discovery.state import State
 
 NEEDED = 12.0
 """separation at which two effects are told apart"""
@@ -32,7 +33,7 @@ def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
     pairs = [(i, r) for i, f in enumerate(last.found) for r in f.rivals if not r.excluded]
     if not pairs or not plans:
         return {}
-    each = [_Pair(search, i, rival.term) for i, rival in pairs]
+    each = [Pair.of(search, i, rival.term) for i, rival in pairs]
     scores = [min(pair.gain(plan.model) for pair in each) for plan in plans]
     best = int(np.argmax(scores))
     gain = float(scores[best])
@@ -49,22 +50,38 @@ def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
     }
 
 
-class _Pair:
-    """An effect, and a rival as it was fitted in its place."""
+class Pair:
+    """An effect of a fit, and a rival as it was fitted in its place, or the model without it."""
 
-    def __init__(self, search: Search, index: int, rival: Term) -> None:
+    def __init__(self, model: Model, fit: Fit, place: int, rival: Term | None, weight) -> None:
+        """weight (channels, 1, 1): one over the floors."""
+        self.fit, self.place, self.term, self.weight = fit, place, rival, weight
+        self.old = self.products(model)
+
+    @classmethod
+    def of(cls, search: Search, index: int, rival: Term | None) -> Pair:
+        """Effect `index` of those that were found, at the end of a search."""
         last = search.last
-        state = last.state
-        self.fit = state.fit
-        self.place = len(self.fit.terms) - len(last.found) + index
-        self.weight = np.array([1.0 / f.floor for f in state.floors])[:, None, None]
-        self.term = rival
-        self.old = _gram(_columns(state.model, self.fit, self.place, rival) * self.weight)
+        fit = last.state.fit
+        place = len(fit.terms) - len(last.found) + index
+        return cls(last.state.model, fit, place, rival, weight_of(last.state))
+
+    def products(self, model: Model) -> np.ndarray:
+        """What runs tell: products of the columns of base and rival, and last of the effect."""
+        return _gram(_columns(model, self.fit, self.place, self.term) * self.weight)
+
+    def separation(self, *more: np.ndarray) -> float:
+        """Of the runs of the fit, and of more runs by their products."""
+        return _lambda(self.old + sum(more))
 
     def gain(self, planned: Model) -> float:
         """What a planned run adds to the separation."""
-        new = _gram(_columns(planned, self.fit, self.place, self.term) * self.weight)
-        return _lambda(self.old + new) - _lambda(self.old)
+        return self.separation(self.products(planned)) - self.separation()
+
+
+def weight_of(state: State) -> np.ndarray:
+    """One over the floor (channels, 1, 1)."""
+    return np.array([1.0 / f.floor for f in state.floors])[:, None, None]
 
 
 def _contributions(
@@ -84,7 +101,7 @@ def _contributions(
     return out[0] - out[1], out[2:] - out[1]
 
 
-def _columns(model: Model, fit: Fit, place: int, term: Term) -> np.ndarray:
+def _columns(model: Model, fit: Fit, place: int, term: Term | None) -> np.ndarray:
     """Base columns, the rival's contribution and those of its numbers moved a little, for new runs
     would move them, and last the effect's contribution; predicted afresh."""
     own = fit.lane()
@@ -96,8 +113,8 @@ def _columns(model: Model, fit: Fit, place: int, term: Term) -> np.ndarray:
         moved[at[p.name]] += 1e-3 * p.screen
         lanes.append(Lane(moved, own.effects))
     out = model.predict(lanes)
-    mine, rivals = _contributions(model, fit, place, [term, *_moved(term)])
-    rivals[1:] -= rivals[0]
+    mine, rivals = _contributions(model, fit, place, [term, *_moved(term)] if term else [])
+    rivals[1:] -= rivals[:1]
     return np.concatenate([(out[1:] - out[0]) * 1e3, rivals, mine[None]])
 
 

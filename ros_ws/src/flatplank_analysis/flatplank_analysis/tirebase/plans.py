@@ -39,22 +39,23 @@ def plans_for(model: TireModel) -> list[Plan]:
     # the smallest slips show play best, the largest ones friction
     for kappa in dict.fromkeys([*levels[:3], *levels[-2:]]):
         base = common | {"kappa": kappa}
-        out.append(_plan(model, f"slip {100 * kappa:+g} % once more", base))
+        out.append(planned(model, f"slip {100 * kappa:+g} % once more", base))
         for step in (usual - 0.6, usual + 0.7):
             text = f"slip {100 * kappa:+g} % with the step at {step:.1f} m"
-            out.append(_plan(model, text, base | {"step_position": step}))
+            out.append(planned(model, text, base | {"step_position": step}))
         text = f"slip {100 * kappa:+g} % at {1.3 * load:.0f} N"
-        out.append(_plan(model, text, base | {"fz": round(1.3 * load)}))
+        out.append(planned(model, text, base | {"fz": round(1.3 * load)}))
         text = f"slip {100 * kappa:+g} % at 0.0015 m/s"
-        out.append(_plan(model, text, base | {"speed": 0.0015}))
+        out.append(planned(model, text, base | {"speed": 0.0015}))
         text = f"slip {100 * kappa:+g} % from a start angle of 60 deg"
-        out.append(_plan(model, text, base | {"start": 1.5}))
+        out.append(planned(model, text, base | {"start": 1.5}))
         text = f"slip {100 * kappa:+g} % out of a preload of 1 % driving"
-        out.append(_plan(model, text, base | {"preload": 0.01}))
+        out.append(planned(model, text, base | {"preload": 0.01}))
     return out
 
 
-def _plan(model: TireModel, text: str, settings: dict[str, Any]) -> Plan:
+def planned(model: TireModel, text: str, settings: dict[str, Any]) -> Plan:
+    """A run with these settings, predicted with the numbers of a model of other runs."""
     data = planned_data(model.data, settings)
     planned = TireModel(data)
     planned.parameters = model.parameters
@@ -80,7 +81,7 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
     one = {
         "nominal": float(s["fz"]),
         "radius": radius,
-        "alpha": float(np.median(data.alpha)),
+        "alpha": float(s.get("alpha", np.median(data.alpha))),
         "gamma": float(np.median(data.gamma)),
         "kappa": float(s["kappa"]),
         "pressure": float(s["pressure"]),

@@ -146,7 +146,7 @@ class Conductor:
     def _measurement(self, run: PlannedRun, attempt: int) -> Measurement:
         m = replace(
             run.measurement,
-            run_index=self._index[run.key],
+            run_index=self.plan.first_run + self._index[run.key],
             name=self._name(run, attempt),
             session=self._session(run.measurement),
         )
@@ -164,7 +164,7 @@ class Conductor:
         """Appendix F, then _r02, ...: no two runs and no two attempts share a name."""
         base = self._names[run.key]
         same = [key for key, name in self._names.items() if name == base]
-        number = 1 + same.index(run.key) + (attempt - 1) * len(same)
+        number = 1 + same.index(run.key) + (attempt - 1) * len(same) + self.plan.first_run
         return base if number == 1 else f"{base}_r{number:02d}"
 
     def _earlier(self, run: PlannedRun) -> tuple[list[float], ...]:

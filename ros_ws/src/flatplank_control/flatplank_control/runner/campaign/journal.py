@@ -56,7 +56,7 @@ class Journal:
         for line in lines[1:]:
             self._take(line)
         path.parent.mkdir(parents=True, exist_ok=True)
-        _cut_torn_line(path)
+        cut_torn_line(path)
         if not lines:
             self._write({"event": "plan", "name": name, "digest": digest})
 
@@ -91,10 +91,7 @@ class Journal:
         return key in self.done and (self.done[key].ok or self.done[key].skipped)
 
     def _write(self, line: Mapping[str, Any]) -> None:
-        with open(self.path, "a", encoding="utf-8") as file:
-            file.write(json.dumps(line) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
+        write_line(self.path, line)
         self._take(line)
 
     def _take(self, line: Mapping[str, Any]) -> None:
@@ -152,6 +149,14 @@ def _append(path: Path, line: Mapping[str, Any]) -> None:
         file.write(json.dumps(line) + "\n")
 
 
+def write_line(path: Path, line: Mapping[str, Any]) -> None:
+    """One more line, on the disk when this returns."""
+    with open(path, "a", encoding="utf-8") as file:
+        file.write(json.dumps(line) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+
+
 def read_lines(path: Path) -> list[dict[str, Any]]:
     """Whole lines of a journal; a last one that a crash has torn is left out."""
     if not path.exists():
@@ -165,7 +170,7 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
     return lines
 
 
-def _cut_torn_line(path: Path) -> None:
+def cut_torn_line(path: Path) -> None:
     """What comes next must begin a line of its own."""
     if not path.exists():
         return

@@ -36,7 +36,7 @@ from flatplank_hw.params import nearest
 FORMAT = "flatplank-plan/1"
 KEYS = (
     "format", "name", "tire", "serial", "operator", "session", "order", "seed", "attempts", "r_e",
-    "reference", "set_up", "quality", "common", "runs",
+    "reference", "set_up", "quality", "common", "first_run", "runs",
 )  # fmt: skip
 ORDERS = ("as_written", "random")
 RADII = ("measured", "given")
@@ -77,6 +77,8 @@ class CampaignPlan:
     attempts: int = 2
     """a run that fails its quality is made at most so often"""
     quality: Limits = field(default_factory=Limits)
+    first_run: int = 0
+    """runs that its folder had before: the order of the runs and their names go on from there"""
 
 
 class PlanError(ValueError):
@@ -124,6 +126,7 @@ class _Builder:
         read.keys(data, KEYS)
         name, tire, limits, set_up = self._name(), self._tire(), self._limits(), self._set_up()
         attempts = read.whole(data, "attempts", 2, least=1)
+        first = read.whole(data, "first_run", 0, least=0)
         common = read.section(data, "common", OF_A_BLOCK, NOT_OF_A_BLOCK)
         if tire is None:
             raise PlanError(read.problems)
@@ -135,7 +138,9 @@ class _Builder:
                 read.say(run.line_of(key), f"{RADIUS_RUN if own else ''}{reason}")
         if read.problems:
             raise PlanError(read.problems)
-        return CampaignPlan(name, self.where, self.digest, tire, tuple(runs), attempts, limits)
+        return CampaignPlan(
+            name, self.where, self.digest, tire, tuple(runs), attempts, limits, first
+        )
 
     # reading
     def _name(self) -> str:

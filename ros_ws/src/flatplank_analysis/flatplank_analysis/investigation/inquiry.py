@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a diagnosis to the questions that it leaves open, each with what a run would answer.
+
+Rivals are refitted in the place of the effect and the numbers of the tire are free in both, so
+what counts is only what neither can imitate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatplank_analysis.discovery import verdict
+from flatplank_analysis.discovery.fit import Fit, Term
+from flatplank_analysis.discovery.gram import solve
+from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.nextrun import NEEDED, Pair, weight_of
+from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
+from flatplank_analysis.discovery.search import Search
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect
+from flatplank_analysis.investigation.planner import Question
+from flatplank_analysis.investigation.settings import Setting
+from flatplank_analysis.tirebase.plans import planned
+
+TOLD_APART = NEEDED / 2.0
+"""log likelihood ratio at which two effects are told apart"""
+SEEN = NEEDED / 2.0
+"""the same of an effect of the size that matters, at which it would have been seen"""
+FEW_CONDITIONS = 4
+"""conditions below which nothing is said to be absent"""
+ANOTHER_STEP = 0.3
+"""[m] between two step positions that are two"""
+
+
+@dataclass
+class Predictor:
+    """Models of runs that could be made, made once."""
+
+    model: Model
+    _known: dict[Setting, Model] = field(default_factory=dict)
+
+    def __call__(self, setting: Setting) -> Model:
+        if setting not in self._known:
+            self._known[setting] = planned(self.model, "", setting.planned()).model
+        return self._known[setting]
+
+
+def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) -> list[Question]:
+    """What a diagnosis leaves open."""
+    search = result.search
+    if search is None:
+        return []
+    predictor = Predictor(search.model)
+    if result.found:
+        out = list(_between(search, predictor))
+        out += _of_evidence(search, predictor, evidence)
+    else:
+        out = list(_of_suspect(search, predictor))
+    if result.verdict in (verdict.NONE, verdict.PARTLY):
+        out.append(_of_place(made))
+    if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
+        out.append(_of_all(search, predictor, len({s.repeats for s in made})))
+    return out
+
+
+def _between(search: Search, predictor: Predictor):
+    """Each effect and each of those that could stand in for it."""
+    for i, found in enumerate(search.last.found):
+        name = found.decision.term.effect.identifier
+        for rival in found.told:
+            pair = Pair.of(search, i, rival.term)
+            text = f"to separate {name} from {rival.name}"
+            excess = max(rival.excess / 2.0, 0.0)
+            yield Question(text, min(excess, TOLD_APART), TOLD_APART, _gain(pair, predictor))
+
+
+def _of_evidence(search: Search, predictor: Predictor, evidence: Evidence) -> list[Question]:
+    """Runs that no bet was fitted to, to say that the tire alone is refuted."""
+    if evidence.enough:
+        return []
+    index, found = max(enumerate(search.last.found), key=lambda p: p[1].decision.drop)
+    d = found.decision
+    pair = Pair.of(search, index, None)
+    spread = max(d.dispersion, d.dispersion_conditions, 1.0)
+    text = f"to test {d.term.effect.identifier} on runs that had no part in finding it"
+    return [
+        Question(text, evidence.log, -math.log(ALPHA), _gain(pair, predictor, 1.0 / spread))
+    ]  # fmt: skip
+
+
+def _of_suspect(search: Search, predictor: Predictor):
+    """An effect that is likely and not accepted yet."""
+    d = suspect(search)
+    if d is None:
+        return
+    state = search.last.state
+    fit = state.fitter.grown(state.fit, d.term)
+    pair = Pair(state.model, fit, len(fit.terms) - 1, None, weight_of(state))
+    spread = max(d.dispersion, d.dispersion_conditions, 1.0)
+    text = f"to see whether {d.term.effect.identifier} is real ({', '.join(d.reasons)})"
+    yield Question(text, 0.0, TOLD_APART, _gain(pair, predictor, 1.0 / spread))
+
+
+def _gain(
+    pair: Pair, predictor: Predictor, share: float = 1.0
+) -> Callable[[tuple[Setting, ...]], float]:
+    known: dict[Setting, np.ndarray] = {}
+    had = pair.separation()
+
+    def gain(settings: tuple[Setting, ...]) -> float:
+        for s in settings:
+            if s not in known:
+                known[s] = pair.products(predictor(s))
+        more = pair.separation(*(known[s] for s in settings)) - had
+        return share * 0.5 * max(more, 0.0)
+
+    return gain
+
+
+def _of_place(made: Sequence[Setting]) -> Question:
+    """What is left over the plank, or since the step: a second step position tells."""
+    steps = {s.step_position for s in made}
+
+    def another(settings: Sequence[Setting]) -> bool:
+        return all(
+            min(abs(s.step_position - old) for old in steps) >= ANOTHER_STEP for s in settings
+        )
+
+    have = TOLD_APART if max(steps) - min(steps) >= ANOTHER_STEP else 0.0
+    largest = max(abs(s.kappa) for s in made) or 1.0
+
+    def gain(settings: tuple[Setting, ...]) -> float:
+        return TOLD_APART * (0.5 + 0.5 * abs(settings[0].kappa) / largest) * another(settings)
+
+    return Question(
+        "to separate plank position from distance since the step", have, 0.5 * TOLD_APART, gain
+    )
+
+
+def _of_all(search: Search, predictor: Predictor, conditions: int) -> Question:
+    """Whether anything that matters would have been seen: the effect that is seen worst of those
+    that the bench shows at all."""
+    state = search.last.state
+    terms = _that_matter(search)
+    weight = weight_of(state)
+    old = _products(state.model, state.fit, terms, weight)
+    known: dict[Setting, np.ndarray] = {}
+    had = np.minimum(0.5 * _seen(old, len(terms)), SEEN)
+
+    def gain(settings: tuple[Setting, ...]) -> float:
+        for s in settings:
+            if s not in known:
+                known[s] = _products(predictor(s), state.fit, terms, weight)
+        more = old + sum(known[s] for s in settings)
+        return float(np.mean(np.minimum(0.5 * _seen(more, len(terms)), SEEN) - had))
+
+    have = float(np.mean(had)) if terms else SEEN
+    needed = 0.9 * SEEN if conditions >= FEW_CONDITIONS else SEEN
+    return Question("to see what could still be hidden", have, needed, gain)
+
+
+def _that_matter(search: Search) -> list[Term]:
+    """Effects that the runs show at all, at the size that matters."""
+    out = []
+    for item in best_per_effect(search.last.screen):
+        effect = item.candidate.effect
+        main = effect.main_parameter()
+        linear = {p.name for p in effect.linear()}
+        if item.visible < VISIBLE or effect.generic or effect.law or main.name not in linear:
+            continue
+        sign = -1.0 if main.null + main.matters > main.upper else 1.0
+        size = main.null + sign * main.matters
+        named = {**item.candidate.setting, main.name: size}
+        out.append(Term(effect, effect.vector(named), effect.held()))
+    return out
+
+
+def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarray:
+    """Products of the columns of the tire and of what each effect would do."""
+    own = fit.lane()
+    lanes = [own]
+    steps = [p for p in model.parameters if p.screen]
+    at = {p.name: i for i, p in enumerate(model.parameters)}
+    for p in steps:
+        moved = own.base.copy()
+        moved[at[p.name]] += 1e-3 * p.screen
+        lanes.append(Lane(moved, own.effects))
+    lanes += [Lane(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
+    out = model.predict(lanes)
+    columns = (out[1:] - out[0]) * weight
+    columns[: len(steps)] *= 1e3
+    flat = columns.reshape(len(columns), -1)
+    return 0.1 * flat @ flat.T
+
+
+def _seen(products: np.ndarray, effects: int) -> np.ndarray:
+    """Separation of each effect from the tire alone."""
+    n = len(products) - effects
+    cross = products[:n, n:]
+    _, inverse = solve(products[:n, :n], np.zeros(n))
+    return np.diag(products)[n:] - np.einsum("ij,ik,kj->j", cross, inverse, cross)

@@ -1,0 +1,275 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Diagnose, choose, measure, again: until decided, nothing is left to learn, or the budget is
+spent.
+
+All that counts stands in the log before the bench moves: whoever starts again with the same log
+goes on where it ended, and comes to the same verdict.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.investigation.evidence import Evidence, bet_on, log_e
+from flatplank_analysis.investigation.inquiry import questions
+from flatplank_analysis.investigation.planner import Choice, Price, choose
+from flatplank_analysis.investigation.settings import (
+    Candidate,
+    Setting,
+    candidates,
+    settings_of,
+)
+from flatplank_analysis.tirebase.session import Session
+from flatplank_analysis.wording import quantity
+
+BEGIN, BATCH, ANSWER, END = "begin", "batch", "answer", "end"
+
+
+class Bench(Protocol):
+    """What measures: the twin, a graph, or made-up data."""
+
+    def files(self) -> list[str]:
+        """Runs that are there before the first batch."""
+
+    def session(self, files: Collection[str]) -> Session:
+        """These runs."""
+
+    def seed(self) -> Candidate:
+        """The runs that an investigation without data begins with."""
+
+    def price(self, candidate: Candidate) -> Price:
+        """What a candidate takes from how the bench stands now."""
+
+    def plan(self, number: int, candidate: Candidate) -> str:
+        """The text of a plan, from which `measure` makes the same runs whenever it is asked."""
+
+    def measure(self, number: int, plan: str, left: float) -> Made:
+        """Make a batch, or what is lacking of it; `left`: minutes of the budget after it."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What came of a batch."""
+
+    files: tuple[str, ...]
+    """good runs"""
+    handed_back: tuple[Setting, ...] = ()
+    """rejected or skipped"""
+
+
+class Log(Protocol):
+    """Events, each kept before the loop goes on."""
+
+    events: list[dict[str, Any]]
+
+    def write(self, event: Mapping[str, Any]) -> None:
+        """Keep one more."""
+
+
+@dataclass
+class Memory:
+    """A log of one process."""
+
+    events: list[dict[str, Any]] = field(default_factory=list)
+
+    def write(self, event: Mapping[str, Any]) -> None:
+        self.events.append(dict(event))
+
+
+Choose = Callable[[Diagnosis, Evidence, Sequence[Setting], Sequence[Candidate],
+                   Callable[[Candidate], Price], float], Choice]  # fmt: skip
+Say = Callable[[str], None]
+AtEnd = Callable[[Session, Diagnosis], "dict[str, Any] | None"]
+"""what is done once with the last diagnosis: a proposal, by what the log keeps of it"""
+
+
+def ask(
+    result: Diagnosis,
+    evidence: Evidence,
+    made: Sequence[Setting],
+    possible: Sequence[Candidate],
+    price: Callable[[Candidate], Price],
+    left: float,
+) -> Choice:
+    """The choice by the questions that a diagnosis leaves open."""
+    return choose(questions(result, evidence, made), possible, price, left)
+
+
+class Loop:
+    """One investigation; `run` goes on until its end."""
+
+    def __init__(
+        self,
+        bench: Bench,
+        log: Log,
+        minutes: float,
+        say: Say = lambda _: None,
+        how: Choose = ask,
+        at_end: AtEnd = lambda _session, _result: None,
+    ) -> None:
+        self.bench, self.log, self.minutes, self.say, self.how = bench, log, minutes, say, how
+        self.at_end = at_end
+        self._diagnosed: tuple[tuple[str, ...], Session, Diagnosis] | None = None
+
+    def run(self) -> dict[str, Any]:
+        """The event that ended it; with more minutes than before it goes on after its end."""
+        if not self.log.events:
+            event = {"event": BEGIN, "minutes": self.minutes, "files": self.bench.files()}
+            self.log.write(event)
+        elif self.log.events[-1]["event"] == END and self.minutes > budget(self.log.events):
+            self.log.write({"event": BEGIN, "minutes": self.minutes})
+        while not (last := self.log.events[-1])["event"] == END:
+            if last["event"] == BATCH:
+                self._measure(last)
+            else:
+                self._decide()
+        return last
+
+    # what the log says
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Runs that the last answer rests on."""
+        out = list(self.log.events[0]["files"])
+        for e in self._of(ANSWER):
+            out += e["files"]
+        return tuple(out)
+
+    @property
+    def evidence(self) -> Evidence:
+        """The product over all batches so far."""
+        found = Evidence()
+        for e in self._of(ANSWER):
+            found = found.times(e["log_e"], bool(e["bet"]))
+        return found
+
+    @property
+    def spent(self) -> float:
+        """Minutes of the batches so far."""
+        return sum(e["minutes"] for e in self._of(BATCH))
+
+    @property
+    def left(self) -> float:
+        """Minutes of the budget."""
+        return budget(self.log.events) - self.spent
+
+    def _of(self, kind: str) -> list[dict[str, Any]]:
+        return [e for e in self.log.events if e["event"] == kind]
+
+    def _handed_back(self) -> Counter[Setting]:
+        return Counter(Setting(**s) for e in self._of(ANSWER) for s in e["handed_back"])
+
+    # steps
+    def diagnosis(self) -> tuple[Session, Diagnosis]:
+        """Of the runs so far; made once."""
+        files = self.files
+        if self._diagnosed is None or self._diagnosed[0] != files:
+            session = self.bench.session(files)
+            self._diagnosed = files, session, session.diagnose()
+        return self._diagnosed[1:]
+
+    def _decide(self) -> None:
+        choice, verdict = self._choice()
+        number = len(self._of(BATCH)) + 1
+        if choice.candidate is None:
+            proposal = self.at_end(*self._diagnosed[1:]) if self._diagnosed else None
+            self.log.write(
+                {
+                    "event": END, "why": choice.stop, "reason": choice.reason,
+                    "verdict": verdict, "proposal": proposal,
+                }
+            )  # fmt: skip
+            return
+        c = choice.candidate
+        self.say(f"batch {number}: {c.text}, {choice.reason}; {choice.price.minutes:.0f} min")
+        self.log.write(
+            {
+                "event": BATCH, "number": number, "what": c.text, "reason": choice.reason,
+                "settings": [s.plain() for s in c.settings], "minutes": choice.price.minutes,
+                "changes": choice.price.changes, "expected": round(choice.expected, 3),
+                "plan": self.bench.plan(number, c),
+            }
+        )  # fmt: skip
+
+    def _choice(self) -> tuple[Choice, dict[str, Any] | None]:
+        if not self.files:
+            return self._seed(), None
+        session, result = self.diagnosis()
+        made = settings_of(session.data.runs)
+        possible = candidates(made, self._handed_back())
+        if result.search is None:
+            why = f"not decidable: {result.reason}"
+            return Choice(None, why, stop="not decidable"), result.to_dict()
+        choice = self.how(result, self.evidence, made, possible, self.bench.price, self.left)
+        return choice, result.to_dict()
+
+    def _seed(self) -> Choice:
+        seed = self.bench.seed()
+        price = self.bench.price(seed)
+        if self._of(BATCH):
+            return Choice(None, "no run of the first batch is good", stop="not decidable")
+        if price.minutes > self.left:
+            why = f"the first six runs take {price.minutes:.0f} minutes, {self.left:.0f} are there"
+            return Choice(None, why, stop="budget spent")
+        return Choice(seed, "nothing is known yet", price)
+
+    def _measure(self, batch: Mapping[str, Any]) -> None:
+        before = self.files
+        bet = None
+        if before:
+            _, result = self.diagnosis()
+            bet = bet_on(result.search) if result.search else None
+        made = self.bench.measure(batch["number"], batch["plan"], self.left)
+        log = 0.0
+        if bet is not None and made.files:
+            every = self.bench.session((*before, *made.files))
+            log = log_e(bet, every.data, rows_of(every, made.files))
+        event = {
+            "event": ANSWER, "number": batch["number"], "files": list(made.files),
+            "handed_back": [s.plain() for s in made.handed_back],
+            "bet": list(bet.names) if bet else [], "log_e": round(log, 6),
+        }  # fmt: skip
+        self.log.write(event | self._answer(made, before))
+        e = self.evidence
+        told = f", e-value {e.e_value:.3g}" if e.batches else ""
+        answer = self.log.events[-1]["answer"]
+        self.say(f"batch {batch['number']}: {answer}{told}; {self.left:.0f} min left")
+
+    def _answer(self, made: Made, before: tuple[str, ...]) -> dict[str, Any]:
+        """What the runs so far say with these."""
+        files = (*before, *made.files)
+        if not made.files:
+            return {"answer": "no good run: handed back", "effects": []}
+        session = self.bench.session(files)
+        result = session.diagnose()
+        self._diagnosed = files, session, result
+        return {"answer": words(result), "effects": result.to_dict()["effects"]}
+
+
+def budget(events: Sequence[Mapping[str, Any]]) -> float:
+    """Minutes [min] that were last given."""
+    return [e["minutes"] for e in events if e["event"] == BEGIN][-1]
+
+
+def rows_of(session: Session, files: Collection[str]) -> np.ndarray:
+    """Runs of a session that were read from these files."""
+    wanted = {r.info.name for r in session.campaign.runs if r.info.file in set(files)}
+    return np.array([i for i, n in enumerate(session.data.runs.names) if n in wanted], dtype=int)
+
+
+def words(result: Diagnosis) -> str:
+    """A diagnosis in a line."""
+    if not result.found:
+        return f"{result.verdict} ({result.reason})"
+    parts = []
+    for f in result.found:
+        term = f.decision.term
+        unit = term.effect.main_parameter().unit
+        also = f" or {', '.join(r.name for r in f.told)}" if f.told else ""
+        parts.append(f"{term.effect.identifier} {quantity(term.size, unit)}{also}")
+    return f"{result.verdict}: {'; '.join(parts)}"

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The log of an investigation for people: what was asked of every run, and what it answered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from flatplank_analysis.investigation.evidence import ALPHA, Evidence
+from flatplank_analysis.investigation.loop import ANSWER, BATCH, END, budget
+
+Event = Mapping[str, Any]
+
+
+def summary(events: Sequence[Event]) -> dict[str, Any]:
+    """The JSON of `flatplank investigate --json`."""
+    batches = [e for e in events if e["event"] == BATCH]
+    answers = {e["number"]: e for e in events if e["event"] == ANSWER}
+    end = events[-1] if events[-1]["event"] == END else None
+    evidence = Evidence()
+    for a in answers.values():
+        evidence = evidence.times(a["log_e"], bool(a["bet"]))
+    return {
+        "ended": end["why"] if end else None,
+        "reason": end["reason"] if end else "not ended yet",
+        "verdict": end["verdict"] if end else None,
+        "minutes": round(sum(b["minutes"] for b in batches), 1),
+        "budget": budget(events),
+        "runs": len(events[0]["files"]) + sum(len(a["files"]) for a in answers.values()),
+        "runs_before": len(events[0]["files"]),
+        "handed_back": sum(len(a["handed_back"]) for a in answers.values()),
+        "e_value": float(f"{evidence.e_value:.4g}"),
+        "log_e": round(evidence.log, 4),
+        "alpha": ALPHA,
+        "batches": [
+            {k: b[k] for k in ("number", "what", "reason", "settings", "minutes", "expected")}
+            | {k: v for k, v in answers.get(b["number"], {}).items() if k not in ("event",)}
+            for b in batches
+        ],
+        "proposal": end.get("proposal") if end else None,
+    }
+
+
+def text_of(events: Sequence[Event]) -> str:
+    """The notebook."""
+    return "\n".join(_lines(events))
+
+
+def _lines(events: Sequence[Event]) -> Iterator[str]:
+    told = summary(events)
+    before = told["runs_before"]
+    yield f"begun with {before} runs" if before else "begun without runs"
+    first = before + 1
+    evidence = Evidence()
+    for b in told["batches"]:
+        count = len(b["settings"])
+        which = f"run {first}" if count == 1 else f"runs {first} to {first + count - 1}"
+        first += count
+        yield f"{which}: {b['what']}, {b['reason']} ({b['minutes']:.0f} min)"
+        if "answer" not in b:
+            yield "  under way"
+            continue
+        for s in b["handed_back"]:
+            yield f"  handed back: slip {100 * s['kappa']:+g} %, start {s['start']}"
+        yield f"  {b['answer']}"
+        if b["bet"]:
+            evidence = evidence.times(b["log_e"], True)
+            yield (
+                f"  for {' + '.join(b['bet'])} against the tire alone: "
+                f"{_times(b['log_e'])}, so far {_times(evidence.log)}"
+            )
+    if told["ended"]:
+        yield f"end: {told['ended']} ({told['reason']})"
+    yield f"{told['runs']} runs, {told['minutes']:.0f} of {told['budget']:.0f} minutes"
+    yield _verdict(told)
+    if told["proposal"]:
+        yield f"proposal: {told['proposal']}"
+
+
+def _times(log: float) -> str:
+    if abs(log) < math.log(1e4):
+        return f"e = {math.exp(log):.3g}"
+    return f"e = 10^{log / math.log(10.0):.0f}"
+
+
+def _verdict(told: Mapping[str, Any]) -> str:
+    v = told["verdict"]
+    if v is None:
+        return "verdict: none yet"
+    limit = 1.0 / ALPHA
+    enough = told["log_e"] >= math.log(limit)
+    named = ", ".join(e["name"] for e in v["effects"])
+    what = f"{v['verdict']}{': ' + named if named else ''} ({v['reason']})"
+    if not named:
+        return f"verdict: {what}; {_times(told['log_e'])} against the tire alone"
+    sure = "at least" if enough else "less than"
+    return (
+        f"verdict: {what}; {_times(told['log_e'])} against the tire alone over the whole loop, "
+        f"{sure} the {limit:.0f} that keeps false alarms at {100 * ALPHA:.0f} %"
+        + ("" if enough else ": not confirmed by runs that had no part in finding it")
+    )

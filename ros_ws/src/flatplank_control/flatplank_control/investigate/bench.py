@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bench of an investigation: batches are campaigns in one folder, judged as any other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_analysis.investigation.loop import Made
+from flatplank_analysis.investigation.planner import Price
+from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
+from flatplank_analysis.tirebase.session import Session
+from flatplank_control.bench.listing import write_campaign
+from flatplank_control.investigate import plans
+from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Journal, plan_from_text
+from flatplank_control.runner.campaign.tires import TireEntry
+from flatplank_control.runner.steps import PlanFailed
+
+Execute = Callable[[CampaignPlan, str, float], None]
+"""has a plan (its text, too) made in the folder; the last: minutes of the budget after it"""
+
+
+class CampaignBench:
+    """`execute` makes a plan, or what is lacking of it; its journal says what came of it."""
+
+    def __init__(
+        self,
+        folder: Path,
+        tire: TireEntry,
+        execute: Execute,
+        effects: tuple[str, ...] = (),
+        more: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.folder, self.tire, self.execute = folder, tire, execute
+        self.effects, self.more = effects, more or {}
+        self._stands: Setting | None = None
+
+    def files(self) -> list[str]:
+        """Slip runs that are there."""
+        return [r.info.file for r in self._campaign().runs if r.info.measurement == "slip"]
+
+    def session(self, files: Collection[str]) -> Session:
+        """These runs."""
+        wanted = set(files)
+        campaign = self._campaign().where(lambda info: info.file in wanted)
+        if lost := wanted - {r.info.file for r in campaign.runs}:
+            raise FlatplankError(
+                "a run of the investigation is gone", str(self.folder / min(lost)),
+                "put it back, or begin in another folder",
+            )  # fmt: skip
+        return Session.of(campaign, self.effects)
+
+    def seed(self) -> Candidate:
+        """Six runs at the nominal load and pressure of the tire."""
+        return seed_of(self.tire.nominal_load, self.tire.nominal_pressure)
+
+    def price(self, candidate: Candidate) -> Price:
+        """Minutes, and what is changed from the last run."""
+        radii = self._known()[0]
+        try:
+            return plans.price_of(
+                self.tire.name, candidate.settings, radii, self._stands, self.more
+            )
+        except (PlanFailed, ValueError):  # the bench cannot make it
+            return Price(float("inf"), 0)
+
+    def plan(self, number: int, candidate: Candidate) -> str:
+        """The plan's text."""
+        radii, first = self._known()
+        name = plans.batch_name(number)
+        return plans.text_of(
+            name, self.tire.name, candidate.settings, radii, first, self.more
+        )  # fmt: skip
+
+    def measure(self, number: int, plan: str, left: float) -> Made:
+        """Have the batch made; what the journal flags or skips is handed back."""
+        parsed = plan_from_text(plan, plans.batch_name(number))
+        self.execute(parsed, plan, left)
+        journal = Journal(self.folder / f"{parsed.name}{SUFFIX}", parsed.name, parsed.digest)
+        good, back, bad = [], [], []
+        for key, setting in plans.settings_of(parsed).items():
+            done = journal.done.get(key)
+            self._stands = setting
+            if done and done.counts and done.facts.get("good") and not done.skipped:
+                good.append(done.counts)
+            else:
+                back.append(setting)
+                bad += done.files if done else []
+        if bad:
+            write_campaign(self.folder, self.tire.name, [], bad)
+        self._radii = None
+        return Made(tuple(good), tuple(back))
+
+    _radii: tuple[dict[tuple[float, float, float], float], int] | None = None
+
+    def _known(self) -> tuple[dict[tuple[float, float, float], float], int]:
+        """Rolling radii by condition, and the number of the next run."""
+        if self._radii is None:
+            infos = self._campaign().infos
+            radii = {
+                (float(round(i.fz)), round(i.pressure, 3), round(i.alpha_deg, 3)):
+                    float(i.effective_rolling_radius)
+                for i in infos
+                if i.measurement == "slip" and i.effective_rolling_radius > 0.0
+                and i.gamma_deg == 0.0
+            }  # fmt: skip
+            there = [p for p in self.folder.glob("*") if p.suffix == ".parquet" or p.is_dir()]
+            last = max((i.run_index for i in infos), default=-1)
+            self._radii = radii, max(last + 1, len(there))
+        return self._radii
+
+    def _campaign(self) -> Campaign:
+        """What is there; nothing is no fault."""
+        try:
+            return Campaign.load(self.folder)
+        except NothingUsableError:
+            return Campaign(str(self.folder), [])
