@@ -111,11 +111,12 @@ def _by_levels(columns, slip: str, rows: np.ndarray) -> list[Condition]:
         mine = rows[good & (key == code)]
         if len(mine) < LEAST or np.ptp(columns[slip][mine]) < WIDE[slip]:
             continue
-        held, rest = {}, int(code)
+        at: dict[str, float] = {}
+        rest = int(code)
         for name, centers in zip(reversed(names), reversed(values), strict=True):
             rest, k = divmod(rest, len(centers))
-            held[name] = float(centers[k])
-        found.append(Condition(slip, held, mine, _visits(mine)))
+            at[name] = float(centers[k])
+        found.append(Condition(slip, at, mine, _visits(mine)))
     return found
 
 

@@ -58,7 +58,8 @@ def levels(held: Held, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     order = np.sort(smooth)
     edges = _valleys(order, apart)
     number = np.searchsorted(edges, smooth)
-    centers, names = [], np.full(len(values), -1)
+    centers: list[float] = []
+    names = np.full(len(values), -1)
     for k in range(len(edges) + 1):
         inside = number == k
         if inside.sum() < max(LEAST_SHARE * len(values), SMOOTH):
