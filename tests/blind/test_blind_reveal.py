@@ -26,7 +26,7 @@ def test_what_is_in_no_library_is_said(tmp_path, capsys):
     _write(tmp_path, verdict="none of these", unexplained={"where": where})
     assert reveal.main([str(tmp_path)]) == 0
     out = capsys.readouterr().out
-    assert "outside the library: over plank position 2 .. 2.8" in out
+    assert "outside the library: over plank position 2 to 2.8" in out
     assert "its place was found" in out and "is right" in out
     _write(tmp_path, verdict="none of these", unexplained={"where": []})
     assert reveal.main([str(tmp_path)]) == 1

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 
@@ -15,9 +18,36 @@ def plain(value: float, digits: int = 3) -> str:
     )
 
 
+SMALL = 0.1
+"""lengths below are written in mm [m]"""
+
+
+def displayed(unit: str, *values: float) -> tuple[float, str]:
+    """Factor and unit in which people read such values: mm, deg; others as they are."""
+    if unit == "m" and max(map(abs, values)) < SMALL:
+        return 1e3, "mm"
+    return (math.degrees(1.0), "deg") if unit == "rad" else (1.0, unit)
+
+
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A number with its unit; what has none (unit "1") stands alone."""
-    return plain(value, digits) + ("" if unit == "1" else f" {unit}")
+    """A number [SI] with the unit in which people read it; one of unit "1" stands alone."""
+    factor, name = displayed(unit, value)
+    return plain(factor * value, digits) + ("" if name == "1" else f" {name}")
+
+
+def span(low: float, high: float, unit: str, digits: int = 3) -> str:
+    """'1.54 to 1.64 m'."""
+    factor, name = displayed(unit, low, high)
+    ends = (plain(factor * end, digits) for end in (low, high))
+    return " to ".join(ends) + ("" if name == "1" else f" {name}")
+
+
+def sized(value: float, interval: Sequence[float], unit: str, digits: int = 3) -> str:
+    """A size with its 90 % interval: '0.742 mm (90 %: 0.672 to 0.813)'."""
+    factor, name = displayed(unit, value)
+    low, high = (plain(factor * end, digits) for end in interval)
+    unit_word = "" if name == "1" else f" {name}"
+    return f"{plain(factor * value, digits)}{unit_word} (90 %: {low} to {high})"
 
 
 def table(rows: list[tuple[str, ...]]) -> str:

@@ -19,7 +19,7 @@ from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_u
 from flatplank_analysis.discovery.search import Step
 from flatplank_analysis.tirebase import comparison
 from flatplank_analysis.tirebase.session import Session
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import sized
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -166,9 +166,8 @@ class Model:
         now = self.session.numbers(self.step)
         lines = [f"model: {' + '.join(['tire', *self.effects])}"]
         if "size" in self.numbers:
-            low, high = self.numbers["interval"]
-            size = quantity(self.numbers["size"], self.numbers["unit"], 4)
-            lines.append(f"{self.effects[-1]}: {size} (90 %: {plain(low, 4)} .. {plain(high, 4)})")
+            n = self.numbers
+            lines.append(f"{self.effects[-1]}: {sized(n['size'], n['interval'], n['unit'])}")
         lines.append(f"error of Fx {now['rmse']:.1f} N, floor {now['floor']:.1f} N")
         return "\n".join(lines + [f"doubt: {d}" for d in self.numbers.get("doubts", ())])
 

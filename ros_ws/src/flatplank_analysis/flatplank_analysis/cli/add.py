@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.discovery.modelfile import save_unchanged
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import sized
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -25,10 +25,8 @@ def _run(arguments) -> int:
     if arguments.json:
         common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
         return 0
-    low, high = numbers["interval"]
     print(
-        f"{arguments.effect}: {quantity(numbers['size'], numbers['unit'], 4)} "
-        f"(90 %: {plain(low, 4)} .. {plain(high, 4)})\n"
+        f"{arguments.effect}: {sized(numbers['size'], numbers['interval'], numbers['unit'])}\n"
         f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N, "
         f"held out {numbers['held_out']:.1f} N, floor {numbers['floor']:.1f} N; written to {path}"
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
+from flatplank_analysis.wording import span
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,7 @@ class Map:
         """Where it is, in one line."""
         if self.place_share <= 0.0:
             return "nothing beyond the floor"
-        low, high = (round(edge, 6) for edge in self.place)
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"{self.place_share:.0%} of it within {low:.3g} to {high:.3g}{unit}"
+        return f"{self.place_share:.0%} of it within {span(*self.place, self.unit)}"
 
 
 @dataclass(frozen=True)

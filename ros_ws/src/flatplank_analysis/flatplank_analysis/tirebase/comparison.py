@@ -9,7 +9,7 @@ from typing import Any
 from flatplank_analysis.discovery import invariants, where
 from flatplank_analysis.discovery.search import Step
 from flatplank_analysis.tirebase.session import Session
-from flatplank_analysis.wording import plain, quantity, table
+from flatplank_analysis.wording import span, table
 
 
 def numbers(session: Session, step: Step) -> dict[str, Any]:
@@ -67,11 +67,8 @@ def text_of(data: Mapping[str, Any]) -> str:
         f"beyond it {data['unexplained']:.1f} N"
     )
     for m in data["where"][:4] if data["unexplained"] > 0.0 else ():
-        low, high = m["range"]
-        lines.append(
-            f"over {m['coordinate']}: {m['share']:.0%} within {plain(low)} .. "
-            + quantity(high, m["unit"])
-        )
+        where = span(*m["range"], m["unit"])
+        lines.append(f"over {m['coordinate']}: {m['share']:.0%} within {where}")
     if data["at_end"]:
         lines.append("at an end of its range: " + ", ".join(data["at_end"]))
     return "\n".join(lines)

@@ -108,6 +108,7 @@ def _match(hidden: Entry, named: Entry | None, kin: Entry | None) -> dict[str, A
         "as": named["name"],
         "truth": truth,
         "size": size,
+        "unit": named.get("unit") or hidden.get("unit") or "1",
         "comparable": comparable,
         "error": (size - truth) / truth if truth and comparable else None,
         "covered": comparable and low <= truth <= high,

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import quantity
 
 DIAGNOSIS = "diagnosis.json"
 """file of a diagnosis in a challenge's folder"""
@@ -14,7 +14,7 @@ DIAGNOSIS = "diagnosis.json"
 
 def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
     """The answer and the score in words."""
-    hidden = [f"{e['name']}, {quantity(e['size'], e['unit'], 4)}" for e in answer["effects"]]
+    hidden = [f"{e['name']}, {quantity(e['size'], e['unit'])}" for e in answer["effects"]]
     hidden += [_outside(answer["outside"])] if answer.get("outside") else []
     lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
     lines += [_effect(e) for e in points["effects"]]
@@ -35,10 +35,11 @@ def _effect(e: Mapping[str, Any]) -> str:
         return f"found as {how}, whose size is another quantity"
     inside = "covers" if e["covered"] else "misses"
     off = "" if e["error"] is None else f" ({100 * e['error']:+.0f} %)"
-    return f"found as {how}: {plain(e['size'], 4)}{off}, its interval {inside} the truth"
+    size = quantity(e["size"], e["unit"])
+    return f"found as {how}: {size}{off}, its interval {inside} the truth"
 
 
 def _outside(what: Mapping[str, Any]) -> str:
     low, high = what["range"]
     period = f", period {what['period']:.3g}" if what.get("period") else ""
-    return f"outside the library: over {what['coordinate']} {low:.3g} .. {high:.3g}{period}"
+    return f"outside the library: over {what['coordinate']} {low:.3g} to {high:.3g}{period}"

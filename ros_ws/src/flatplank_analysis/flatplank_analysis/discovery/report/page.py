@@ -20,7 +20,7 @@ from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report import figures
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import quantity, sized
 
 
 class _Book:
@@ -101,9 +101,8 @@ def _effect(result: Diagnosis, book: _Book, number: int) -> dict[str, Any]:
     found = result.found[number]
     data = effect_dict(found)
     effect = found.decision.term.effect
-    low, high = data["interval"]
     return data | {
-        "text": f"{quantity(data['size'], data['unit'])} (90 %: {plain(low)} to {plain(high)})",
+        "text": sized(data["size"], data["interval"], data["unit"]),
         "svg": book.add(f"collapse{number}", figures.collapse(result.search, number)),
         "what": effect.what,
         "check": effect.check,

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import quantity, sized
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
 """channels as people write them"""
@@ -21,10 +21,9 @@ def text_of(result: Diagnosis) -> str:
     for found in result.found:
         d = found.decision
         effect, unit = d.term.effect, d.term.effect.main_parameter().unit
-        low, high = d.interval
         lines += [
-            f"{effect.identifier}: {quantity(d.term.size, unit, 4)} "
-            f"(90 %: {plain(low, 4)} .. {plain(high, 4)}), {effect.kind}, p = {d.p_value:.2g}",
+            f"{effect.identifier}: {sized(d.term.size, d.interval, unit)}, {effect.kind}, "
+            f"p = {d.p_value:.2g}",
             f"  {effect.what}",
             f"  check: {effect.check}",
         ]
@@ -33,7 +32,7 @@ def text_of(result: Diagnosis) -> str:
             lines.append(f"  cannot be told apart here: {', '.join(r.name for r in found.told)}")
         for rival in found.told:
             other = rival.term.effect
-            size = quantity(rival.term.size, other.main_parameter().unit, 4)
+            size = quantity(rival.term.size, other.main_parameter().unit)
             lines += [
                 f"  or {rival.name}: {size}",
                 f"    check: {other.check}",

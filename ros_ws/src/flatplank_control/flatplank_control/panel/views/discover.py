@@ -10,6 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
+from flatplank_analysis.wording import sized
 from flatplank_control.panel.desk import Seat
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
@@ -298,10 +299,9 @@ class _Discover:
 
 def _words(row: dict[str, Any], accepted: dict[str, Any] | None) -> str:
     if accepted:
-        low, high = accepted["interval"]
         alike = f"; looks like {', '.join(accepted['class'])}" if accepted["class"] else ""
-        size = f"{accepted['size']:.3g} {accepted['unit']}".strip()
-        return f"found: {size} ({low:.3g} to {high:.3g}){alike}"
+        size = sized(accepted["size"], accepted["interval"], accepted["unit"])
+        return f"found: {size}{alike}"
     if row.get("reasons"):
         return "refused: " + row["reasons"][0]
     return "not visible here" if row["visible"] < 0.03 else f"gain {row['gain']:.0f}, not tried"
