@@ -21,11 +21,11 @@ from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.figures.draw import canvas
 from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.parallel import open_executor
-from flatplank_analysis.report import write
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.tables import all_tables
+from flatplank_analysis.report_files.build import write
 
 SLIPS = (-0.02, -0.01, 0.0, 0.01, 0.02)
 

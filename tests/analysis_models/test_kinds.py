@@ -15,8 +15,8 @@ from flatplank_analysis.kinds.cleat import cleat, envelope
 from flatplank_analysis.kinds.lagged import relaxed
 from flatplank_analysis.kinds.parking import parking, twisted
 from flatplank_analysis.kinds.turning import brush, turning
-from flatplank_analysis.report.build import build
 from flatplank_analysis.report.extras import RUN_BY_RUN
+from flatplank_analysis.report_files.build import build
 from flatplank_control.bench.listing import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import Measurement

@@ -34,7 +34,12 @@ REFUSED = [
         STEP | {"effective_rolling_radius": -0.3},
         "radius",
     ),
-    (SetSlipStep, "/slip_sequencer/set_slip_step", STEP | {"start_position": 9.0}, "road"),
+    (
+        SetSlipStep,
+        "/slip_sequencer/set_slip_step",
+        STEP | {"start_position": 9.0},
+        "step_position is 9 m, must be within 0 .. 4.2",
+    ),
     (
         SetWaveform,
         "/slip_sequencer/set_waveform",
@@ -53,7 +58,7 @@ REFUSED = [
     (StartRecording, "/recorder/start", {"name": "../out", "record": "tire: T"}, "../out"),
     (StartRecording, "/recorder/start", {"name": "a", "record": "tyre: T"}, "tyre"),
     (SetValue, "/simulated_plant/load_to", {"value": math.nan}, "nan"),
-    (SetValue, "/simulated_plant/set_steer_deg", {"value": 400.0}, "outside"),
+    (SetValue, "/simulated_plant/set_steer_deg", {"value": 400.0}, "must be within -48 .. 48"),
 ]
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.report.build import build
+from flatplank_analysis.report_files.build import build
 
 
 def main(argv: Sequence[str] | None = None) -> int:

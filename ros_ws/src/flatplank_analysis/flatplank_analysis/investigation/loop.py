@@ -124,7 +124,7 @@ class Loop:
             self.log.write(event)
         elif self.log.events[-1]["event"] == END and self.minutes > budget(self.log.events):
             self.log.write({"event": BEGIN, "minutes": self.minutes})
-        while not (last := self.log.events[-1])["event"] == END:
+        while (last := self.log.events[-1])["event"] != END:
             if last["event"] == BATCH:
                 self._measure(last)
             else:

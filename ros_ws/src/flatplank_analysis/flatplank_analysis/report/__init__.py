@@ -1,6 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reports: `build(campaign, out)` writes a page, its figures and tables, and a JSON file."""
-
-from flatplank_analysis.report.build import build, write
-
-__all__ = ["build", "write"]
+"""What a report tells of a campaign: results, tables, comparisons."""

@@ -19,8 +19,8 @@ from flatplank_analysis.investigation.loop import Loop
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
 from flatplank_analysis.tirebase.session import Session
+from flatplank_control.cli.executors import on_graph, on_twin
 from flatplank_control.investigate.bench import CampaignBench, Execute
-from flatplank_control.investigate.executors import on_graph, on_twin
 from flatplank_control.investigate.journal import DiskLog
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.steps import PlanFailed

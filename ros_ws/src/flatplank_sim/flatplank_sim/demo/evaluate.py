@@ -7,8 +7,8 @@ from pathlib import Path
 
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.report.analysis import analyse
-from flatplank_analysis.report.build import write
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report_files.build import write
 from flatplank_sim.demo.steps import Teller
 
 

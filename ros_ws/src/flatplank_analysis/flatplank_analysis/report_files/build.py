@@ -53,8 +53,8 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     # matplotlib and jinja2 load here, so that a fit does not wait for them
     from flatplank_analysis.figures.draw import save
     from flatplank_analysis.figures.registry import make_figures
-    from flatplank_analysis.report.page import render
     from flatplank_analysis.report.tables import all_tables
+    from flatplank_analysis.report_files.page import render
 
     out = Path(out_dir)
     out.mkdir(parents=True, exist_ok=True)

@@ -77,7 +77,7 @@ def render(
     tables: Sequence[Table],
 ) -> str:
     """The page as text; `pictures` has the SVG element of every figure by name."""
-    template = files("flatplank_analysis.report").joinpath("page.html.j2").read_text("utf-8")
+    template = files("flatplank_analysis.report_files").joinpath("page.html.j2").read_text("utf-8")
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     tire = f"{result.tire}: " if result.tire else ""
     return environment.from_string(template).render(
