@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,17 @@ def test_file_is_short_and_within_the_margin(hook, kind, shape):
     lines = text_of(sentence(hook, kind, shape, "driving")).splitlines()
     assert 25 <= len(lines) <= 54
     assert max(map(len, lines)) <= 99
+
+
+@pytest.mark.parametrize("name", ['oil "A"', "a\\b", "Öl 1", "x" * 70, ("long name " * 8).strip()])
+def test_a_column_may_have_any_name(name, tmp_path):
+    said = sentence("fx", SIGNAL, "ramp")
+    said = replace(said, site=replace(said.site, place=replace(said.site.place, name=name)))
+    said = replace(said, told=(f"over {name}",))
+    file = tmp_path / "proposed.py"
+    file.write_text(text_of(said), encoding="utf-8")
+    (effect,) = load_file(file)
+    assert effect.coordinate == name and check_effect(effect) == []
 
 
 def test_every_shape_stays_finite_over_its_grid():

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 import textwrap
@@ -57,8 +58,11 @@ class Sentence:
         """The sentence, for people."""
         site = self.site
         over = f" over {site.place.name}" if site.place.name else ""
-        when = f", {site.modulator.words}" if site.modulator.words else ""
-        return f"{site.hook.words} that {self.shape.words}{over}{when}"
+        when, _, meant = site.modulator.words.partition("; ")
+        form, _, measured = self.shape.words.partition("; ")
+        aside = f", {when}," if when else ""
+        notes = "".join(f"; {note}" for note in (measured, meant) if note)
+        return f"{site.hook.words}{over}{aside} that {form}{notes}"
 
 
 def text_of(s: Sentence) -> str:
@@ -75,16 +79,18 @@ def text_of(s: Sentence) -> str:
         *(line for call, line in _HELPERS.items() if any(call in b for b in body)),
     ]
     span = site.place.span
-    seen = f'{{"{site.place.name}": ({literal(span.low)}, {literal(span.high)})}}'
+    over = _quoted(site.place.name)
+    title = _quoted(f"Proposed: {hook.words} over {site.place.name or 'all runs'}")
+    seen = f"{{{over}: ({literal(span.low)}, {literal(span.high)})}}"
     lines = [
-        '"""' + "\n".join(textwrap.fill(h, 96) for h in head) + '"""', "",
+        '"""' + "\n".join(textwrap.fill(_plain(h), 96) for h in head) + '"""', "",
         "from dataclasses import dataclass", "", "import numpy as np", "",
         *imports, "", "",
         "@dataclass(frozen=True)", f"class {name}(TireEffect):",
         f'    identifier = "{s.identifier}"',
-        f'    title = "Proposed: {hook.words} over {site.place.name or "all runs"}"',
+        f"    title = {title}",
         f'    kind = "{hook.kind}"',
-        f'    coordinate = "{site.place.name or "slip level"}"',
+        f"    coordinate = {over if site.place.name else _quoted('slip level')}",
         '    source = "flatplank propose"',
         *_text("what", f"{s.words()[0].upper()}{s.words()[1:]}."),
         *_text("check", check_of(s)),
@@ -106,7 +112,7 @@ def _body(s: Sentence) -> list[str]:
     formulas = s.shape.formulas(site.place.span, lambda n: f"self.{n}")
     lines = [f"data = {site.hook.method}.data"]
     lines += (
-        [f'u = data.coordinate("{site.place.name}")']
+        [f"u = data.coordinate({_quoted(site.place.name)})"]
         if site.place.name
         else ["u = np.zeros(data.position.shape)"]
     )
@@ -120,20 +126,30 @@ def _body(s: Sentence) -> list[str]:
 
 
 def _wrapped(line: str) -> list[str]:
-    """A long assignment on two lines, in brackets."""
-    if len(line) + 8 <= 99:
+    """A long assignment on two lines, in brackets; a name in quotes is never broken."""
+    if len(line) + 8 <= 99 or '"' in line:
         return [line]
     goal, _, value = line.partition(" = ")
     return [f"{goal} = (", *(f"    {p}" for p in textwrap.wrap(value, 84)), ")"]
 
 
+def _plain(text: str) -> str:
+    """A text that may stand in a docstring."""
+    return text.replace("\\", "/").replace('"', "'")
+
+
+def _quoted(text: str) -> str:
+    """A text as it stands in a file, whatever a column is called."""
+    return json.dumps(text, ensure_ascii=False)
+
+
 def _text(name: str, text: str) -> list[str]:
-    one = f'    {name} = "{text}"'
+    one = f"    {name} = {_quoted(text)}"
     if len(one) <= 99:
         return [one]
     rows = textwrap.wrap(text, WIDTH - 4)
     rows = [r + (" " if r is not rows[-1] else "") for r in rows]
-    return [f"    {name} = (", *(f'        "{r}"' for r in rows), "    )"]
+    return [f"    {name} = (", *(f"        {_quoted(r)}" for r in rows), "    )"]
 
 
 def _fields(s: Sentence) -> list[str]:
@@ -193,7 +209,8 @@ def check_of(s: Sentence) -> str:
     if span.kind != NONE:
         at = [f"{n.name} {_amount(s.numbers[n.name], n.unit, span)}" for n in s.shape.numbers]
         where = f" over {site.place.name}" + (f" ({', '.join(at)})" if at else "")
-    when = f", {site.modulator.words}" if site.modulator.words else ""
+    words = site.modulator.words.partition("; ")[0]
+    when = f", {words}" if words else ""
     return f"{site.hook.check}{where}{when}."
 
 
