@@ -32,7 +32,7 @@ def pulled(tmp_path_factory):
     """Folders: a campaign with a pull at one place while driving, new runs of the same bench with
     it, new runs with half of it; and the proposal as the verb printed it."""
     folder = tmp_path_factory.mktemp("pulled")
-    truth = Truth(seed=71, slips=FEW, repeats=4, pull=PULL)
+    truth = Truth(seed=71, slips=FEW, repeats=5, pull=PULL)
     search, new = _parted(campaign(truth), 4)
     _, weaker = _parted(campaign(replace(truth, pull=0.5 * PULL)), 4)
     places = [folder / n for n in ("search", "new", "weaker")]
@@ -130,7 +130,7 @@ def _warm(seed: int, size: float, repeats: int = 3):
 
 
 def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
-    search, new = _parted(list(_warm(72, 40.0, repeats=4)), 4)
+    search, new = _parted(list(_warm(72, 40.0, repeats=5)), 4)
     (tmp_path / "new").mkdir()
     save(new, tmp_path / "new")
     tmp_path = tmp_path / "search"

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs that took no part in the search say whether a proposal holds: size and error.
 
-Tire, machine, noise and scatter are those of the first campaign. Of the new runs the size of the
-effect is fitted, and what may have changed for all of them: gain, slip offset and zero of Fx.
+Tire, machine, noise and scatter are those of the first campaign, as well as it knows them. Of the
+new runs the size of the effect is fitted, and what may have changed for all of them: gain, slip
+offset and zero of Fx.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.discovery import invariants
+from flatplank_analysis.discovery.decide import FORM
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import scale_of
 from flatplank_analysis.discovery.gram import Metric, scatter_of, solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import ModelFile
@@ -148,26 +151,52 @@ def _sized(
     term = fit.terms[at]
     others = tuple((t.effect, t.values) for i, t in enumerate(fit.terms) if i != at)
     off = invariants.at_null(term).values
-    names = [p.name for p in old.parameters]
+    parameters = {p.name: p for p in old.parameters}
+    names, known = _known(state)
+    loose = ({"fx_zero": 1.0}, *old.stiff(fit.base))
+    moves = [*loose, *({n: scale_of(parameters[n])} for n in names)]
+    at_name = {name: i for i, name in enumerate(parameters)}
     lanes = [Lane(fit.base, (*others, (term.effect, v))) for v in (off, term.values)]
-    for direction in ({"fx_zero": 1.0}, *old.stiff(fit.base)):
+    for move in moves:
         base = fit.base.copy()
-        for name, change in direction.items():
-            base[names.index(name)] += STEP * change
+        for name, change in move.items():
+            base[at_name[name]] += STEP * change
         lanes.append(Lane(base, (*others, (term.effect, off))))
     predicted = new.predict(lanes)
     columns = predicted[1:] - predicted[0]
     columns[1:] /= STEP
     rest = new.runs.measured - predicted[0]
-    metric = _metric(state, new, columns[2:])
+    count = 1 + len(loose)
+    metric = _metric(state, new, columns[2:count])
     products, scores, energy = metric.gram(rest, columns).total()
+    raw = float(products[0, 0])
+    products[count:, count:] += known
     share, inverse = solve(products, scores)
     spare = new.runs.runs * len(metric.whitener.picks) * len(new.runs.channels)
     kappa = max((energy - float(share @ scores)) / spare, 1.0)
-    shown = products[0, 0] > 0.0 and inverse[0, 0] > 0.0
-    half = BAND * float(np.sqrt(kappa * inverse[0, 0])) if shown else np.inf
-    errors = _errors(rest[0], columns[:, 0], share[0])
+    half = np.inf
+    if raw > 0.0 and inverse[0, 0] > 0.0:
+        # what the form of the law may feign, as in the search
+        visible = min(1.0 / (float(inverse[0, 0]) * raw), 1.0)
+        form = FORM**2 / max(visible, 1e-9)
+        half = BAND * float(np.sqrt(kappa * inverse[0, 0] + form))
+    errors = _errors(rest[0], columns[:count, 0], share[0])
     return float(share[0]) * term.size, abs(half * term.size), *errors
+
+
+def _known(state: State) -> tuple[list[str], np.ndarray]:
+    """What the first campaign knows of the base once its effects have taken their part: names of
+    the numbers and their information, in the scale in which they are fitted."""
+    fit = state.whitened.fit
+    loose = fit.loose()
+    own = [i for i, row in enumerate(loose) if fit.free[row][0] < 0]
+    rest = [i for i in range(len(loose)) if i not in own]
+    gram = state.gram(fit.residual(state.runs.measured), fit.jacobian[loose])
+    products, scores, _ = gram.total()
+    cross = products[np.ix_(own, rest)]
+    _, inverse = solve(products[np.ix_(rest, rest)], scores[rest])
+    known = products[np.ix_(own, own)] - cross @ inverse @ cross.T
+    return [fit.free[loose[i]][1] for i in own], known
 
 
 def _metric(state: State, new: TireModel, stiff: np.ndarray) -> Metric:

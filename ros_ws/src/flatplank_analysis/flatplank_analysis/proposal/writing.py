@@ -14,6 +14,7 @@ from zlib import crc32
 
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import effects_in
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.shapes.base import PLACE, Shape, literal
 from flatplank_analysis.proposal.sites import Site
@@ -69,7 +70,7 @@ def text_of(s: Sentence) -> str:
     """The effect file of a sentence."""
     site, hook = s.site, s.site.hook
     body = _body(s)
-    name = "".join(w.capitalize() for w in s.identifier.split("_"))
+    name = class_of(s.identifier)
     head = [
         "Proposed by `flatplank propose`, not confirmed; give it the name of its cause.", *s.told,
     ]  # fmt: skip
@@ -217,6 +218,21 @@ def check_of(s: Sentence) -> str:
 def _amount(value: float, unit: str, span) -> str:
     unit = span.unit if unit == "u" else unit
     return plain(value, 3) + ("" if unit == "1" else f" {unit}")
+
+
+def renamed(text: str, name: str) -> str:
+    """The file of a proposal with another identifier, and a class named after it."""
+    if not re.fullmatch("[a-z][a-z0-9_]*", name):
+        raise FlatplankError(
+            f"'{name}' is no identifier", "name", "small letters, digits and _ only"
+        )
+    text = re.sub('(?m)^    identifier = ".*"$', f'    identifier = "{name}"', text, count=1)
+    return re.sub(r"(?m)^class \w+\(", f"class {class_of(name)}(", text, count=1)
+
+
+def class_of(identifier: str) -> str:
+    """Name of the class of an effect."""
+    return "".join(w.capitalize() for w in identifier.split("_"))
 
 
 def effect_of(text: str) -> type[Effect]:
