@@ -3,19 +3,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.checks import check_effect, probe_of
 from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.curves import acting
 from flatplank_analysis.proposal.hooks import HOOKS, NONE
 from flatplank_analysis.proposal.modulators import BY_NAME, MODULATORS
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
 from flatplank_analysis.proposal.sites import Place, Site, places_of, sites_of
-from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
+from flatplank_analysis.proposal.writing import Sentence, effect_of, renamed, text_of
 from flatplank_analysis.tirebase.further import coordinates_of
 
 OVER = {
@@ -71,6 +74,17 @@ def test_file_is_short_and_within_the_margin(hook, kind, shape):
     assert max(map(len, lines)) <= 99
 
 
+@pytest.mark.parametrize("name", ['oil "A"', "a\\b", "Öl 1", "x" * 70, ("long name " * 8).strip()])
+def test_a_column_may_have_any_name(name, tmp_path):
+    said = sentence("fx", SIGNAL, "ramp")
+    said = replace(said, site=replace(said.site, place=replace(said.site.place, name=name)))
+    said = replace(said, told=(f"over {name}",))
+    file = tmp_path / "proposed.py"
+    file.write_text(text_of(said), encoding="utf-8")
+    (effect,) = load_file(file)
+    assert effect.coordinate == name and check_effect(effect) == []
+
+
 def test_every_shape_stays_finite_over_its_grid():
     for shape in shapes().values():
         for kind in shape.kinds:
@@ -112,3 +126,14 @@ def test_sites_are_what_the_runs_can_show():
     assert len({s.name for s in sites}) == len(sites)
     # a constant is the base's own, unless something turns it on and off
     assert all(s.modulator.name for s in sites if not s.place.name)
+
+
+def test_a_proposal_gets_the_name_of_its_cause(tmp_path):
+    text = renamed(text_of(sentence("fx", PLACE, "bump")), "cable_drag")
+    file = tmp_path / "cable_drag.py"
+    file.write_text(text)
+    (effect,) = load_file(file)
+    assert (effect.identifier, effect.__name__) == ("cable_drag", "CableDrag")
+    assert check_effect(effect) == []
+    with pytest.raises(FlatplankError, match="no identifier"):
+        renamed(text, "Cable drag")

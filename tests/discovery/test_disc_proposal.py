@@ -32,7 +32,7 @@ def pulled(tmp_path_factory):
     """Folders: a campaign with a pull at one place while driving, new runs of the same bench with
     it, new runs with half of it; and the proposal as the verb printed it."""
     folder = tmp_path_factory.mktemp("pulled")
-    truth = Truth(seed=71, slips=FEW, repeats=4, pull=PULL)
+    truth = Truth(seed=71, slips=FEW, repeats=5, pull=PULL)
     search, new = _parted(campaign(truth), 4)
     _, weaker = _parted(campaign(replace(truth, pull=0.5 * PULL)), 4)
     places = [folder / n for n in ("search", "new", "weaker")]
@@ -119,10 +119,10 @@ def test_confirm_wants_other_runs_and_an_interval(proposed, pulled, tmp_path):
         confirm.main([str(old), search, "--with", new])
 
 
-def _warm(seed: int, size: float):
+def _warm(seed: int, size: float, repeats: int = 3):
     """A campaign with a column of temperature, and a force of `size` per 10 K."""
     rng = np.random.default_rng(seed)
-    for table in campaign(Truth(seed=seed, slips=FEW)):
+    for table in campaign(Truth(seed=seed, slips=FEW, repeats=repeats)):
         warm = rng.uniform(18.0, 32.0) + 0.5 * table["time"] / 130.0
         fx = table["fx"] + size * (warm - 25.0) / 10.0
         shown = warm + 0.05 * rng.standard_normal(len(warm))
@@ -130,7 +130,12 @@ def _warm(seed: int, size: float):
 
 
 def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
-    save(list(_warm(72, 40.0)), tmp_path)
+    search, new = _parted(list(_warm(72, 40.0, repeats=5)), 4)
+    (tmp_path / "new").mkdir()
+    save(new, tmp_path / "new")
+    tmp_path = tmp_path / "search"
+    tmp_path.mkdir()
+    save(search, tmp_path)
     assert propose.main([str(tmp_path), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["verdict"] == "proposed", result
@@ -140,6 +145,10 @@ def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
     assert result["refit"]["size"] == pytest.approx(40.0 * (high - low) / 10.0, rel=0.2)
     assert result["refit"]["rmse"] < 0.9 * result["refit"]["rmse_before"]
     assert effects.main(["check", result["file"]]) == 0
+    new = str(tmp_path.parent / "new")
+    assert confirm.main([result["file"], str(tmp_path), "--with", new, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out.split("contract\n")[1])
+    assert told["verdict"] == "confirmed", told
 
 
 def test_a_column_without_effect_is_proposed_as_none(tmp_path, capsys):

@@ -74,7 +74,9 @@ def run(
     return [known[c.key] for c in cases if c.key in known]
 
 
-def of_this_code(entries: Sequence[dict[str, Any]], seed: int) -> dict[str, dict[str, Any]]:
-    """Entries of this seed, this code and this kit by key."""
-    mine = versions() | {"seed": seed}
-    return {e["key"]: e for e in entries if all(e.get(k) == v for k, v in mine.items())}
+def of_this_code(
+    entries: Sequence[dict[str, Any]], seed: int, any_code: bool = False
+) -> dict[str, dict[str, Any]]:
+    """Entries of this seed, this code and this kit by key; `any_code`: of older code as well."""
+    here = [e for e in entries if (e["seed"], e["kit"]) == (seed, versions()["kit"])]
+    return {e["key"]: e for e in here if any_code or e["code"] == versions()["code"]}

@@ -12,6 +12,7 @@ from pathlib import Path
 from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_validation.blind.detectable import cache
+from flatplank_validation.blind.journal import read
 from flatplank_validation.proposed import journal
 from flatplank_validation.proposed.cases import full
 from flatplank_validation.proposed.page import TITLE, page
@@ -27,6 +28,10 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--only", default="*", metavar="PATTERN", help="of the names, as in 'null/*'")
     p.add_argument("--minutes", type=float, default=1e9, help="no campaign is begun after these")
     p.add_argument("--journal", type=Path, help="file that is gone on with; default: .cache/blind")
+    p.add_argument("--no-run", action="store_true", help="only from what the journal has")
+    p.add_argument(
+        "--any-code", action="store_true", help="with --no-run: results of older code, too"
+    )
     p.add_argument(
         "--write", type=Path, metavar="FILE", help="the page; what stands above it stays"
     )
@@ -42,7 +47,11 @@ def main(argv: list[str]) -> int:
         print(f"bench-propose: --only '{o.only}' leaves no campaign", file=sys.stderr)
         return 2
     until = time.monotonic() + 60.0 * o.minutes
-    entries = journal.run(cases, o.seed, path, until, time.monotonic, _show)
+    if o.no_run:
+        known = journal.of_this_code(read(path), o.seed, o.any_code)
+        entries = [known[c.key] for c in cases if c.key in known]
+    else:
+        entries = journal.run(cases, o.seed, path, until, time.monotonic, _show)
     command = " ".join(["./flatplank bench-propose", *argv])
     text = page(entries, {"command": command, "seed": o.seed, "whole": len(cases)})
     if o.write:

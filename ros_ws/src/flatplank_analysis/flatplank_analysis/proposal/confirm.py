@@ -1,33 +1,37 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs that took no part in the search say whether a proposal holds: size and error.
 
-Tire and machine are those of the first campaign; of the new runs only what scatters from run to
-run anyway (gain, slip offset, zero of Fx) is fitted, and the size of the effect.
+Tire, machine, noise and scatter are those of the first campaign, as well as it knows them. Of the
+new runs the size of the effect is fitted, and what may have changed for all of them: gain, slip
+offset and zero of Fx.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
 
 from flatplank_analysis.discovery import invariants
+from flatplank_analysis.discovery.decide import FORM
 from flatplank_analysis.discovery.effect import Effect
-from flatplank_analysis.discovery.fit import Fit, Term
+from flatplank_analysis.discovery.fit import scale_of
+from flatplank_analysis.discovery.gram import Metric, scatter_of, solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import ModelFile
+from flatplank_analysis.discovery.noise import make_whitener
 from flatplank_analysis.discovery.search import Step
+from flatplank_analysis.discovery.state import State, stiff_columns
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
 
 CONFIRMED, FAILED = "confirmed", "not confirmed"
 LEAST_RUNS = 3
-LEVEL = 0.95
-"""of a two-sided 90 % interval"""
+BAND, STEP = 1.645, 1e-3
+"""standard errors of a 90 % interval; share by which what scatters is moved for its column"""
 
 
 @dataclass(frozen=True)
@@ -125,8 +129,7 @@ def _checked(
     new.take_references(old)
     fit = step.state.fit
     at = max(i for i, t in enumerate(fit.terms) if t.effect.identifier == effect.identifier)
-    base = [p.name for p in old.parameters]
-    size, half, before, error = _sized(new, base, fit, at)
+    size, half, before, error = _sized(old, new, step.state, at)
     limit = invariants.limits(step.state).error
     reasons = []
     low, high = interval
@@ -141,69 +144,82 @@ def _checked(
 
 
 def _sized(
-    new: TireModel, base: Sequence[str], fit: Fit, at: int
+    old: TireModel, new: TireModel, state: State, at: int
 ) -> tuple[float, float, float, float]:
-    """Size with half of its interval, and the error of Fx without and with the effect.
-
-    Every run has its own size; their scatter tells how well the mean is known.
-    """
+    """Size with half of its interval, and the error of Fx without and with the effect."""
+    fit = state.fit
     term = fit.terms[at]
     others = tuple((t.effect, t.values) for i, t in enumerate(fit.terms) if i != at)
-    lanes = [
-        Lane(fit.base, (*others, (term.effect, _nulls(term)))),
-        Lane(fit.base, (*others, (term.effect, term.values))),
-        *_loose(new, base, fit, others, term),
-    ]
-    predicted = new.predict(lanes)[:, 0]
-    measured = new.runs.measured[0]
-    columns = predicted[1:] - predicted[0]
-    columns = np.concatenate([columns, np.ones((1, *measured.shape))])
-    rest = measured - predicted[0]
-    sizes, without, with_ = [], 0.0, 0.0
-    for r in range(len(measured)):
-        a, b = columns[:, r].T, rest[r]
-        full = np.linalg.lstsq(a, b, rcond=None)[0]
-        less = np.linalg.lstsq(a[:, 1:], b, rcond=None)[0]
-        clear = a[:, 0] - a[:, 1:] @ np.linalg.lstsq(a[:, 1:], a[:, 0], rcond=None)[0]
-        sizes.append((full[0], float(clear @ clear)))
-        with_ += float(np.sum((b - a @ full) ** 2))
-        without += float(np.sum((b - a[:, 1:] @ less) ** 2))
-    share, weight = np.array(sizes).T
-    shown = weight > 1e-3 * weight.max() if weight.max() > 0.0 else np.zeros(len(weight), bool)
-    mean, half = _mean(share[shown], weight[shown])
-    n = rest.size
-    return (
-        mean * term.size, abs(half * term.size), float(np.sqrt(without / n)),
-        float(np.sqrt(with_ / n)),
-    )  # fmt: skip
-
-
-def _mean(share: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
-    """Weighted mean and half of its 90 % interval; infinite from one run."""
-    if not len(share):
-        return 0.0, float("inf")
-    mean = float(np.average(share, weights=weight))
-    if len(share) < 2:
-        return mean, float("inf")
-    spread = float(np.average((share - mean) ** 2, weights=weight))
-    effective = float(weight.sum() ** 2 / np.sum(weight**2))
-    freedom = max(effective - 1.0, 0.5)
-    return mean, float(student.ppf(LEVEL, freedom)) * float(np.sqrt(spread / freedom))
-
-
-def _loose(
-    new: TireModel, names: Sequence[str], fit: Fit, others: tuple, term: Term
-) -> list[Lane]:
-    """What scatters from run to run: the base moved a little in each of its stiff directions."""
-    at = {name: i for i, name in enumerate(names)}
-    out = []
-    for direction in new.stiff(fit.base):
+    off = invariants.at_null(term).values
+    parameters = {p.name: p for p in old.parameters}
+    names, known = _known(state)
+    loose = ({"fx_zero": 1.0}, *old.stiff(fit.base))
+    moves = [*loose, *({n: scale_of(parameters[n])} for n in names)]
+    at_name = {name: i for i, name in enumerate(parameters)}
+    lanes = [Lane(fit.base, (*others, (term.effect, v))) for v in (off, term.values)]
+    for move in moves:
         base = fit.base.copy()
-        for name, change in direction.items():
-            base[at[name]] += 1e-3 * change
-        out.append(Lane(base, (*others, (term.effect, _nulls(term)))))
-    return out
+        for name, change in move.items():
+            base[at_name[name]] += STEP * change
+        lanes.append(Lane(base, (*others, (term.effect, off))))
+    predicted = new.predict(lanes)
+    columns = predicted[1:] - predicted[0]
+    columns[1:] /= STEP
+    rest = new.runs.measured - predicted[0]
+    count = 1 + len(loose)
+    metric = _metric(state, new, columns[2:count])
+    products, scores, energy = metric.gram(rest, columns).total()
+    raw = float(products[0, 0])
+    products[count:, count:] += known
+    share, inverse = solve(products, scores)
+    spare = new.runs.runs * len(metric.whitener.picks) * len(new.runs.channels)
+    kappa = max((energy - float(share @ scores)) / spare, 1.0)
+    half = np.inf
+    if raw > 0.0 and inverse[0, 0] > 0.0:
+        # what the form of the law may feign, as in the search
+        visible = min(1.0 / (float(inverse[0, 0]) * raw), 1.0)
+        form = FORM**2 / max(visible, 1e-9)
+        half = BAND * float(np.sqrt(kappa * inverse[0, 0] + form))
+    errors = _errors(rest[0], columns[:count, 0], share[0])
+    return float(share[0]) * term.size, abs(half * term.size), *errors
 
 
-def _nulls(term: Term) -> np.ndarray:
-    return invariants.at_null(term).values
+def _known(state: State) -> tuple[list[str], np.ndarray]:
+    """What the first campaign knows of the base once its effects have taken their part: names of
+    the numbers and their information, in the scale in which they are fitted."""
+    fit = state.whitened.fit
+    loose = fit.loose()
+    own = [i for i, row in enumerate(loose) if fit.free[row][0] < 0]
+    rest = [i for i in range(len(loose)) if i not in own]
+    gram = state.gram(fit.residual(state.runs.measured), fit.jacobian[loose])
+    products, scores, _ = gram.total()
+    cross = products[np.ix_(own, rest)]
+    _, inverse = solve(products[np.ix_(rest, rest)], scores[rest])
+    known = products[np.ix_(own, own)] - cross @ inverse @ cross.T
+    return [fit.free[loose[i]][1] for i in own], known
+
+
+def _metric(state: State, new: TireModel, stiff: np.ndarray) -> Metric:
+    """Noise and scatter of the first campaign for runs of another one."""
+    runs, whitener = state.runs, state.metric.whitener
+    own = stiff_columns(state.model, state.fit)
+    scatter = scatter_of(runs, whitener, runs.contrast(state.residual), own)
+    even = np.ones(new.runs.runs)
+    keep = [runs.channels.index(c) for c in new.runs.channels]
+    noises = [replace(whitener.noises[c], scale=even) for c in keep]
+    return Metric(make_whitener(new.runs, noises), stiff, scatter)
+
+
+def _errors(rest: np.ndarray, columns: np.ndarray, share: float) -> tuple[float, float]:
+    """Error of Fx without and with the effect; gain and slip offset of each run are taken out, as
+    they are in the floor.
+    """
+    sums = np.zeros(2)
+    for r in range(len(rest)):
+        loose = columns[1:, r].T
+        for i, size in enumerate((0.0, share)):
+            left = rest[r] - size * columns[0, r]
+            left = left - loose @ np.linalg.lstsq(loose, left, rcond=None)[0]
+            sums[i] += float(left @ left)
+    before, after = np.sqrt(sums / rest.size)
+    return float(before), float(after)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import html
 import io
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -27,30 +28,52 @@ pre{{background:#edf2f7;padding:.8rem;font-size:.8rem;overflow-x:auto}}svg{{max-
 """
 
 
-def picture(result: Proposal) -> Figure:
-    """Curve, band and form over the coordinate; the form alone where it waves."""
+@dataclass(frozen=True)
+class Lines:
+    """What there is to draw; all (points,). No curve where the form waves."""
+
+    u: np.ndarray
+    form: np.ndarray
+    free: np.ndarray | None
+    half: np.ndarray | None
+    over: str
+    unit: str
+
+
+def lines_of(result: Proposal) -> Lines:
+    """Form, and the free curve with its band laid upon it: a constant is the base's own."""
     s, outcome = result.sentence, result.outcome
     if s is None or outcome is None:
         raise ValueError("nothing is proposed")
-    span, unit = s.site.place.span, s.site.hook.unit
-    curve = outcome.curve
+    span, curve = s.site.place.span, outcome.curve
     u = curve.u if curve is not None else np.linspace(span.low, span.high, 1000)
     form = np.tensordot(s.sizes, s.shape.values(span, u[None], s.numbers, u[None]), 1)[0]
+    over = f"{s.site.place.name or 'all runs'} [{span.unit}]"
+    unit = f"{s.site.hook.words} [{s.site.hook.unit}]"
+    if curve is None:
+        return Lines(u, form, None, None, over, unit)
+    weight = 1.0 / np.maximum(curve.half, 1e-12) ** 2
+    free = curve.values + np.average(form - curve.values, weights=weight)
+    return Lines(u, form, free, curve.half, over, unit)
+
+
+def picture(result: Proposal) -> Figure:
+    """Curve, band and form over the coordinate; the form alone where it waves."""
+    lines = lines_of(result)
+    u, free, half = lines.u, lines.free, lines.half
     figure = Drawn(figsize=(8.0, 3.2), layout="constrained", dpi=110)
     axes = figure.add_subplot()
-    if curve is not None:
-        # a constant is the base's own: the curve is laid upon the form
-        weight = 1.0 / np.maximum(curve.half, 1e-12) ** 2
-        free = curve.values + np.average(form - curve.values, weights=weight)
+    if free is not None and half is not None:
         axes.fill_between(
-            u, free - curve.half, free + curve.half, color=GREY, alpha=0.25, lw=0,
-            label="free curve, 90 %",
+            u, free - half, free + half, color=GREY, alpha=0.25, lw=0, label="free curve, 90 %",
         )  # fmt: skip
         axes.plot(u, free, color=GREY, lw=1.0)
-    axes.plot(u, form, color=ORANGE, lw=1.8, label=f"form: {s.shape.name}")
+    assert result.sentence is not None
+    shape = result.sentence.shape.name
+    axes.plot(u, lines.form, color=ORANGE, lw=1.8, label=f"form: {shape}")
     axes.axhline(0.0, color=BLUE, lw=0.5)
-    axes.set_xlabel(f"{s.site.place.name or 'all runs'} [{span.unit}]", fontsize=9)
-    axes.set_ylabel(f"{s.site.hook.words} [{unit}]", fontsize=9)
+    axes.set_xlabel(lines.over, fontsize=9)
+    axes.set_ylabel(lines.unit, fontsize=9)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(fontsize=8, frameon=False)
     return figure

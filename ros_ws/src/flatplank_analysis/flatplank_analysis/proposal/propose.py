@@ -166,6 +166,7 @@ def _written(
     session: Session, result: Diagnosis, outcome: Outcome, best: Tried, model: ModelFile | None
 ) -> Proposal:
     """The file of the best sentence, refitted as `add` does it."""
+    best = replace(best, sentence=_named(best.sentence, session))
     effect = effect_of(text_of(best.sentence))
     wider = replace(session, effects={**session.effects, effect.identifier: effect})
     assert result.search is not None
@@ -185,6 +186,15 @@ def _written(
     return Proposal(
         PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers
     )  # fmt: skip
+
+
+def _named(s: Sentence, session: Session) -> Sentence:
+    """The sentence under a name that no effect has: two patches are two effects."""
+    first, number = s.identifier, 1
+    while s.identifier in session.effects:
+        number += 1
+        s = replace(s, name=f"{first}_{number}")
+    return s
 
 
 def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) -> Iterator[str]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 import textwrap
@@ -13,6 +14,7 @@ from zlib import crc32
 
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import effects_in
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.shapes.base import PLACE, Shape, literal
 from flatplank_analysis.proposal.sites import Site
@@ -57,15 +59,18 @@ class Sentence:
         """The sentence, for people."""
         site = self.site
         over = f" over {site.place.name}" if site.place.name else ""
-        when = f", {site.modulator.words}" if site.modulator.words else ""
-        return f"{site.hook.words} that {self.shape.words}{over}{when}"
+        when, _, meant = site.modulator.words.partition("; ")
+        form, _, measured = self.shape.words.partition("; ")
+        aside = f", {when}," if when else ""
+        notes = "".join(f"; {note}" for note in (measured, meant) if note)
+        return f"{site.hook.words}{over}{aside} that {form}{notes}"
 
 
 def text_of(s: Sentence) -> str:
     """The effect file of a sentence."""
     site, hook = s.site, s.site.hook
     body = _body(s)
-    name = "".join(w.capitalize() for w in s.identifier.split("_"))
+    name = class_of(s.identifier)
     head = [
         "Proposed by `flatplank propose`, not confirmed; give it the name of its cause.", *s.told,
     ]  # fmt: skip
@@ -75,16 +80,18 @@ def text_of(s: Sentence) -> str:
         *(line for call, line in _HELPERS.items() if any(call in b for b in body)),
     ]
     span = site.place.span
-    seen = f'{{"{site.place.name}": ({literal(span.low)}, {literal(span.high)})}}'
+    over = _quoted(site.place.name)
+    title = _quoted(f"Proposed: {hook.words} over {site.place.name or 'all runs'}")
+    seen = f"{{{over}: ({literal(span.low)}, {literal(span.high)})}}"
     lines = [
-        '"""' + "\n".join(textwrap.fill(h, 96) for h in head) + '"""', "",
+        '"""' + "\n".join(textwrap.fill(_plain(h), 96) for h in head) + '"""', "",
         "from dataclasses import dataclass", "", "import numpy as np", "",
         *imports, "", "",
         "@dataclass(frozen=True)", f"class {name}(TireEffect):",
         f'    identifier = "{s.identifier}"',
-        f'    title = "Proposed: {hook.words} over {site.place.name or "all runs"}"',
+        f"    title = {title}",
         f'    kind = "{hook.kind}"',
-        f'    coordinate = "{site.place.name or "slip level"}"',
+        f"    coordinate = {over if site.place.name else _quoted('slip level')}",
         '    source = "flatplank propose"',
         *_text("what", f"{s.words()[0].upper()}{s.words()[1:]}."),
         *_text("check", check_of(s)),
@@ -106,7 +113,7 @@ def _body(s: Sentence) -> list[str]:
     formulas = s.shape.formulas(site.place.span, lambda n: f"self.{n}")
     lines = [f"data = {site.hook.method}.data"]
     lines += (
-        [f'u = data.coordinate("{site.place.name}")']
+        [f"u = data.coordinate({_quoted(site.place.name)})"]
         if site.place.name
         else ["u = np.zeros(data.position.shape)"]
     )
@@ -120,20 +127,30 @@ def _body(s: Sentence) -> list[str]:
 
 
 def _wrapped(line: str) -> list[str]:
-    """A long assignment on two lines, in brackets."""
-    if len(line) + 8 <= 99:
+    """A long assignment on two lines, in brackets; a name in quotes is never broken."""
+    if len(line) + 8 <= 99 or '"' in line:
         return [line]
     goal, _, value = line.partition(" = ")
     return [f"{goal} = (", *(f"    {p}" for p in textwrap.wrap(value, 84)), ")"]
 
 
+def _plain(text: str) -> str:
+    """A text that may stand in a docstring."""
+    return text.replace("\\", "/").replace('"', "'")
+
+
+def _quoted(text: str) -> str:
+    """A text as it stands in a file, whatever a column is called."""
+    return json.dumps(text, ensure_ascii=False)
+
+
 def _text(name: str, text: str) -> list[str]:
-    one = f'    {name} = "{text}"'
+    one = f"    {name} = {_quoted(text)}"
     if len(one) <= 99:
         return [one]
     rows = textwrap.wrap(text, WIDTH - 4)
     rows = [r + (" " if r is not rows[-1] else "") for r in rows]
-    return [f"    {name} = (", *(f'        "{r}"' for r in rows), "    )"]
+    return [f"    {name} = (", *(f"        {_quoted(r)}" for r in rows), "    )"]
 
 
 def _fields(s: Sentence) -> list[str]:
@@ -193,13 +210,29 @@ def check_of(s: Sentence) -> str:
     if span.kind != NONE:
         at = [f"{n.name} {_amount(s.numbers[n.name], n.unit, span)}" for n in s.shape.numbers]
         where = f" over {site.place.name}" + (f" ({', '.join(at)})" if at else "")
-    when = f", {site.modulator.words}" if site.modulator.words else ""
+    words = site.modulator.words.partition("; ")[0]
+    when = f", {words}" if words else ""
     return f"{site.hook.check}{where}{when}."
 
 
 def _amount(value: float, unit: str, span) -> str:
     unit = span.unit if unit == "u" else unit
     return plain(value, 3) + ("" if unit == "1" else f" {unit}")
+
+
+def renamed(text: str, name: str) -> str:
+    """The file of a proposal with another identifier, and a class named after it."""
+    if not re.fullmatch("[a-z][a-z0-9_]*", name):
+        raise FlatplankError(
+            f"'{name}' is no identifier", "name", "small letters, digits and _ only"
+        )
+    text = re.sub('(?m)^    identifier = ".*"$', f'    identifier = "{name}"', text, count=1)
+    return re.sub(r"(?m)^class \w+\(", f"class {class_of(name)}(", text, count=1)
+
+
+def class_of(identifier: str) -> str:
+    """Name of the class of an effect."""
+    return "".join(w.capitalize() for w in identifier.split("_"))
 
 
 def effect_of(text: str) -> type[Effect]:
