@@ -172,3 +172,10 @@ class Evidence:
     def enough(self) -> bool:
         """Whether it may be said."""
         return self.log >= -math.log(ALPHA)
+
+
+def times(log: float) -> str:
+    """An e-value for people, from its logarithm."""
+    if abs(log) < math.log(1e4):
+        return f"e = {math.exp(log):.3g}"
+    return f"e = 10^{log / math.log(10.0):.0f}"
