@@ -3,17 +3,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.state import term_of
-from flatplank_analysis.investigation.evidence import Bet, Evidence, log_e, with_term
+from flatplank_analysis.investigation.evidence import (
+    ALPHA,
+    Bet,
+    Evidence,
+    log_e,
+    times,
+    with_term,
+)
 from flatplank_analysis.investigation.loop import rows_of
 from flatplank_analysis.investigation.settings import Setting
 from flatplank_analysis.tirebase.session import Session
+from flatplank_validation.blind.points import share
 from flatplank_validation.investigate.fast import FastBench
 
-BATCHES = ((-0.05, 1.5), (0.02, 2.2), (0.1, 1.5))
+BATCHES = ((-0.02, 1.5), (0.02, 2.2), (-0.05, 1.5))
 """slip and step position of the runs that follow, two of each"""
 
 
@@ -47,3 +56,14 @@ def evidence_of(bench: FastBench, batches: Sequence[tuple[float, float]] = BATCH
             total = total.times(log_e(bet, session.data, rows_of(session, new)), True)
         out.append(total.log)
     return out
+
+
+def lines_of_evidence(count: int, seed: int) -> Iterator[str]:
+    """The product after every batch of loops in which nothing is hidden, and the share of them in
+    which it ever passed 1/alpha."""
+    passed = []
+    for number in range(count):
+        product = evidence_of(FastBench(seed + number))
+        passed.append(max(product) >= -math.log(ALPHA))
+        yield f"{number + 1}/{count}: {', '.join(times(log) for log in product)}"
+    yield f"1/alpha = {1.0 / ALPHA:g} passed at any time: {share(passed)}"
