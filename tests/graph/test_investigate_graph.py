@@ -14,7 +14,7 @@ from bench_graph import graph
 from flatplank_analysis.investigation.evidence import ALPHA
 
 pytestmark = [pytest.mark.graph, pytest.mark.long, pytest.mark.timeout(7200)]
-VERB = "import sys; from flatplank_control.cli import investigate as v; sys.exit(v.main(sys.argv[1:]))"
+VERB = "import sys; from flatplank_control.cli.investigate import main; main(sys.argv[1:])"
 
 
 def test_what_is_hidden_is_found_confirmed_and_reported(tmp_path, monkeypatch):
