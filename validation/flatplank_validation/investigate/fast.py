@@ -10,7 +10,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
+from flatplank_analysis.data import Campaign, MeasurementTable, Run, RunInfo
+from flatplank_analysis.data.store import open_store
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.loop import Made
@@ -33,13 +34,6 @@ TIRES = ("friction", "tread_stiffness_x", "carcass_stiffness_x", "contact_half_l
 RATE = 20.0
 """[Hz]"""
 NEEDED = ("time", "plank_position", "wheel_angle", *RELATIVE)
-
-
-class Run:
-    """What a campaign has of a run, when its samples are in memory."""
-
-    def __init__(self, info: RunInfo) -> None:
-        self.info = info
 
 
 class FastBench:
@@ -70,7 +64,7 @@ class FastBench:
         """These runs."""
         tables = [self.tables[f] for f in files]
         data = from_tables(tables)
-        campaign = Campaign("made", [Run(t.info) for t in tables])
+        campaign = Campaign("made", [Run(t.info, open_store(".")) for t in tables])
         return Session(campaign, data, TireModel(data), self.effects)
 
     def seed(self) -> Candidate:
