@@ -29,6 +29,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "bench-discovery": ["--nonsense"],
     "bench-fits": ["--nonsense"],
     "bench-hold": ["--nonsense"],
+    "bench-investigate": ["--nonsense"],
     "bench-propose": ["--nonsense"],
     "bench-speed": ["nonsense"],
     "bench-start": ["--nonsense"],

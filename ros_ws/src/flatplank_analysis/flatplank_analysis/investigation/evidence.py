@@ -11,6 +11,7 @@ looked at (Ville's inequality).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
 from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, stiff_columns
+from flatplank_analysis.investigation.settings import Setting, settings_of
 from flatplank_analysis.tirebase.data import TireRuns
 from flatplank_analysis.tirebase.model import TireModel
 
@@ -82,19 +84,23 @@ def with_term(state: State, term: Term) -> Fit:
 def log_e(bet: Bet, data: TireRuns, rows: np.ndarray) -> float:
     """Logarithm of the e-value of new runs, `rows` of the data of all runs.
 
-    Zero where the bet says nothing of them: its runs had no such load, pressure or side slip.
+    Zero where the bet says nothing of them; see `told_of`.
     """
-    known = {_condition(bet.state.model.data, r) for r in range(bet.state.runs.runs)}
-    rows = np.array([r for r in rows if _condition(data, r) in known], dtype=int)
+    known = settings_of(bet.state.runs)
+    every = settings_of(data.runs)
+    rows = np.array([r for r in rows if told_of(known, every[r])], dtype=int)
     if not len(rows):
         return 0.0
     claim, null = (_surprise(bet, fit, data, rows) for fit in (bet.claim, bet.null))
     return (null - claim) / bet.dispersion
 
 
-def _condition(data: TireRuns, r: int) -> tuple[float, ...]:
-    facts = (data.nominal[r], data.pressure[r], data.alpha[r], data.gamma[r])
-    return tuple(round(float(v), 3) for v in facts)
+def told_of(known: Sequence[Setting], other: Setting) -> bool:
+    """Whether runs tell what the tire does in another one: of its load, pressure and side slip,
+    and with slips on both sides of its own. Beyond them the law of the tire is a guess, and a
+    wrong guess would count as evidence."""
+    slips = [s.kappa for s in known if s.condition == other.condition]
+    return bool(slips) and min(slips) <= other.kappa <= max(slips)
 
 
 def _surprise(bet: Bet, fit: Fit, data: TireRuns, rows: np.ndarray) -> float:
@@ -172,3 +178,10 @@ class Evidence:
     def enough(self) -> bool:
         """Whether it may be said."""
         return self.log >= -math.log(ALPHA)
+
+
+def times(log: float) -> str:
+    """An e-value for people, from its logarithm."""
+    if abs(log) < math.log(1e4):
+        return f"e = {math.exp(log):.3g}"
+    return f"e = 10^{log / math.log(10.0):.0f}"

@@ -21,7 +21,7 @@ from flatplank_analysis.discovery.nextrun import NEEDED, Pair, weight_of
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect
+from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect, told_of
 from flatplank_analysis.investigation.planner import Question
 from flatplank_analysis.investigation.settings import Setting
 from flatplank_analysis.tirebase.plans import planned
@@ -57,7 +57,7 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
     predictor = Predictor(search.model)
     if result.found:
         out = list(_between(search, predictor))
-        out += _of_evidence(search, predictor, evidence)
+        out += _of_evidence(search, predictor, evidence, made)
     else:
         out = list(_of_suspect(search, predictor))
     if result.verdict in (verdict.NONE, verdict.PARTLY):
@@ -78,7 +78,9 @@ def _between(search: Search, predictor: Predictor):
             yield Question(text, min(excess, TOLD_APART), TOLD_APART, _gain(pair, predictor))
 
 
-def _of_evidence(search: Search, predictor: Predictor, evidence: Evidence) -> list[Question]:
+def _of_evidence(
+    search: Search, predictor: Predictor, evidence: Evidence, made: Sequence[Setting]
+) -> list[Question]:
     """Runs that no bet was fitted to, to say that the tire alone is refuted."""
     if evidence.enough:
         return []
@@ -87,9 +89,12 @@ def _of_evidence(search: Search, predictor: Predictor, evidence: Evidence) -> li
     pair = Pair.of(search, index, None)
     spread = max(d.dispersion, d.dispersion_conditions, 1.0)
     text = f"to test {d.term.effect.identifier} on runs that had no part in finding it"
-    return [
-        Question(text, evidence.log, -math.log(ALPHA), _gain(pair, predictor, 1.0 / spread))
-    ]  # fmt: skip
+    whole = _gain(pair, predictor, 1.0 / spread)
+
+    def gain(settings: tuple[Setting, ...]) -> float:
+        return whole(tuple(s for s in settings if told_of(made, s)))
+
+    return [Question(text, evidence.log, -math.log(ALPHA), gain)]
 
 
 def _of_suspect(search: Search, predictor: Predictor):

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.investigation.evidence import Evidence, bet_on, log_e
+from flatplank_analysis.investigation.evidence import Evidence, bet_on, log_e, times
 from flatplank_analysis.investigation.inquiry import questions
 from flatplank_analysis.investigation.planner import Choice, Price, choose
 from flatplank_analysis.investigation.settings import (
@@ -236,7 +236,7 @@ class Loop:
         }  # fmt: skip
         self.log.write(event | self._answer(made, before))
         e = self.evidence
-        told = f", e-value {e.e_value:.3g}" if e.batches else ""
+        told = f", {times(e.log)}" if e.batches else ""
         answer = self.log.events[-1]["answer"]
         self.say(f"batch {batch['number']}: {answer}{told}; {self.left:.0f} min left")
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from flatplank_analysis.investigation.evidence import ALPHA, Evidence
+from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
 from flatplank_analysis.investigation.loop import ANSWER, BATCH, END, budget
 
 Event = Mapping[str, Any]
@@ -68,7 +68,7 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
             evidence = evidence.times(b["log_e"], True)
             yield (
                 f"  for {' + '.join(b['bet'])} against the tire alone: "
-                f"{_times(b['log_e'])}, so far {_times(evidence.log)}"
+                f"{times(b['log_e'])}, so far {times(evidence.log)}"
             )
     if told["ended"]:
         yield f"end: {told['ended']} ({told['reason']})"
@@ -76,12 +76,6 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
     yield _verdict(told)
     if told["proposal"]:
         yield f"proposal: {told['proposal']}"
-
-
-def _times(log: float) -> str:
-    if abs(log) < math.log(1e4):
-        return f"e = {math.exp(log):.3g}"
-    return f"e = 10^{log / math.log(10.0):.0f}"
 
 
 def _verdict(told: Mapping[str, Any]) -> str:
@@ -93,10 +87,10 @@ def _verdict(told: Mapping[str, Any]) -> str:
     named = ", ".join(e["name"] for e in v["effects"])
     what = f"{v['verdict']}{': ' + named if named else ''} ({v['reason']})"
     if not named:
-        return f"verdict: {what}; {_times(told['log_e'])} against the tire alone"
+        return f"verdict: {what}; {times(told['log_e'])} against the tire alone"
     sure = "at least" if enough else "less than"
     return (
-        f"verdict: {what}; {_times(told['log_e'])} against the tire alone over the whole loop, "
+        f"verdict: {what}; {times(told['log_e'])} against the tire alone over the whole loop, "
         f"{sure} the {limit:.0f} that keeps false alarms at {100 * ALPHA:.0f} %"
         + ("" if enough else ": not confirmed by runs that had no part in finding it")
     )

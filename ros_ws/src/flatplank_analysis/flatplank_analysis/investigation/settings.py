@@ -16,7 +16,7 @@ import numpy as np
 from flatplank_analysis.discovery.runs import RunSet
 
 SLIPS = (0.0, 0.01, -0.01, 0.02, -0.02, 0.05, -0.05, 0.1, -0.1)
-SEED_SLIPS = (0.02, -0.02, 0.05)
+SEED_SLIPS = (0.02, -0.05, 0.05)
 """of the six runs that an investigation without data begins with, each from two wheel angles"""
 STARTS = (1, 2, 3)
 STEPS = (-0.6, 0.7)

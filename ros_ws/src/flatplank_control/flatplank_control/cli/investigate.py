@@ -6,6 +6,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,10 @@ from flatplank_analysis.investigation.loop import Loop
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
 from flatplank_analysis.tirebase.session import Session
-from flatplank_control.cli.executors import on_graph, on_twin
+from flatplank_control.cli.keys import Keys
+from flatplank_control.cli.run import on_key
 from flatplank_control.investigate.bench import CampaignBench, Execute
+from flatplank_control.investigate.executors import on_graph, on_twin
 from flatplank_control.investigate.journal import DiskLog
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.steps import PlanFailed
@@ -109,7 +113,14 @@ def _executor(o: argparse.Namespace, folder: Path) -> Execute:
         return on_twin(folder, o.preset, o.plant, o.seed, o.jobs)
     if o.preset or o.plant:
         raise FlatplankError("--preset and --plant", "investigate", "go with --sim only")
-    return on_graph(folder, simulated=not o.lab)
+    return on_graph(folder, not o.lab, listen)
+
+
+@contextmanager
+def listen(client: Any, journal: Path) -> Iterator[Callable[[], None]]:
+    """The keys of `flatplank run` while a batch is made."""
+    with Keys() as keys:
+        yield lambda: on_key(keys, client, journal)
 
 
 def proposed(session: Session, result: Diagnosis, folder: Path) -> dict[str, Any] | None:

@@ -106,6 +106,7 @@ class CampaignBench:
                 for i in infos
                 if i.measurement == "slip" and i.effective_rolling_radius > 0.0
                 and i.gamma_deg == 0.0
+                and i.fz == i.fz
             }  # fmt: skip
             there = [p for p in self.folder.glob("*") if p.suffix == ".parquet" or p.is_dir()]
             last = max((i.run_index for i in infos), default=-1)

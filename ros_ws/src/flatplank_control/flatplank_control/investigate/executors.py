@@ -5,13 +5,19 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
 from flatplank_control.investigate.bench import Execute
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Conductor, Journal
+
+Listen = Callable[[Any, Path], AbstractContextManager[Callable[[], None]]]
+"""client and journal -> a context with what is called again and again while a batch is made"""
 
 
 def on_twin(folder: Path, preset: str, plant: str, seed: int, jobs: int | None) -> Execute:
@@ -35,12 +41,10 @@ def on_twin(folder: Path, preset: str, plant: str, seed: int, jobs: int | None) 
     return execute
 
 
-def on_graph(folder: Path, simulated: bool) -> Execute:
-    """The runner of the running bench; the keys of `flatplank run` work here, too."""
+def on_graph(folder: Path, simulated: bool, listen: Listen) -> Execute:
+    """The runner of the running bench, while an operator may have wishes."""
 
     def execute(plan: CampaignPlan, text: str, left: float) -> None:
-        from flatplank_control.cli.keys import Keys
-        from flatplank_control.cli.run import on_key
         from flatplank_control.nodes.client import BenchClient
 
         journal = folder / f"{plan.name}{SUFFIX}"
@@ -53,10 +57,10 @@ def on_graph(folder: Path, simulated: bool) -> Execute:
                 said[0] = line
                 tell(f"{line}; {left + f.time_left / 60.0:.0f} min left")
 
-        with BenchClient() as client, Keys() as keys:
+        with BenchClient() as client, listen(client, journal) as idle:
             client.measure(
                 text, simulated=simulated, folder=str(folder), resume=True, hear=hear,
-                idle=lambda: on_key(keys, client, journal),
+                idle=idle,
             )  # fmt: skip
 
     return execute

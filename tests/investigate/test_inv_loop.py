@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whole loops: something hidden is found and confirmed, nothing is found where nothing is; the
+same on the twin, by the command, and on a graph."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.investigation.evidence import ALPHA
+from flatplank_analysis.investigation.loop import Loop, Memory
+from flatplank_analysis.investigation.notebook import summary, text_of
+from flatplank_control.cli.investigate import main
+from flatplank_sim.sealed.menu import MENU
+from flatplank_validation.investigate.fast import FastBench
+
+pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes
+FEW = {n for hidden in MENU.values() for n in hidden.names}
+HIDDEN = "defects: {drive_brake_asymmetry: {friction: 0.12}}\n"
+
+
+def _made(seed: int, name: str, size: float, minutes: float) -> tuple[dict, str]:
+    effects = {k: v for k, v in library().items() if k in FEW}
+    log = Memory()
+    Loop(FastBench(seed, MENU[name].defects(size), effects), log, minutes).run()
+    return summary(log.events), text_of(log.events)
+
+
+def test_something_hidden_is_found_and_confirmed():
+    told, text = _made(41, "drive_brake_asymmetry", 0.12, 100.0)
+    assert told["verdict"]["verdict"].startswith("found"), text
+    named = [e["name"] for e in told["verdict"]["effects"]]
+    assert named == ["drive_brake_asymmetry"]
+    assert told["log_e"] >= -math.log(ALPHA)
+    assert told["minutes"] <= 100.0
+    assert "runs 1 to 6: six runs to begin with" in text
+    assert "against the tire alone over the whole loop, at least the 20" in text
+    json.dumps(told, allow_nan=False)
+
+
+def test_nothing_is_found_where_nothing_is_hidden():
+    told, text = _made(42, "nothing", 1.0, 70.0)
+    assert told["verdict"]["effects"] == [], text
+    assert told["ended"] in ("decided", "budget spent", "nothing left to learn")
+    assert told["minutes"] <= 70.0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--minutes", "0"], "--minutes 0"),
+        (["--tire", "TOX", "--sim"], "unknown tire 'TOX'"),
+        (["--preset", "thesis2023"], "--preset and --plant"),
+    ],
+)
+def test_bad_input_is_one_line(words, said, tmp_path):
+    from flatplank_analysis.errors import FlatplankError
+
+    with pytest.raises(FlatplankError, match=said):
+        main([str(tmp_path / "new"), *words])
+
+
+def test_too_few_minutes_end_before_anything_moves(tmp_path, capsys):
+    assert main([str(tmp_path / "new"), "--sim", "--minutes", "5", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["ended"], told["runs"], told["verdict"]) == ("budget spent", 0, None)
+    assert "take 4" in told["reason"]
+
+
+@pytest.mark.long
+def test_on_the_twin(tmp_path, capsys):
+    plant = tmp_path / "hidden.yaml"
+    plant.write_text(HIDDEN)
+    folder = tmp_path / "data"
+    words = [str(folder), "--sim", "--plant", str(plant), "--minutes", "70", "--jobs", "2"]
+    assert main([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    first = told["verdict"]["effects"][0]
+    assert "drive_brake_asymmetry" in [first["name"], *first["class"]], told["verdict"]
+    assert told["log_e"] >= -math.log(ALPHA)
+    assert main(words) == 0  # once more: nothing is left to do, the same notebook
+    assert (folder / "investigation.txt").read_text().strip() in capsys.readouterr().out

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Evidence where nothing is missing: bets on what looks likeliest, tested on runs that follow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
+from flatplank_analysis.discovery.state import term_of
+from flatplank_analysis.investigation.evidence import (
+    ALPHA,
+    Bet,
+    Evidence,
+    log_e,
+    times,
+    with_term,
+)
+from flatplank_analysis.investigation.loop import rows_of
+from flatplank_analysis.investigation.settings import Setting
+from flatplank_analysis.tirebase.session import Session
+from flatplank_validation.blind.points import share
+from flatplank_validation.investigate.fast import FastBench
+
+BATCHES = ((-0.02, 1.5), (0.02, 2.2), (-0.05, 1.5))
+"""slip and step position of the runs that follow, two of each"""
+
+
+def likeliest(session: Session) -> Bet | None:
+    """A bet on the effect that is first in the ranking, whatever the tests say of it."""
+    step = session.fit(None)
+    state = step.state
+    for item in best_per_effect(step.screen):
+        effect = item.candidate.effect
+        if effect.generic or effect.law or item.visible < VISIBLE or not item.gain:
+            continue
+        claim = with_term(state, term_of(item.candidate, item.sizes))
+        return Bet((effect.identifier,), state, claim, state.whitened.fit, 1.0)
+    return None
+
+
+def evidence_of(bench: FastBench, batches: Sequence[tuple[float, float]] = BATCHES) -> list[float]:
+    """Logarithm of the product after every batch."""
+    files = bench.make(bench.seed().settings, 0)
+    usual = bench.seed().settings[0]
+    total, out = Evidence(), []
+    for kappa, step in batches:
+        bet = likeliest(bench.session(files))
+        settings = [
+            Setting(kappa, start, step, usual.fz, usual.pressure) for start in (1, 2)
+        ]  # fmt: skip
+        new = bench.make(settings, len(files))
+        files = [*files, *new]
+        if bet is not None:
+            session = bench.session(files)
+            total = total.times(log_e(bet, session.data, rows_of(session, new)), True)
+        out.append(total.log)
+    return out
+
+
+def lines_of_evidence(count: int, seed: int) -> Iterator[str]:
+    """The product after every batch of loops in which nothing is hidden, and the share of them in
+    which it ever passed 1/alpha."""
+    passed = []
+    for number in range(count):
+        product = evidence_of(FastBench(seed + number))
+        passed.append(max(product) >= -math.log(ALPHA))
+        yield f"{number + 1}/{count}: {', '.join(times(log) for log in product)}"
+    yield f"1/alpha = {1.0 / ALPHA:g} passed at any time: {share(passed)}"
