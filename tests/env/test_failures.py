@@ -51,6 +51,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "run": ["nowhere.yaml"],
     "simulate": ["made", "--slips", "5"],
     "slip": ["5", "--re", "0.31"],
+    "sweeps": ["nowhere.mat"],
     "table": ["nowhere"],
     "test": ["--nonsense"],
     "tire": ["nowhere"],

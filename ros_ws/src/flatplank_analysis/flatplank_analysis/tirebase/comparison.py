@@ -67,7 +67,8 @@ def text_of(data: Mapping[str, Any]) -> str:
         f"beyond it {data['unexplained']:.1f} N"
     )
     for m in data["where"][:4] if data["unexplained"] > 0.0 else ():
-        where = span(*m["range"], m["unit"])
+        low, high = m["range"]
+        where = span(low, high, m["unit"])
         lines.append(f"over {m['coordinate']}: {m['share']:.0%} within {where}")
     if data["at_end"]:
         lines.append("at an end of its range: " + ", ".join(data["at_end"]))
