@@ -84,13 +84,13 @@ def _verdict(told: Mapping[str, Any]) -> str:
         return "verdict: none yet"
     limit = 1.0 / ALPHA
     enough = told["log_e"] >= math.log(limit)
-    named = ", ".join(e["name"] for e in v["effects"])
+    named = ", ".join(" or ".join([e["name"], *e["class"]]) for e in v["effects"])
     what = f"{v['verdict']}{': ' + named if named else ''} ({v['reason']})"
     if not named:
         return f"verdict: {what}; {times(told['log_e'])} against the tire alone"
     sure = "at least" if enough else "less than"
     return (
         f"verdict: {what}; {times(told['log_e'])} against the tire alone over the whole loop, "
-        f"{sure} the {limit:.0f} that keeps false alarms at {100 * ALPHA:.0f} %"
+        f"{sure} the {limit:.0f} that is asked for"
         + ("" if enough else ": not confirmed by runs that had no part in finding it")
     )
