@@ -12,7 +12,7 @@ from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.confirm import Confirmation, confirm, fitted, interval_of
 from flatplank_analysis.tirebase.session import Session
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import sized, span
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -61,13 +61,13 @@ def _effect(given: str, folder: str) -> tuple[str, list[str]]:
 
 def text_of(result: Confirmation) -> list[str]:
     """The answer in words."""
-    low, high = (plain(v, 4) for v in result.interval)
-    lines = [f"verdict: {result.verdict} ({result.name}, {low} .. {high} {result.unit} proposed)"]
+    proposed = span(*result.interval, result.unit)
+    lines = [f"verdict: {result.verdict} ({result.name}, {proposed} proposed)"]
     for c in result.checked:
         told = "; ".join(c.reasons) or "agrees"
+        size = sized(c.size, (c.size - c.half, c.size + c.half), result.unit)
         lines.append(
-            f"{c.folder}, {c.runs} runs: {quantity(c.size, result.unit, 4)} +- "
-            f"{plain(c.half, 3)} (90 %), error of Fx {c.error_before:.1f} -> {c.error:.1f} N, "
-            f"at most {c.limit:.1f} N: {told}"
+            f"{c.folder}, {c.runs} runs: {size}, error of Fx {c.error_before:.1f} -> "
+            f"{c.error:.1f} N, at most {c.limit:.1f} N: {told}"
         )
     return lines

@@ -13,7 +13,7 @@ from flatplank_analysis.cli import common, loop
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.propose import PROPOSED, Proposal, propose
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import sized
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -73,10 +73,9 @@ def text_of(result: Proposal, folder: str, path: Path | None) -> list[str]:
     if result.sentence is None or result.numbers is None:
         return [f"nothing to propose ({result.reason})", f"{result.seconds:.1f} s"]
     n, assured = result.numbers, result.outcome
-    low, high = n["interval"]
     lines = [
         f"verdict: {result.verdict} ({result.sentence.words()})",
-        f"size {quantity(n['size'], n['unit'], 4)} (90 %: {plain(low, 4)} .. {plain(high, 4)})",
+        f"size {sized(n['size'], n['interval'], n['unit'])}",
         f"error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor {n['floor']:.1f} N; held "
         f"out by condition {n['held_out']:.1f} N, by level {n['held_out_level']:.1f} N",
     ]

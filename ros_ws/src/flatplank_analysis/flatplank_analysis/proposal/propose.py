@@ -22,7 +22,7 @@ from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
 from flatplank_analysis.proposal.sites import places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 from flatplank_analysis.tirebase.session import Session
-from flatplank_analysis.wording import plain, quantity
+from flatplank_analysis.wording import sized
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY = ("fx", "gain", "friction", "slip")
@@ -200,9 +200,8 @@ def _named(s: Sentence, session: Session) -> Sentence:
 def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) -> Iterator[str]:
     """What the data say of it, for the head of the file."""
     runs = session.data.runs
-    low, high = n["interval"]
     yield (
-        f"Size {quantity(n['size'], n['unit'])} (90 %: {plain(low)} .. {plain(high)}), from "
+        f"Size {sized(n['size'], n['interval'], n['unit'])}, from "
         f"{runs.runs} runs of {len(runs.groups)} conditions ({runs.names[0]} .. {runs.names[-1]})."
     )
     yield (
