@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.data import Campaign as Folder
-from flatplank_sim.cli import reveal
+from flatplank_analysis.errors import FlatplankError
+from flatplank_sim.cli import reveal, simulate
 from flatplank_sim.sealed import generate
 from flatplank_sim.sealed.seal import seal, unseal
 
@@ -97,3 +98,39 @@ def test_a_challenge_with_a_force_outside_the_library(tmp_path, monkeypatch):
         assert added[(at < low) | (at > high)].max() == 0.0
         inside = max(inside, float(added.max()))
     assert 59.0 < inside < 121.0
+
+
+def test_more_runs_are_of_the_same_machine_with_other_noise(tmp_path, monkeypatch):
+    monkeypatch.setattr(generate, "SLIPS", (-0.02, 0.02))
+    monkeypatch.setattr(generate, "START_ANGLES", {1: 0.0})
+    monkeypatch.setattr(generate, "MENU", {"nothing": generate.MENU["nothing"]})
+    of = generate.make_challenge(tmp_path / "of", 1, outside="bump")
+    generate.make_challenge(tmp_path / "nothing", 1)
+    more = [str(tmp_path / "more"), "--more", str(of), "--slips=-2,2", "--starts", "1"]
+    assert simulate.main(more) == 0
+    assert not (tmp_path / "more" / "answer.sealed").exists()
+    fx = {
+        (folder, r.info.kappa): r.table().columns["fx"]
+        for folder in ("of", "nothing", "more")
+        for r in Folder.load(str(tmp_path / folder)).runs
+    }
+    position = Folder.load(str(of)).runs[0].table().columns["plank_position"]
+    low, high = unseal(of)["outside"]["range"]
+    inside = (position > low + 0.1) & (position < high - 0.1)
+    pulled = []
+    for kappa in (-0.02, 0.02):
+        again = fx["more", kappa] - fx["of", kappa]
+        assert np.std(again) > 5.0, "other noise"
+        assert abs(np.mean(again[inside])) < 20.0
+        pulled.append(abs(np.mean((fx["more", kappa] - fx["nothing", kappa])[inside])))
+    assert max(pulled) > 30.0, "the same force"
+
+
+def test_more_runs_of_what_is_no_challenge_get_one_line(tmp_path):
+    with pytest.raises(FlatplankError, match="nothing is sealed here"):
+        simulate.main([str(tmp_path / "more"), "--more", str(tmp_path)])
+    seal({"seed": 1, "effects": [], "outside": None}, tmp_path)
+    with pytest.raises(FlatplankError, match="make the challenge again"):
+        simulate.main([str(tmp_path / "more"), "--more", str(tmp_path)])
+    with pytest.raises(ValueError, match="--fz: --more measures the machine of a challenge"):
+        simulate.main([str(tmp_path / "more"), "--more", str(tmp_path), "--fz", "3000"])

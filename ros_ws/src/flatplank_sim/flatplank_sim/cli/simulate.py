@@ -20,12 +20,17 @@ from flatplank_control.cli.run import main as run_plan
 from flatplank_control.runner.campaign.tires import tire_on
 from flatplank_control.runner.measurement import Measurement
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.sealed.generate import make_challenge
+from flatplank_sim.sealed.generate import make_challenge, more_runs
 from flatplank_sim.sealed.outside import OUTSIDE
 from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many, starts_of
 
 RULED = {
     "hidden": ({"outside", "jobs"}, "--hidden has a campaign of its own; leave it out"),
+    "more": (
+        {"slips", "starts", "at", "jobs"},
+        "--more measures the machine of a challenge, with slips, starts and step of your own; "
+        "leave the others out",
+    ),
     "plan": (
         {"preset", "plant", "seed", "bags", "jobs"},
         "with --plan it stands in the plan; leave it out, or write it into a plan of your own",
@@ -70,6 +75,12 @@ def parser() -> argparse.ArgumentParser:
         choices=sorted(OUTSIDE),
         default="",
         help="with --hidden: a force that is in no library",
+    )
+    p.add_argument(
+        "--more",
+        type=Path,
+        metavar="CHALLENGE",
+        help="further runs of the machine of a challenge, for confirm and next runs",
     )
     p.add_argument("--jobs", type=int, help="processes; default: all cores")
     return p
@@ -125,6 +136,11 @@ def main(argv: list[str]) -> int:
             f"challenge in {o.folder}; then: flatplank diagnose {o.folder} --out "
             f"{o.folder}/diagnosis.json, and flatplank reveal {o.folder}"
         )
+        return 0
+    if o.more is not None:
+        further = [(kappa, start) for kappa in slips_of(o.slips) for start in starts_of(o.starts)]
+        more_runs(o.folder, o.more, further, o.at, show)
+        print(f"{len(further)} runs of the machine of {o.more} in {o.folder}")
         return 0
     if o.plan is not None:
         return run_plan(plan_arguments(o))

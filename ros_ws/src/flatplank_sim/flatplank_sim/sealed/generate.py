@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +15,14 @@ from scipy.signal import lfilter
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
+from flatplank_analysis.errors import FlatplankError
 from flatplank_control.runner.measurement import START_ANGLES
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting
-from flatplank_sim.sealed.menu import MENU, Defects
+from flatplank_sim.sealed.menu import MENU, Defects, Hidden
 from flatplank_sim.sealed.outside import OUTSIDE, Force
-from flatplank_sim.sealed.seal import seal
+from flatplank_sim.sealed.seal import seal, unseal
 from flatplank_sim.twin.campaign import SLIPS
 
 NAME = "TOY"
@@ -34,63 +37,104 @@ OUTSIDE_SIZES = (60.0, 120.0)
 Progress = Callable[[int, int, str], None]
 
 
-def make_challenge(
-    folder: Path,
-    seed: int,
-    progress: Progress = lambda _done, _all, _name: None,
-    outside: str = "",
-) -> Path:
+def quiet(_done: int, _all: int, _name: str) -> None:
+    """No progress is shown."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """The machine of a challenge, and what is hidden in it."""
+
+    seed: int
+    hidden: Hidden
+    size: float
+    force: Force
+    place: dict[str, Any] | None
+    """of a force that is in no library"""
+
+
+def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside: str = "") -> Path:
     """A campaign folder with `answer.sealed`; the same seed makes the same challenge.
 
     outside: a force of `sealed.outside`, which no effect of the library explains, is hidden
     instead of a defect.
     """
     random = np.random.default_rng(seed)
+    machine = _machine(seed, outside, random)
+    pairs = [(kappa, start) for kappa in SLIPS for start in START_ANGLES]
+    order = [pairs[which] for which in random.permutation(len(pairs))]
+    _measure(machine, folder, order, STEP, 0, (), progress)
+    effects = []
+    if machine.hidden.names:
+        first, *others = machine.hidden.names
+        unit = machine.hidden.unit
+        effects = [{"name": first, "size": machine.size, "unit": unit, "class": others}]
+    answer = {"seed": seed, "tire": "toyo", "effects": effects, "outside": machine.place}
+    seal(answer | {"force": outside}, folder)
+    return folder
+
+
+def more_runs(
+    folder: Path, challenge: Path, runs: Sequence[tuple[float, int]], step: float,
+    progress: Progress = quiet,
+) -> Path:  # fmt: skip
+    """More runs of the machine of a challenge, into a folder of their own.
+
+    runs: slip [-] and start (1, 2, 3) of each, in their order; step: plank position of the step
+    [m]. The day goes on after the runs of the challenge; another folder name has other noise.
+
+    Raises:
+        FlatplankError: the challenge has no answer, or is older than this.
+    """
+    answer = unseal(challenge)
+    if "force" not in answer:
+        raise FlatplankError(
+            "does not say which force was hidden", str(challenge), "make the challenge again"
+        )
+    seed = int(answer["seed"])
+    machine = _machine(seed, answer["force"], np.random.default_rng(seed))
+    first = len(SLIPS) * len(START_ANGLES)
+    _measure(machine, folder, runs, step, first, (zlib.crc32(folder.name.encode()),), progress)
+    return folder
+
+
+def _machine(seed: int, outside: str, random: np.random.Generator) -> Machine:
     name = "nothing" if outside else str(random.choice(sorted(MENU)))
-    hidden = MENU[name]
-    size = hidden.draw(random)
-    force, place = _foreign(outside, random)
+    size = MENU[name].draw(random)
+    return Machine(seed, MENU[name], size, *_foreign(outside, random))
+
+
+def _measure(
+    machine: Machine, folder: Path, runs: Sequence[tuple[float, int]], step: float, first: int,
+    stream: tuple[int, ...], progress: Progress,
+) -> None:  # fmt: skip
+    """Measure runs into a folder; `first` is the number of the first in the day, `stream` beside
+    seed and number says which noise.
+    """
     plain = PlantConfig.load("toyo")
     radius = round(Campaign(plain).true_radius(LOAD, plain.tire.vertical_stiffness), 5)
-    pairs = [(kappa, start) for kappa in SLIPS for start in START_ANGLES]
-    order = random.permutation(len(pairs))
     tables = []
-    for index, which in enumerate(order):
-        kappa, start = pairs[which]
-        run = CampaignRun(
-            kappa=kappa,
-            fz=LOAD,
-            pressure=PRESSURE,
-            start_angle=math.radians(START_ANGLES[start]),
-            run_index=index,
-            effective_rolling_radius=radius,
-            step_position=STEP,
-        )
-        own = np.random.default_rng((seed, index))
-        columns = Campaign(_scattered(plain, hidden.defects(size), own)).run(run, own)
+    for done, (kappa, start) in enumerate(runs, start=1):
+        index = first + done - 1
+        known = {
+            "kappa": kappa,
+            "fz": LOAD,
+            "pressure": PRESSURE,
+            "run_index": index,
+            "effective_rolling_radius": radius,
+            "step_position": step,
+        }
+        run = CampaignRun(start_angle=math.radians(START_ANGLES[start]), **known)
+        own = np.random.default_rng((machine.seed, index, *stream))
+        defects = machine.hidden.defects(machine.size)
+        columns = Campaign(_scattered(plain, defects, own)).run(run, own)
         _add_noise(columns, own)
-        columns["fx"] = columns["fx"] + force(columns, Run(Setting(kappa), start, index))
+        columns["fx"] = columns["fx"] + machine.force(columns, Run(Setting(kappa), start, index))
         label = f"{NAME}_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}"
-        info = RunInfo(
-            file=f"{label}.parquet",
-            tire=NAME,
-            kappa=kappa,
-            fz=LOAD,
-            pressure=PRESSURE,
-            start=start,
-            run_index=index,
-            effective_rolling_radius=radius,
-            step_position=STEP,
-        )
+        info = RunInfo(file=f"{label}.parquet", tire=NAME, start=start, **known)
         tables.append(MeasurementTable({c: columns[c] for c in COLUMNS}, info))
-        progress(index + 1, len(pairs), label)
+        progress(done, len(runs), label)
     export_campaign(tables, folder)
-    effects = []
-    if hidden.names:
-        first, *others = hidden.names
-        effects = [{"name": first, "size": size, "unit": hidden.unit, "class": others}]
-    seal({"seed": seed, "tire": "toyo", "effects": effects, "outside": place}, folder)
-    return folder
 
 
 def _foreign(name: str, random: np.random.Generator) -> tuple[Force, dict[str, Any] | None]:
