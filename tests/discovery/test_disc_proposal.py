@@ -141,7 +141,7 @@ def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
     assert result["verdict"] == "proposed", result
     assert (result["hook"], result["coordinate"]) == ("fx", "temperature")
     (effect,) = load_file(result["file"])
-    low, high = effect.seen["temperature"]
+    low, high = effect.ranges["temperature"]
     assert result["refit"]["size"] == pytest.approx(40.0 * (high - low) / 10.0, rel=0.2)
     assert result["refit"]["rmse"] < 0.9 * result["refit"]["rmse_before"]
     assert effects.main(["check", result["file"]]) == 0

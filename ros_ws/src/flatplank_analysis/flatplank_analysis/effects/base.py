@@ -100,7 +100,7 @@ class Signal:
 class TireEffect(Effect):
     """Base of all effects on the flat plank. Override the hooks that the physics needs."""
 
-    seen: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """by coordinate the range in which the effect was seen; columns of a table need it"""
 
     def motion(self, motion: Motion) -> None:

@@ -42,13 +42,13 @@ def probe_of(effect: type[Effect]):
     """The same model; what the effect has seen in a range goes through that range in every run."""
     from flatplank_analysis.tirebase.model import TireModel
 
-    seen, model = getattr(effect, "seen", {}), probe_model()
-    if not seen:
+    ranges, model = getattr(effect, "ranges", {}), probe_model()
+    if not ranges:
         return model
     shape = model.data.position.shape
     more = {
         name: Coordinate(np.broadcast_to(np.linspace(low, high, shape[1]), shape))
-        for name, (low, high) in seen.items()
+        for name, (low, high) in ranges.items()
     }
     return TireModel(replace(model.data, further=more))
 

@@ -82,7 +82,7 @@ def text_of(s: Sentence) -> str:
     span = site.place.span
     over = _quoted(site.place.name)
     title = _quoted(f"Proposed: {hook.words} over {site.place.name or 'all runs'}")
-    seen = f"{{{over}: ({literal(span.low)}, {literal(span.high)})}}"
+    ranges = f"{{{over}: ({literal(span.low)}, {literal(span.high)})}}"
     lines = [
         '"""' + "\n".join(textwrap.fill(_plain(h), 96) for h in head) + '"""', "",
         "from dataclasses import dataclass", "", "import numpy as np", "",
@@ -96,7 +96,7 @@ def text_of(s: Sentence) -> str:
         *_text("what", f"{s.words()[0].upper()}{s.words()[1:]}."),
         *_text("check", check_of(s)),
         f'    removes = "{hook.removes}"',
-        *([f"    seen = {seen}"] if site.place.name else []),
+        *([f"    ranges = {ranges}"] if site.place.name else []),
         *([f"    order = {hook.order}"] if hook.order else []),
         *(["    local = True"] if s.shape.name == "bump" and span.kind == PLACE else []),
         *([f"    interval = ({s.interval[0]:.6g}, {s.interval[1]:.6g})"] if s.interval else []),
