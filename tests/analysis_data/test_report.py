@@ -20,6 +20,7 @@ from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.figures.draw import canvas
 from flatplank_analysis.figures.registry import make_figures
+from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.conditions import condition_result
@@ -284,3 +285,13 @@ def test_the_frequency_response_is_not_squeezed_and_stays_where_it_was_measured(
         assert axis.get_position().width > 0.35
     caption = figures[f"waveform_{runs[0]['run']}"].caption
     assert "C/σx" in caption and "kN," not in caption
+
+
+def test_what_is_constant_but_for_rounding_is_drawn_as_constant():
+    x = np.linspace(0.0, 1.0, 5)
+    speed = Panel("slip [%]", "speed [mm/s]", [Series("before", x, 30.92 + 1e-7 * x, "joined")])
+    force = Panel("slip [%]", "force [N]", [Series("fx", x, 100.0 * x, "joined")])
+    drawn = canvas(Figure("made_up", "made up", "", (speed, force)))
+    (low, high), (least, most) = (axis.get_ylim() for axis in drawn.axes)
+    assert high - low > 0.05 and low < 30.92 < high
+    assert -10.0 < least <= 0.0 and 100.0 <= most < 110.0

@@ -24,6 +24,8 @@ LEGEND_WIDTH, LEGEND_MARK = 54, 4
 """characters that fit above the axes, and those that a mark takes"""
 WIDTH, HEIGHT = 6.4, 3.7
 """of one panel [inch]"""
+CONSTANT = 2e-3
+"""share of the largest value that an axis spans at least"""
 
 #: keyword arguments of `plot` per style
 STYLES: dict[str, dict] = {
@@ -70,8 +72,18 @@ def _panel(axis: Axes, panel: Panel) -> None:
         axis.set_xlim(*panel.x_range)
     if panel.y_range:
         axis.set_ylim(*panel.y_range)
+    else:
+        _not_too_close(axis)
     _end_labels(axis, labels)
     _legend(axis, panel)
+
+
+def _not_too_close(axis: Axes) -> None:
+    """What is constant but for rounding is drawn as constant."""
+    low, high = axis.get_ylim()
+    missing = CONSTANT * max(abs(low), abs(high)) - (high - low)
+    if missing > 0.0:
+        axis.set_ylim(low - missing / 2.0, high + missing / 2.0)
 
 
 def _legend(axis: Axes, panel: Panel) -> None:
