@@ -17,6 +17,8 @@ from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_control.investigate.journal import NAME, DiskLog
 
+pytestmark = pytest.mark.timeout(900)  # fifty processes: a busy machine takes minutes
+
 
 def _events(folder: Path) -> list[dict]:
     return [json.loads(line) for line in (folder / NAME).read_text().splitlines()]
