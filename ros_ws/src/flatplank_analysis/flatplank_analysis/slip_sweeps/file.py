@@ -3,16 +3,15 @@
 
 from __future__ import annotations
 
-import io
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
 
+from flatplank_analysis.data.readers.csv import split_header
+from flatplank_analysis.data.readers.mat import variables
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.slip_sweeps.channels import BY_NAME, channel_of, in_si, needed, sizes
 
@@ -26,7 +25,6 @@ class Raw:
 
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str]
-    title: str = ""
 
 
 @dataclass(frozen=True)
@@ -40,9 +38,6 @@ class Recording:
     """names of the others"""
     said: tuple[str, ...]
     """what was assumed, one line each"""
-
-    def __len__(self) -> int:
-        return len(next(iter(self.columns.values())))
 
 
 def read(path: str | Path) -> Recording:
@@ -82,19 +77,11 @@ def _known(raw: Raw, where: str) -> Recording:
 
 
 def _mat(data: bytes, where: str) -> Raw:
-    if data.startswith(b"MATLAB 7.3"):
-        raise FlatplankError("MATLAB version 7.3 (HDF5) is not read", where, "save it with '-v7'")
-    try:
-        raw = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, simplify_cells=True)
-    except Exception as error:  # scipy raises many kinds on a damaged file
-        raise FlatplankError(
-            f"not a whole MATLAB file ({error})", where, "export or copy it again"
-        ) from error
-    values = {k: v for k, v in raw.items() if not k.startswith("__")}
+    values = variables(data, where)
     structs = [v for v in values.values() if isinstance(v, dict) and len(v) > 3]
     if len(structs) == 1 and not _vectors(values):
         values = {**values, **structs[0]}
-    return Raw(_vectors(values), _mat_units(values), str(values.get("tireid", "")))
+    return Raw(_vectors(values), _mat_units(values))
 
 
 def _vectors(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -119,9 +106,6 @@ def _mat_units(values: Mapping[str, Any]) -> dict[str, str]:
     return {str(k): str(v) for k, v in units.items()} if isinstance(units, dict) else {}
 
 
-_BRACKETS = re.compile(r"^\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*$")
-
-
 def _text(data: bytes, where: str) -> Raw:
     lines = data.decode("utf-8-sig", "replace").splitlines()
     numbers = [n for n, line in enumerate(lines) if _row(line) is not None]
@@ -141,21 +125,12 @@ def _text(data: bytes, where: str) -> Raw:
         raise FlatplankError(
             f"no header of {width} names before line {first + 1}", where, "write one"
         )
-    names, units = _names(head[0])
+    names, given = split_header(head[0])
+    units = {name: unit for name, unit in zip(names, given, strict=True) if unit}
     if len(head) > 1 and not units:
         units = dict(zip(names, (u.strip("[]() ") for u in head[1]), strict=True))
     table = np.array(rows, float)
-    return Raw({name: table[:, i] for i, name in enumerate(names)}, units, lines[0].strip())
-
-
-def _names(cells: list[str]) -> tuple[list[str], dict[str, str]]:
-    names, units = [], {}
-    for cell in cells:
-        match = _BRACKETS.match(cell)
-        names.append(match[1] if match else cell)
-        if match:
-            units[match[1]] = match[2]
-    return names, units
+    return Raw({name: table[:, i] for i, name in enumerate(names)}, units)
 
 
 def _cells(line: str) -> list[str]:

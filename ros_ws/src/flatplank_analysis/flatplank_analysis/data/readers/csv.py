@@ -30,7 +30,7 @@ def read_csv(request: Request) -> Loaded:
         text = stream.read()
     lines, skipped = _header_lines(text, request.name)
     separator = max(_SEPARATORS, key=lambda s: lines[0].count(s))
-    names, units = _split_header(lines[0].split(separator))
+    names, units = split_header(lines[0].split(separator))
     rows_before = skipped + 1
     second = [cell.strip() for cell in lines[1].split(separator)] if len(lines) > 1 else []
     if second and not any(units) and not _is_number(second[0]):
@@ -65,7 +65,8 @@ def _header_lines(text: bytes, name: str) -> tuple[list[str], int]:
     raise FlatplankError("no samples", name, "write a header line and one line per sample")
 
 
-def _split_header(cells: list[str]) -> tuple[list[str], list[str]]:
+def split_header(cells: list[str]) -> tuple[list[str], list[str]]:
+    """Names and units of a header: `fx [N]`; a name without brackets has the unit ""."""
     names, units = [], []
     for cell in cells:
         match = _BRACKETS.match(cell.strip().strip('"'))

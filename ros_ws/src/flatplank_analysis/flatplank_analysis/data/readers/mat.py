@@ -28,18 +28,7 @@ _HDF5 = b"MATLAB 7.3"
 def read_mat(request: Request) -> Loaded:
     """Read a .mat file of version 5 to 7."""
     with request.store.open(request.name) as stream:
-        data = stream.read()
-    if data.startswith(_HDF5):
-        raise FlatplankError(
-            "MATLAB version 7.3 (HDF5) is not read", request.name, "save it with '-v7'"
-        )
-    try:
-        raw = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, simplify_cells=True)
-    except Exception as error:  # scipy raises many kinds on a damaged file
-        raise FlatplankError(
-            f"not a whole MATLAB file ({error})", request.name, "export or copy it again"
-        ) from error
-    values = _variables(raw)
+        values = _columns_of(variables(stream.read(), request.name))
     units = values.pop("units", {})
     arrays = {k: v for k, v in values.items() if isinstance(v, np.ndarray) and v.ndim == 1}
     names, remarks = canonical_names(arrays, request.mapping)
@@ -61,8 +50,20 @@ def read_mat(request: Request) -> Loaded:
     return Loaded(columns, facts, remarks)
 
 
-def _variables(raw: dict[str, Any]) -> dict[str, Any]:
-    values = {k: v for k, v in raw.items() if not k.startswith("__")}
+def variables(data: bytes, where: str) -> dict[str, Any]:
+    """Name -> value of a file of version 5 to 7; FlatplankError when it is none."""
+    if data.startswith(_HDF5):
+        raise FlatplankError("MATLAB version 7.3 (HDF5) is not read", where, "save it with '-v7'")
+    try:
+        raw = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, simplify_cells=True)
+    except Exception as error:  # scipy raises many kinds on a damaged file
+        raise FlatplankError(
+            f"not a whole MATLAB file ({error})", where, "export or copy it again"
+        ) from error
+    return {k: v for k, v in raw.items() if not k.startswith("__")}
+
+
+def _columns_of(values: dict[str, Any]) -> dict[str, Any]:
     structs = [v for v in values.values() if isinstance(v, dict)]
     if not any(name in values for name in COLUMN_UNITS) and len(structs) == 1:
         return {**values, **structs[0]}
