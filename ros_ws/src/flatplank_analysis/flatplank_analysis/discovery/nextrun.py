@@ -101,18 +101,22 @@ def _contributions(
     return out[0] - out[1], out[2:] - out[1]
 
 
+def moved_bases(model: Model, own: Lane) -> list[Lane]:
+    """The fit with one base parameter after the other moved by a thousandth of its scale."""
+    out = []
+    for i, p in enumerate(model.parameters):
+        if p.screen:
+            moved = own.base.copy()
+            moved[i] += 1e-3 * p.screen
+            out.append(Lane(moved, own.effects))
+    return out
+
+
 def _columns(model: Model, fit: Fit, place: int, term: Term | None) -> np.ndarray:
     """Base columns, the rival's contribution and those of its numbers moved a little, for new runs
     would move them, and last the effect's contribution; predicted afresh."""
     own = fit.lane()
-    lanes = [own]
-    steps = [p for p in model.parameters if p.screen]
-    at = {p.name: i for i, p in enumerate(model.parameters)}
-    for p in steps:
-        moved = own.base.copy()
-        moved[at[p.name]] += 1e-3 * p.screen
-        lanes.append(Lane(moved, own.effects))
-    out = model.predict(lanes)
+    out = model.predict([own, *moved_bases(model, own)])
     mine, rivals = _contributions(model, fit, place, [term, *_moved(term)] if term else [])
     rivals[1:] -= rivals[:1]
     return np.concatenate([(out[1:] - out[0]) * 1e3, rivals, mine[None]])

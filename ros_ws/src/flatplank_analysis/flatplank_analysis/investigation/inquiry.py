@@ -17,7 +17,7 @@ from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
-from flatplank_analysis.discovery.nextrun import NEEDED, Pair, weight_of
+from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, weight_of
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -187,17 +187,11 @@ def _that_matter(search: Search) -> list[Term]:
 def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarray:
     """Products of the columns of the tire and of what each effect would do."""
     own = fit.lane()
-    lanes = [own]
-    steps = [p for p in model.parameters if p.screen]
-    at = {p.name: i for i, p in enumerate(model.parameters)}
-    for p in steps:
-        moved = own.base.copy()
-        moved[at[p.name]] += 1e-3 * p.screen
-        lanes.append(Lane(moved, own.effects))
-    lanes += [Lane(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
-    out = model.predict(lanes)
+    moved = moved_bases(model, own)
+    tried = [Lane(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
+    out = model.predict([own, *moved, *tried])
     columns = (out[1:] - out[0]) * weight
-    columns[: len(steps)] *= 1e3
+    columns[: len(moved)] *= 1e3
     flat = columns.reshape(len(columns), -1)
     return 0.1 * flat @ flat.T
 
