@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import math
 
 import pytest
 from plant_tires import plant_campaign
@@ -31,8 +30,10 @@ def test_own_numbers_are_recovered(found):
     (point,) = result.points
     free = point.carcass.without_bias()
     assert point.carcass.slip_stiffness.value == pytest.approx(truth.slip_stiffness, rel=GRAIN)
-    assert free["c_cx"] == pytest.approx(truth.carcass_stiffness_x, rel=0.03)
-    assert free["sigma_x"] == pytest.approx(truth.relaxation_length_x, rel=0.03)
+    for name, own in (("c_cx", "carcass_stiffness_x"), ("sigma_x", "relaxation_length_x")):
+        low, high = free[name].interval()
+        assert low < getattr(truth, own) < high, name
+        assert high - low < 0.1 * free[name].value, name
     c = result.magic.tir.coefficients
     config = shipped_record(next(k for k, v in TIRES.items() if v == result.tire))
     assert (config.free_radius, truth.fz) == (c.UNLOADED_RADIUS, c.FNOMIN)
@@ -71,9 +72,7 @@ def test_simulate_fit_and_report_recover_the_tire(plant, tmp_path):
     for name, limit in (("C_Fk", GRAIN), ("c_cx", 0.03), ("sigma_x", 0.03), ("r_e", 0.01)):
         row = found["rows"][name]
         assert row["found"] == pytest.approx(row["true"], rel=limit), (name, row)
-        assert math.isfinite(row["std_error"]) and row["std_error"] > 0.0, name
-    row = found["rows"]["C_Fk"]
-    miss = abs(row["found"] - row["true"])
-    assert miss < tires.T_90 * row["std_error"] + 0.5 * GRAIN * row["true"]
+        grain = 0.5 * GRAIN * row["true"] if name == "C_Fk" else 0.0
+        assert row["low"] - grain < row["true"] < row["high"] + grain, (name, row)
     fit = json.loads((tmp_path / plant / "fit.json").read_text())
     assert fit["tire_record"]["name"] == TIRES[plant]

@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from flatplank_analysis.identify.results import t_quantile
+
 TIRES = ("toyo", "continental", "michelin", "racing")
 TRUTHS = {
     "C_Fk": "slip_stiffness",
@@ -22,11 +24,10 @@ TRUTHS = {
     "r_e": "effective_rolling_radius",
 }
 """Quantity -> its name in the plant's table."""
-T_90 = 1.645
 
 
 def measure(tires: Sequence[str] = TIRES) -> dict[str, float]:
-    """Found value, half width of the 90 % interval, truth and error [%] of every quantity."""
+    """Found value, ends of the 90 % interval, truth and error [%] of every quantity."""
     out = {}
     with tempfile.TemporaryDirectory() as folder:
         for plant in tires:
@@ -34,7 +35,7 @@ def measure(tires: Sequence[str] = TIRES) -> dict[str, float]:
             for name, row in found["rows"].items():
                 key = f"{found['tire']}_{name}"
                 out[key] = row["found"]
-                out[f"{key}_+-"] = T_90 * row["std_error"]
+                out[f"{key}_low"], out[f"{key}_high"] = row["low"], row["high"]
                 out[f"{key}_true"] = row["true"]
                 out[f"{key}_error_%"] = 100.0 * (row["found"] / row["true"] - 1.0)
     return out
@@ -53,16 +54,18 @@ def measure_tire(plant: str, folder: Path) -> dict[str, Any]:
     radii = [r["radius"] * (1.0 + r["force"] / slip_stiffness) for r in report["radii"]]
     mean = sum(radii) / len(radii)
     spread = (sum((r - mean) ** 2 for r in radii) / max(len(radii) - 1, 1) / len(radii)) ** 0.5
+    reach = t_quantile(0.95, len(radii) - 1) * spread
+    ranges = carcass["without_bias_interval90"]
     found = {
-        "C_Fk": (slip_stiffness, carcass["slip_stiffness"]["std_error"]),
-        "c_cx": (free["c_cx"], carcass["c_cx"]["std_error"]),
-        "sigma_x": (free["sigma_x"], carcass["sigma_x"]["std_error"]),
-        "r_e": (mean, spread),
+        "C_Fk": (slip_stiffness, carcass["slip_stiffness"]["interval90"]),
+        "c_cx": (free["c_cx"], ranges["c_cx"]),
+        "sigma_x": (free["sigma_x"], ranges["sigma_x"]),
+        "r_e": (mean, (mean - reach, mean + reach)),
     }
     truth = _truth(plant, point["point"]["fz"], point["point"]["pressure"])
     rows = {
-        name: {"found": value, "std_error": error, "true": truth[TRUTHS[name]]}
-        for name, (value, error) in found.items()
+        name: {"found": value, "low": low, "high": high, "true": truth[TRUTHS[name]]}
+        for name, (value, (low, high)) in found.items()
     }
     return {"tire": report["tire"], "rows": rows}
 

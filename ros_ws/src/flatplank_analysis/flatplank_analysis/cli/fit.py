@@ -168,8 +168,10 @@ def _bias(fit: CarcassFit, name: str) -> str:
     """The model's own bias, beside the number that has it."""
     if name not in fit.model_bias:
         return ""
-    share, without = 100.0 * fit.model_bias[name], fit.without_bias()[name]
-    return f"the model's own bias on bristles {share:+.1f} %: {without:.5g} without it"
+    share, free = 100.0 * fit.model_bias[name], fit.without_bias()[name]
+    low, high = free.interval()
+    told = f"{free.value:.5g} without it (90 %: {low:.5g} to {high:.5g})"
+    return f"the model's own bias on bristles {share:+.1f} %: {told}"
 
 
 def _row(condition: str, slip: str, e: Estimate, beside: str = "") -> tuple[str, ...]:

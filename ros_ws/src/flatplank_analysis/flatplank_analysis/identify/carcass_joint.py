@@ -33,15 +33,34 @@ class JointState:
     """Modelled minus measured force (runs, samples) [N]."""
     rows: np.ndarray
     """Weights of the errors in each run's equations (2, runs, samples): c_cx, its own level."""
-    matrix: np.ndarray
-    """Derivative of the summed equations by (c_cx, forces) (1 + k, 1 + k)."""
+    every: np.ndarray
+    """Derivative of each run's two equations by (c_cx, forces) (2, runs, 1 + k)."""
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Derivative of the summed equations by (c_cx, forces) (1 + k, 1 + k)."""
+        return self._summed(self.every)
 
     def scores(self) -> np.ndarray:
         """Left-hand sides of the equations (1 + k,); zero at the solution."""
-        own = np.sum(self.rows * self.error, axis=2)
-        out = np.zeros(len(self.matrix))
-        out[0] = own[0].sum()
-        np.add.at(out, 1 + self.problem.level, own[1])
+        return self._summed(np.sum(self.rows * self.error, axis=2)[:, :, None])[:, 0]
+
+    def stiffness_of(self, part: np.ndarray) -> float:
+        """c_cx [N/m] of some of the runs alone, to first order; part (runs,) bool.
+
+        The steady forces of the other levels stay as they are.
+        """
+        own = np.sum(self.rows * self.error, axis=2)[:, :, None]
+        matrix, scores = (self._summed(values * part[:, None]) for values in (self.every, own))
+        free = np.unique(np.append(0, 1 + self.problem.level[part]))
+        change = np.linalg.lstsq(matrix[np.ix_(free, free)], scores[free, 0], rcond=None)[0]
+        return self.c_cx - float(change[0])
+
+    def _summed(self, values: np.ndarray) -> np.ndarray:
+        """Equations of every run (2, runs, n) as those of c_cx and of the levels (1 + k, n)."""
+        out = np.zeros((self.every.shape[2], values.shape[2]))
+        out[0] = values[0].sum(axis=0)
+        np.add.at(out, 1 + self.problem.level, values[1])
         return out
 
     def sensitivity(self, gradient: np.ndarray) -> np.ndarray:
@@ -62,10 +81,7 @@ def joint_state(problem: CarcassProblem, c_cx: float) -> JointState:
     own = slopes[1 + problem.level, np.arange(len(problem.level))]
     rows = np.array([problem.weight**2 * slopes[0], problem.settled * own])
     every = np.einsum("ern,prn->erp", rows, slopes)
-    matrix = np.zeros((k + 1, k + 1))
-    matrix[0] = every[0].sum(axis=0)
-    np.add.at(matrix, 1 + problem.level, every[1])
-    return JointState(problem, c_cx, out[0] - problem.measured, rows, matrix)
+    return JointState(problem, c_cx, out[0] - problem.measured, rows, every)
 
 
 def solve_jointly(

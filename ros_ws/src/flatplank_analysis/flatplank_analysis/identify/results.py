@@ -36,6 +36,10 @@ class Estimate:
         reach = t_quantile(0.5 + level / 2.0, self.dof) * self.std_error
         return (self.value - reach, self.value + reach)
 
+    def times(self, factor: float) -> Estimate:
+        """Value and standard error times a known factor."""
+        return replace(self, value=factor * self.value, std_error=factor * self.std_error)
+
     def with_note(self, text: str) -> Estimate:
         """The same with one more note; as it is where there is none."""
         return replace(self, note="; ".join(filter(None, (self.note, text))))

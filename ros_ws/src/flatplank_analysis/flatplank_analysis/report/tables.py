@@ -168,14 +168,17 @@ def carcass_table(result: CampaignResult) -> Table:
         ("a [mm]", lambda f: 1e3 * f.half_length),
         ("model's bias of c_cx [%]", lambda f: 100.0 * f.model_bias["c_cx"]),
         ("of σx [%]", lambda f: 100.0 * f.model_bias["sigma_x"]),
-        ("c_cx without it [kN/m]", lambda f: 1e-3 * f.without_bias()["c_cx"]),
-        ("σx without it [m]", lambda f: f.without_bias()["sigma_x"]),
+        ("c_cx without it [kN/m]", lambda f: 1e-3 * f.without_bias()["c_cx"].value),
+        ("± of that [kN/m]", lambda f: 1e-3 * f.without_bias()["c_cx"].std_error),
+        ("σx without it [m]", lambda f: f.without_bias()["sigma_x"].value),
+        ("± of that [m]", lambda f: f.without_bias()["sigma_x"].std_error),
         ("at bound", lambda f: f.c_cx.at_bound or "no"),
         ("remark", lambda f: remark_of(f.c_cx, f.slip_stiffness, f.sigma_x)),
     )
     note = (
         "Nonlinear contact patch model, one carcass stiffness per operating point (7.25, 7.26). "
-        "The model's own bias is what it finds too much on a tread of bristles at small slip."
+        "The model's own bias is what it finds too much on a tread of bristles at small slip. "
+        "In ± of c_cx and σx is half of what driving and braking steps disagree."
     )
     rows = [(p.point, p.carcass) for p in result.points if p.carcass is not None]
     return point_table("carcass", "Carcass stiffness", rows, columns, note)
