@@ -27,7 +27,7 @@ AFTER = 40
 
 
 def check_shaft(name: str, stops: bool, wheel: dict[str, Any], ran_on_ms: float) -> None:
-    """1. of the contract; `wheel` is what the witness at the shaft says."""
+    """1. of the contract; `wheel` is What the monitor at the plant's shaft says."""
     if not stops:
         assert wheel["moving"] and wheel["enabled"], f"{name}: stopped without need"
         return
@@ -71,11 +71,11 @@ class Contract:
         self.enables = 0
 
     def rests(self, since: str = "fault_ns") -> None:
-        """1.; `since`: the witness's name of the moment at which the fault came, for one that no
+        """1.; `since`: the monitor's name of the moment at which the fault came, for one that no
         word of the emulator has made."""
         if self.stops:
             self._wait_for_rest()
-        report = self.bench.emulator.send("witness")
+        report = self.bench.emulator.send("motion")
         wheel = report["axes"]["wheel"]
         ran_on_ms = max(wheel["last_moving_ns"] - report[since], 0) / 1e6
         check_shaft(self.name, self.stops, wheel, ran_on_ms)

@@ -111,16 +111,16 @@ MUTATIONS = (
     ),
     Mutation(
         "slaves that lost their state are not configured again, nor is the bus scanned",
-        "master/ladder.py",
-        "return Rung.RECONFIGURE\n        return Rung.RESCAN",
-        "return Rung.NONE\n        return Rung.NONE",
+        "master/recovery.py",
+        "return RecoveryStep.RECONFIGURE\n        return RecoveryStep.RESCAN",
+        "return RecoveryStep.NONE\n        return RecoveryStep.NONE",
         "fault and (PREOP or INIT or restarts)",
     ),
     Mutation(
         "no full scan",
-        "master/ladder.py",
-        "return Rung.RESCAN",
-        "return Rung.NONE",
+        "master/recovery.py",
+        "return RecoveryStep.RESCAN",
+        "return RecoveryStep.NONE",
         "long_cut or another_slave",
     ),
     Mutation(

@@ -67,8 +67,8 @@ class Emulator(EmulatorProcess):
         super().__init__(ns, bus, more)
 
     def wheel(self) -> dict[str, Any]:
-        """What the witness at the plant's shaft says of the wheel."""
-        return self.send("witness")["axes"]["wheel"]
+        """What the monitor at the plant's shaft says of the wheel."""
+        return self.send("motion")["axes"]["wheel"]
 
 
 class InsistentNode:

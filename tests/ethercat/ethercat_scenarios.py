@@ -26,7 +26,7 @@ class Scenario:
     """part of the reason shown while the fault is there"""
     grows: tuple[str, ...] = ()
     """counters of the diagnostics that must have grown"""
-    rungs: tuple[str, ...] = ()
+    steps: tuple[str, ...] = ()
     """steps of the recovery that must have been taken"""
     held: str | None = ""
     """cause for which the guard holds the wheel; None: the drive may have been faster"""
@@ -49,7 +49,7 @@ class Scenario:
         parts = [*self.health, *(f"never {name}" for name in self.never)]
         parts += [f"'{self.reason}'"] if self.reason else []
         parts += [f"`{name}` grows" for name in self.grows]
-        parts += [f"recovery {name}" for name in self.rungs]
+        parts += [f"recovery {name}" for name in self.steps]
         if self.stops:
             parts += [f"held: {self.held}"] if self.held else []
             parts += [f"error 0x{self.error_code:04X}"]
@@ -70,7 +70,7 @@ def _cut(after: str, seen: str) -> Scenario:
         {"behind": after},
         health=("LOST",),
         reason=f"{seen}: no answer",
-        rungs=("ACKNOWLEDGE",),
+        steps=("ACKNOWLEDGE",),
         held="BUS",
         error_code=0x7500,
     )
@@ -104,7 +104,7 @@ SCENARIOS = (
     ),
     Scenario(
         "frames lost until the watchdogs bite", "lose_frames", {"frames": 60}, cycles=70,
-        health=("LOST",), reason="wheel_drive: SAFEOP with error 0x001B", rungs=("ACKNOWLEDGE",),
+        health=("LOST",), reason="wheel_drive: SAFEOP with error 0x001B", steps=("ACKNOWLEDGE",),
         held="BUS", error_code=0x7500, events=("'code': 29952",),
     ),
     Scenario(
@@ -125,17 +125,17 @@ SCENARIOS = (
     ),
     Scenario(
         "answers held and released together", "hold", {}, cycles=24,
-        health=("LOST", "STALE"), grows=("stale",), rungs=("REOPEN",), held="BUS",
+        health=("LOST", "STALE"), grows=("stale",), steps=("REOPEN",), held="BUS",
         error_code=0x7500,
     ),
     Scenario(
         "a wire that passes nothing", "wire_dead", {}, cycles=60,
-        health=("LOST",), reason="cycles; coupler: no answer", rungs=("ACKNOWLEDGE",), held="BUS",
+        health=("LOST",), reason="cycles; coupler: no answer", steps=("ACKNOWLEDGE",), held="BUS",
         error_code=0x7500,
     ),
     Scenario(
         "link down on the far side", "link_down", {}, cycles=60,
-        health=("LOST",), reason="no link: check the cable", rungs=("ACKNOWLEDGE",), held="BUS",
+        health=("LOST",), reason="no link: check the cable", steps=("ACKNOWLEDGE",), held="BUS",
         error_code=0x7500,
     ),
     Scenario(
@@ -159,29 +159,29 @@ SCENARIOS = (
         "drive falls to SAFEOP with a sync error", "al_drop",
         {"slave": "wheel_drive", "state": "SAFEOP", "code": 0x001A},
         health=("SLAVE_FAULT",), reason="wheel_drive: SAFEOP with error 0x001A",
-        rungs=("ACKNOWLEDGE",), held=None, error_code=0x7500,
+        steps=("ACKNOWLEDGE",), held=None, error_code=0x7500,
     ),
     Scenario(
         "terminal falls to SAFEOP with its maker's code", "al_drop",
         {"slave": "bridges_b", "state": "SAFEOP", "code": 0x8001},
         health=("SLAVE_FAULT",), reason="bridges_b: SAFEOP with error 0x8001",
-        rungs=("ACKNOWLEDGE",), held="BUS", error_code=0x7500,
+        steps=("ACKNOWLEDGE",), held="BUS", error_code=0x7500,
     ),
     Scenario(
         "encoders fall to PREOP", "al_drop",
         {"slave": "encoders_a", "state": "PREOP", "code": 0x0002},
         health=("LOST",), reason="encoders_a: PREOP with error 0x0002",
-        rungs=("RECONFIGURE",), held="BUS", error_code=0x7500,
+        steps=("RECONFIGURE",), held="BUS", error_code=0x7500,
     ),
     Scenario(
         "outputs fall to INIT", "al_drop",
         {"slave": "digital_out", "state": "INIT", "code": 0x0001},
         health=("LOST",), reason="digital_out: INIT with error 0x0001",
-        rungs=("RECONFIGURE",), held="BUS", error_code=0x7500,
+        steps=("RECONFIGURE",), held="BUS", error_code=0x7500,
     ),
     Scenario(
         "drive restarts", "power_cycle", {"slave": "wheel_drive"},
-        health=("LOST",), reason="wheel_drive", rungs=("RECONFIGURE",), held="BUS",
+        health=("LOST",), reason="wheel_drive", steps=("RECONFIGURE",), held="BUS",
         error_code=0x7500,
     ),
     Scenario(

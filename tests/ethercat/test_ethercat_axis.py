@@ -150,8 +150,8 @@ def test_loss_of_the_bus_stops_all_axes_until_each_is_reset(axes: Axes) -> None:
         axes.ask(name, "reset_fault")
     axes.run(lambda: all(axes.off(name) for name in AXES))
     axes.cycles(50)
-    witness = axes.bus.emulator.send("witness")["axes"]
-    assert not any(witness[name]["enabled"] for name in AXES)
+    shaft = axes.bus.emulator.send("motion")["axes"]
+    assert not any(shaft[name]["enabled"] for name in AXES)
     axes.enable("wheel")
     axes.ask("wheel", "disable")
     axes.cycles(20)

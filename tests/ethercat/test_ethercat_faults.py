@@ -55,9 +55,9 @@ def check_signature(scenario: Scenario, seen: dict[str, Any]) -> None:
         assert seen["after"][counter] > seen["before"][counter], counter
     steps = seen["before"]["recovery"], seen["after"]["recovery"]
     assert steps[0].get("RESCAN", 0) == steps[1].get("RESCAN", 0), "mended by less than a scan"
-    for rung in scenario.rungs:
-        taken = seen["after"]["recovery"].get(rung, 0)
-        assert taken > seen["before"]["recovery"].get(rung, 0), rung
+    for step in scenario.steps:
+        taken = seen["after"]["recovery"].get(step, 0)
+        assert taken > seen["before"]["recovery"].get(step, 0), step
     if scenario.stops:
         if scenario.held is not None:
             assert seen["during"]["held"].get("wheel", "") == scenario.held

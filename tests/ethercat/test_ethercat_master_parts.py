@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pure parts of the master: image, health, ladder, inbox, clock, histogram."""
+"""The pure parts of the master: image, health, recovery, inbox, clock, histogram."""
 
 from __future__ import annotations
 
@@ -15,8 +15,13 @@ from flatplank_hw.ethercat.master.health import HealthMonitor, Seen, SlaveState
 from flatplank_hw.ethercat.master.histogram import Histogram
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage, expected_counter
 from flatplank_hw.ethercat.master.inbox import Inbox
-from flatplank_hw.ethercat.master.ladder import PATIENCE_S, SETTLE_S, Ladder, Rung
 from flatplank_hw.ethercat.master.pacing import CATCH_UP, CycleClock
+from flatplank_hw.ethercat.master.recovery import (
+    EFFECT_TIMEOUT_S,
+    SETTLE_S,
+    RecoveryPolicy,
+    RecoveryStep,
+)
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.ethercat.strict import BusFileError
 
@@ -159,49 +164,57 @@ def test_a_full_counter_does_not_prove_op() -> None:
     assert monitor.observe(GOOD) == Health.OK and monitor.reason == ""
 
 
-# --- ladder -------------------------------------------------------------------------------
+# --- recovery -------------------------------------------------------------------------------
 
 
 def climb(
-    ladder: Ladder, health: Health, states: tuple[int, ...], seconds: float, silent=False
-) -> list[Rung]:
-    """Rungs taken while the bus stays bad."""
-    steps = [ladder.step(n * 0.01, health, states, silent) for n in range(round(seconds * 100))]
-    return [rung for rung in steps if rung]
+    recovery: RecoveryPolicy, health: Health, states: tuple[int, ...], seconds: float, silent=False
+) -> list[RecoveryStep]:
+    """Steps taken while the bus stays bad."""
+    steps = [recovery.step(n * 0.01, health, states, silent) for n in range(round(seconds * 100))]
+    return [taken for taken in steps if taken]
 
 
 def test_axes_get_time_to_stop_first() -> None:
-    assert climb(Ladder(), Health.SLAVE_FAULT, (0x14,), SETTLE_S) == []
+    assert climb(RecoveryPolicy(), Health.SLAVE_FAULT, (0x14,), SETTLE_S) == []
 
 
-def test_ladder_for_a_slave_in_safeop() -> None:
-    taken = climb(Ladder(), Health.SLAVE_FAULT, (0x14,), SETTLE_S + 3 * PATIENCE_S + 2.5)
-    assert taken == [Rung.ACKNOWLEDGE, Rung.RECONFIGURE, Rung.RESCAN, Rung.RESCAN, Rung.RESCAN]
-
-
-def test_ladder_for_a_slave_that_lost_its_state() -> None:
-    assert climb(Ladder(), Health.LOST, (0x02, 0x14), 0.5) == [Rung.RECONFIGURE]
-
-
-def test_ladder_on_a_silent_wire() -> None:
-    assert climb(Ladder(), Health.LOST, (), 5.0, silent=True) == [Rung.REOPEN]
-    assert climb(Ladder(), Health.LOST, (0,), 0.4, silent=True)[:2] == [
-        Rung.REOPEN,
-        Rung.RECONFIGURE,
+def test_recovery_for_a_slave_in_safeop() -> None:
+    taken = climb(
+        RecoveryPolicy(), Health.SLAVE_FAULT, (0x14,), SETTLE_S + 3 * EFFECT_TIMEOUT_S + 2.5
+    )
+    assert taken == [
+        RecoveryStep.ACKNOWLEDGE,
+        RecoveryStep.RECONFIGURE,
+        RecoveryStep.RESCAN,
+        RecoveryStep.RESCAN,
+        RecoveryStep.RESCAN,
     ]
 
 
-def test_ladder_for_old_answers() -> None:
-    taken = climb(Ladder(), Health.STALE, (), 0.1)
-    assert set(taken) == {Rung.REOPEN} and 2 <= len(taken) <= 5
+def test_recovery_for_a_slave_that_lost_its_state() -> None:
+    assert climb(RecoveryPolicy(), Health.LOST, (0x02, 0x14), 0.5) == [RecoveryStep.RECONFIGURE]
 
 
-def test_ladder_steps_down_at_once() -> None:
-    ladder = Ladder()
-    climb(ladder, Health.SLAVE_FAULT, (0x14,), 1.0)
-    assert ladder.step(1.0, Health.OK, ()) == Rung.NONE
-    assert ladder.step(1.01, Health.SLAVE_FAULT, (0x14,)) == Rung.NONE
-    assert ladder.step(1.02 + SETTLE_S, Health.SLAVE_FAULT, (0x14,)) == Rung.ACKNOWLEDGE
+def test_recovery_on_a_silent_wire() -> None:
+    assert climb(RecoveryPolicy(), Health.LOST, (), 5.0, silent=True) == [RecoveryStep.REOPEN]
+    assert climb(RecoveryPolicy(), Health.LOST, (0,), 0.4, silent=True)[:2] == [
+        RecoveryStep.REOPEN,
+        RecoveryStep.RECONFIGURE,
+    ]
+
+
+def test_recovery_for_old_answers() -> None:
+    taken = climb(RecoveryPolicy(), Health.STALE, (), 0.1)
+    assert set(taken) == {RecoveryStep.REOPEN} and 2 <= len(taken) <= 5
+
+
+def test_recovery_steps_down_at_once() -> None:
+    recovery = RecoveryPolicy()
+    climb(recovery, Health.SLAVE_FAULT, (0x14,), 1.0)
+    assert recovery.step(1.0, Health.OK, ()) == RecoveryStep.NONE
+    assert recovery.step(1.01, Health.SLAVE_FAULT, (0x14,)) == RecoveryStep.NONE
+    assert recovery.step(1.02 + SETTLE_S, Health.SLAVE_FAULT, (0x14,)) == RecoveryStep.ACKNOWLEDGE
 
 
 # --- inbox, clock, histogram --------------------------------------------------------------

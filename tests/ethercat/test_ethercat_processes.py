@@ -199,7 +199,7 @@ def test_another_slave_in_the_place_of_one(bench: Bench) -> None:
 
 
 def test_long_cut_ends_in_a_full_scan(bench: Bench) -> None:
-    """Longer than the patience of the ladder; the slaves behind the cut are taken in again."""
+    """Longer than the patience of the recovery; the slaves behind the cut are taken in again."""
     with Contract(bench, "cable cut for long") as contract:
         scans = bench.client.diagnostics()["recovery"].get("RESCAN", 0)
         bench.emulator.send("cable_cut", behind="bridges_b")

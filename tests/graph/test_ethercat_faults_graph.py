@@ -70,8 +70,8 @@ class FaultyGraph:
 
     def cycles(self, number: int) -> None:
         """By the time of the emulator."""
-        end = self.control.send("witness")["now_ns"] + number * PERIOD_NS
-        while self.control.send("witness")["now_ns"] < end:
+        end = self.control.send("motion")["now_ns"] + number * PERIOD_NS
+        while self.control.send("motion")["now_ns"] < end:
             self.graph.client.spin(0.01)
 
     def everybody_speaks(self) -> None:
@@ -109,8 +109,8 @@ class FaultyGraph:
         """The bag is closed and has at least so many cycles."""
         assert len(table_of(self.graph.stop_recording())["time"]) >= cycles
 
-    def witness(self) -> dict[str, Any]:
-        return self.control.send("witness")["axes"]["wheel"]
+    def shaft(self) -> dict[str, Any]:
+        return self.control.send("motion")["axes"]["wheel"]
 
     def well(self) -> None:
         """Mended; and for a while nothing happens by itself."""
@@ -154,7 +154,7 @@ class FaultyGraph:
         graph.enable()
         graph.until(DriveStatus, lambda s: s.velocity > SPEED, 3.0)
         self.cycles(LONGER)
-        assert self.witness()["moving"]
+        assert self.shaft()["moving"]
 
     def persist(self, action: Callable[[], None]) -> None:
         """Make it again when it failed while the computer itself stalled."""
@@ -170,10 +170,10 @@ class FaultyGraph:
         took."""
         self.ready()
         self.turn()
-        enables = self.witness()["enables"]
+        enables = self.shaft()["enables"]
         took = break_it()
         self.well()
-        wheel = self.witness()
+        wheel = self.shaft()
         check_shaft(name, stops, wheel, wheel["ran_on_ms"])
         assert wheel["enables"] == enables, "enabled by itself"
         self.readable(took + AFTER)
@@ -215,12 +215,12 @@ def test_operator_gone(bench: FaultyGraph) -> None:
     """Whoever has claimed the bench and is not heard of any more."""
     bench.ready()
     bench.turn()
-    enables = bench.witness()["enables"]
+    enables = bench.shaft()["enables"]
     bench.graph.ask(Claim, "/operator/claim", client="somebody")
     bench.control.send("lose_share", share=0.0)  # notes the time
     bench.graph.until(DriveStatus, lambda s: s.stop_reason == RULES["heartbeat"].code, 2.0)
     bench.cycles(AFTER)
-    wheel = bench.witness()
+    wheel = bench.shaft()
     check_shaft("operator gone", True, wheel, wheel["ran_on_ms"] - 1e3 * HEARTBEAT_S)
     assert wheel["ran_on_ms"] > 1e3 * HEARTBEAT_S - WITHIN_MS, "stopped before its time"
     assert wheel["enables"] == enables
@@ -244,20 +244,20 @@ def test_node_killed(bench: FaultyGraph, name: str) -> None:
     bench.persist(bench.roll)
     graph.start_recording(f"killed_{name}", {"measurement": "slip"})
     bench.cycles(SHORT)
-    enables = bench.witness()["enables"]
-    assert bench.witness()["moving"]
+    enables = bench.shaft()["enables"]
+    assert bench.shaft()["moving"]
     node = graph.nodes.running.pop(name)
     node.kill()
     bench.control.send("lose_share", share=0.0)  # notes the time
     node.wait()
     bench.cycles(AFTER)
-    wheel = bench.witness()
+    wheel = bench.shaft()
     graph.nodes.start_node(name)
     bench.everybody_speaks()
     check_shaft(f"{name} killed", True, wheel, wheel["ran_on_ms"])
     graph.plank(0)
     bench.readable(SHORT)
-    assert bench.witness()["enables"] == enables
+    assert bench.shaft()["enables"] == enables
     bench.persist(lambda: bench.measures_again(reset=False))
 
 
@@ -278,7 +278,7 @@ def start_again(bench: FaultyGraph) -> None:
     bench.graph.client.wait_connected(nodes)
     bench.find_emulator()
     bench.cycles(AFTER)
-    wheel = bench.witness()
+    wheel = bench.shaft()
     assert wheel["enables"] == 0 and wheel["last_moving_ns"] == -1
     bench.persist(lambda: bench.measures_again(reset=False))
 

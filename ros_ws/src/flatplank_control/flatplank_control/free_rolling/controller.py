@@ -8,9 +8,9 @@ import math
 from typing import NamedTuple
 
 from flatplank_control.free_rolling.design import Gains, design
-from flatplank_control.free_rolling.feel import UNKNOWN, Tire
 from flatplank_control.free_rolling.params import FreeRollingParameters
 from flatplank_control.free_rolling.start import OVER, Start
+from flatplank_control.free_rolling.stiffness_estimator import UNKNOWN, Tire
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "free_rolling"
@@ -89,7 +89,7 @@ class FreeRollingController:
                 self._begin(start, fx, encoders)
             else:
                 if start is not None and start.tire is None:
-                    self._know_better(start, fx, encoders)
+                    self._retune_from_estimate(start, fx, encoders)
                 self._advance(self.parameters.reference - fx)
         return Reference(hub.cycle, hub.stamp_ns, SOURCE, self._output, valid)
 
@@ -105,8 +105,7 @@ class FreeRollingController:
         self._set_gains(Gains(p.proportional_gain, p.integral_gain, p.lead_time, p.lead_alpha))
 
     def _begin(self, start: Start, fx: float, encoders: EncoderSample) -> None:
-        """The start has the word; at its end the force loop goes on with the torque that it
-        had."""
+        """Start-up commands the torque; at its end a bumpless transfer to the force loop."""
         p = self.parameters
         self._output = start.step(fx, encoders)
         if start.phase != OVER:
@@ -119,9 +118,9 @@ class FreeRollingController:
         self._i = start.torque - p.start_torque - self._p
         self._pi_before = self._lead = self._p + self._i
 
-    def _know_better(self, start: Start, fx: float, encoders: EncoderSample) -> None:
+    def _retune_from_estimate(self, start: Start, fx: float, encoders: EncoderSample) -> None:
         """Gains from the whole of the first centimetres; the torque does not jump."""
-        start.feel(fx, encoders)
+        start.observe(fx, encoders)
         tire = start.tire
         if tire is None or not tire.stiffness > 0.0:
             return

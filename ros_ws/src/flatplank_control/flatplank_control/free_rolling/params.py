@@ -41,7 +41,7 @@ class FreeRollingParameters(Params):
         8.0, "highest output", unit="N m", bounds=(0.0, 100.0), placeholder=True
     )
     automatic: bool = param(
-        False, "feel the tire in the first millimetres, make up the lost travel, set the gains"
+        False, "estimate the tire in the first millimetres, make up the lost travel, set the gains"
     )
     delay_cycles: float = param(
         2.0, "sample to effect, without the hold, for automatic gains", bounds=(0.0, 20.0)

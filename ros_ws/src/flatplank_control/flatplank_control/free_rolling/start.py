@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 
-from flatplank_control.free_rolling.feel import Feel, Tire
 from flatplank_control.free_rolling.params import FreeRollingParameters
+from flatplank_control.free_rolling.stiffness_estimator import StiffnessEstimator, Tire
 from flatplank_control.travel import FASTEST, JUMP
 from flatplank_hw.samples import EncoderSample
 
@@ -32,7 +32,7 @@ CATCH_AT_LEAST = 0.25
 """[s]"""
 CATCH_AT_MOST = 0.05
 """[m] of road"""
-FEEL_FOR = 0.05
+ESTIMATE_OVER = 0.05
 """road from which the tire is told [m]"""
 
 
@@ -50,7 +50,7 @@ class Start:
         """of the road since the start [m]"""
         self.tire: Tire | None = None
         """what the first centimetres have told, once they are over"""
-        self._feel = Feel(p.effective_radius)
+        self._estimator = StiffnessEstimator(p.effective_radius)
         self._zero: tuple[float, float] | None = None
         self._position = 0.0
         self._n = 0
@@ -61,8 +61,8 @@ class Start:
 
     def step(self, fx: float, encoders: EncoderSample) -> float:
         """Motor torque of this cycle [N m]."""
-        x = self.feel(fx, encoders)
-        assert self._zero is not None, "set by feel"
+        x = self.observe(fx, encoders)
+        assert self._zero is not None, "set by observe"
         force = fx - self._zero[1]
         if self.phase == LISTEN:
             self._listen(x, force)
@@ -70,7 +70,7 @@ class Start:
                 return 0.0
         return self._catch(x, force, encoders)
 
-    def feel(self, fx: float, encoders: EncoderSample) -> float:
+    def observe(self, fx: float, encoders: EncoderSample) -> float:
         """Take in a sample, also after the start; the road's travel since then [m]."""
         if self._zero is None:
             self._zero, self._position = (encoders.wheel_angle, fx), encoders.plank_position
@@ -78,10 +78,12 @@ class Start:
         self._position = encoders.plank_position
         # the motion trigger sets the position to zero on the way
         self.travel += step if abs(step) < JUMP else encoders.plank_velocity / self._p.rate_hz
-        if self.travel < FEEL_FOR:
-            self._feel.add(self.travel, encoders.wheel_angle - self._zero[0], fx - self._zero[1])
+        if self.travel < ESTIMATE_OVER:
+            self._estimator.add(
+                self.travel, encoders.wheel_angle - self._zero[0], fx - self._zero[1]
+            )
         elif self.tire is None:
-            self.tire = self._feel.solve()
+            self.tire = self._estimator.solve()
         return self.travel
 
     def _listen(self, x: float, force: float) -> None:
@@ -105,7 +107,7 @@ class Start:
         p = self._p
         radius = p.effective_radius
         ahead = (p.reference / self.stiffness) if self.stiffness > 0.0 else 0.0
-        assert self._zero is not None, "set by feel"
+        assert self._zero is not None, "set by observe"
         lost = x + ahead - radius * (encoders.wheel_angle - self._zero[0])
         # the plank's own velocity comes from a window: near the start its travel says more
         speed = max(encoders.plank_velocity, 0.0)

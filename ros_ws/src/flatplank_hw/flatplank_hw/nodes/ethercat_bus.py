@@ -40,7 +40,7 @@ class BusParameters(Params):
 
 
 EVENTS: dict[str, Callable[[dict[str, Any]], tuple[str, str]]] = {
-    "recovery": lambda e: ("bus_recovery", f"{e['rung'].lower()}: {e['reason']}"),
+    "recovery": lambda e: ("bus_recovery", f"{e['step'].lower()}: {e['reason']}"),
     "emergency": lambda e: ("bus_emergency", f"slave {e['slave']}: {error_words(e['code'])}"),
     "crashed": lambda e: ("bus_ended", e["reason"]),
 }

@@ -10,9 +10,9 @@ from typing import Protocol
 from flatplank_hw.bus.image import AxisCommand, BusInputs
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_sim.emulator.coupling import Coupling
+from flatplank_sim.emulator.motion_monitor import MotionMonitor
 from flatplank_sim.emulator.segment import Segment
 from flatplank_sim.emulator.slave import EmulatedSlave
-from flatplank_sim.emulator.witness import Witness
 
 
 class PlantLike(Protocol):
@@ -33,7 +33,7 @@ class EmulatedBench:
         self.segment = Segment(self.slaves)
         self.segment.exchange = self._exchange
         self.coupling = Coupling(self.slaves)
-        self.witness = Witness()
+        self.monitor = MotionMonitor()
         self.cycle = 0
         self.now = 0
         """bench time [ns]"""
@@ -50,7 +50,7 @@ class EmulatedBench:
 
     def _exchange(self) -> None:
         self.step()
-        self.witness.last_frame = self.now
+        self.monitor.last_frame = self.now
 
     def step(self) -> None:
         """One bus cycle of the plant and of every firmware."""
@@ -61,13 +61,13 @@ class EmulatedBench:
         commands = self.coupling.commands(answered, self.now)
         self.inputs = self.plant.step(commands)
         truth = getattr(self.plant, "truth", None)
-        self.witness.see(
+        self.monitor.see(
             self.now, self.inputs, truth.wheel_velocity if truth is not None else None
         )
         self.coupling.publish(self.inputs, self.now)
         for slave in self.slaves:
             slave.tick(self.now)
-        self.witness.states(self.now, all([slave.operational for slave in self.slaves]))
+        self.monitor.states(self.now, all([slave.operational for slave in self.slaves]))
 
     def at(self, cycle: int, action: Callable[[], None]) -> None:
         """Do something when the bench reaches a cycle, at once when it is past."""

@@ -27,7 +27,7 @@ class Vocabulary:
         self._words: dict[str, Callable[..., dict[str, Any]]] = {
             "mend": self._mend,
             "state": self._state,
-            "witness": self._witness,
+            "motion": self._motion,
             "operator": self._operator,
             "words": self._list,
             "stop": self._end,
@@ -51,7 +51,7 @@ class Vocabulary:
         inspect.signature(FAULTS[word]).bind(self.rig, **arguments)
 
         def apply() -> None:
-            bench.witness.fault(bench.now)
+            bench.monitor.fault(bench.now)
             undo = FAULTS[word](self.rig, **arguments)
             if undo is not None and cycles:
                 bench.at(bench.cycle + cycles, undo)
@@ -92,8 +92,8 @@ class Vocabulary:
             ],
         }
 
-    def _witness(self) -> dict[str, Any]:
-        return self.rig.bench.witness.report()
+    def _motion(self) -> dict[str, Any]:
+        return self.rig.bench.monitor.report()
 
     def _operator(self, name: str, arguments: list[Any] | None = None) -> dict[str, Any]:
         """A switch of the plant's operator by the name of its method; 'view' answers what he
@@ -105,7 +105,7 @@ class Vocabulary:
         switch = getattr(operator, name)
         if not callable(switch):
             return {"view": switch._asdict()}
-        self.rig.bench.witness.fault(self.rig.bench.now)
+        self.rig.bench.monitor.fault(self.rig.bench.now)
         switch(*(arguments or []))
         return {"cycle": self.rig.bench.cycle + 1}
 

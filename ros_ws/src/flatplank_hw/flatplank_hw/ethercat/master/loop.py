@@ -15,9 +15,9 @@ from flatplank_hw.ethercat.master.histogram import Histogram
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
 from flatplank_hw.ethercat.master.inbox import Inbox
 from flatplank_hw.ethercat.master.interface import link_trouble
-from flatplank_hw.ethercat.master.ladder import Ladder, Rung
 from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.pacing import CycleClock
+from flatplank_hw.ethercat.master.recovery import RecoveryPolicy, RecoveryStep
 from flatplank_hw.ethercat.master.sdo import SdoQueue
 from flatplank_hw.ethercat.master.soem import SoemBus
 from flatplank_hw.ethercat.master.waiting import Waiting
@@ -73,7 +73,7 @@ class BusLoop:
         self.decoder = InputImage(bus)
         self.monitor = HealthMonitor(soem.expected)
         self.guard = Guard(bus.rate_hz, bus.command_timeout_ms)
-        self.ladder = Ladder()
+        self.recovery = RecoveryPolicy()
         self.sdos = SdoQueue(bus, link.tell)
         self.cycle_times, self.round_trips = Histogram(), Histogram()
         self.emergencies: list[Emergency] = []
@@ -175,7 +175,7 @@ class BusLoop:
         if bad or self.health != Health.OK:
             self._recover()
         else:
-            self.ladder.step(time.monotonic(), self.health, ())
+            self.recovery.step(time.monotonic(), self.health, ())
 
     def _look_at_states(self, cycle: int) -> bool:
         """After a stall, and often when something is wrong, but seldom on a silent wire, where
@@ -189,12 +189,12 @@ class BusLoop:
 
     def _recover(self) -> None:
         states = tuple(s.state for s in self.monitor.faulty)
-        rung = self.ladder.step(time.monotonic(), self.health, states, not self._arrived)
-        if rung == Rung.NONE:
+        step = self.recovery.step(time.monotonic(), self.health, states, not self._arrived)
+        if step == RecoveryStep.NONE:
             return
-        self.link.tell({"event": "recovery", "rung": rung.name, "reason": self.monitor.reason})
+        self.link.tell({"event": "recovery", "step": step.name, "reason": self.monitor.reason})
         try:
-            _RUNGS[rung](self)
+            _RECOVERY[step](self)
         except BusError as error:
             self._trouble = str(error)
         else:
@@ -249,7 +249,7 @@ class BusLoop:
             "stale": m.stale,
             "unread": self.link.unread,
             "history": dict(m.history),
-            "recovery": dict(self.ladder.taken),
+            "recovery": dict(self.recovery.taken),
             "stops": dict(self.guard.stops),
             "held": {AXES[axis]: cause.name for axis, cause in self.guard.latched.items()},
             "emergencies": [e._asdict() for e in self.emergencies[-20:]],
@@ -278,9 +278,9 @@ class BusLoop:
         return any(abs(axis.velocity) > TURNING for axis in self.inputs.axes)
 
 
-_RUNGS = {
-    Rung.REOPEN: BusLoop._reopen,
-    Rung.ACKNOWLEDGE: BusLoop._acknowledge,
-    Rung.RECONFIGURE: BusLoop._reconfigure,
-    Rung.RESCAN: BusLoop._rescan,
+_RECOVERY = {
+    RecoveryStep.REOPEN: BusLoop._reopen,
+    RecoveryStep.ACKNOWLEDGE: BusLoop._acknowledge,
+    RecoveryStep.RECONFIGURE: BusLoop._reconfigure,
+    RecoveryStep.RESCAN: BusLoop._rescan,
 }

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What kind of tire is under the wheel, told from the first centimetres of its run by least
-squares.
+"""Stiffness and relaxation length of the tire, estimated from the first centimetres of a run.
 
-Integrated transient tire: F = F_0 + C_x (r_e theta - x) - (1/sigma) int F dx, with the travel x
-of the road and the
-angle theta of the wheel since the start. Linear in C_x, C_x r_e, 1/sigma and F_0.
+Least squares on the integrated transient tire, F = F_0 + C_x (r_e theta - x) - (1/sigma) int F dx,
+with the travel x of the road and the angle theta of the wheel since the start. Linear in C_x,
+C_x r_e, 1/sigma and F_0.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class Tire(NamedTuple):
 UNKNOWN = Tire(math.nan, math.nan, math.nan, math.nan)
 
 
-class Feel:
+class StiffnessEstimator:
     """Sums of the normal equations, one sample per cycle; `solve` once at the end."""
 
     def __init__(self, radius: float) -> None:

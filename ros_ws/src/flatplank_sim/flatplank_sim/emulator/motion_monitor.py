@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A witness at the plant's shafts: what really moved and what was really enabled, whatever the bus
-says."""
+"""What the plant's shafts really did and which power stages were on, whatever the bus says."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ MOVING = 800
 """the same for a motor alone [counts per cycle]"""
 
 
-class Witness:
+class MotionMonitor:
     """Remembers when each motor shaft last moved and how often each power stage was switched
     on."""
 
