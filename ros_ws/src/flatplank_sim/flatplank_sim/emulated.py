@@ -20,7 +20,7 @@ from flatplank_hw.ethercat.programs import environment
 from flatplank_sim.emulator.control import Control
 from flatplank_sim.namespace import EMULATOR, MASTER, BenchNamespace
 
-PATIENCE_MS = 12.0
+REPLY_TIMEOUT_MS = 12.0
 """how late an answer may be: emulator and master share a computer that has other work"""
 WAIT_MS = 1000.0
 """longest wait for the answer of nodes that share the computer"""
@@ -92,7 +92,7 @@ class EmulatedBus:
         self.rate_hz = rate_hz
         self.patience_ms = WAIT_MS if wait_for_nodes else 0.0
         self.namespace = BenchNamespace()
-        words = ["--seed", str(seed), "--plant", plant, "--max-age-ms", str(PATIENCE_MS)]
+        words = ["--seed", str(seed), "--plant", plant, "--max-age-ms", str(REPLY_TIMEOUT_MS)]
         words += ["--patience-ms", str(2.0 * self.patience_ms)]
         words += ["--rate", str(rate_hz)] if rate_hz else []
         for key, value in (options or {}).items():
@@ -117,7 +117,7 @@ class EmulatedBus:
             rate_hz=self.rate_hz,
             fifo=fifo,
             slip=True,
-            reply_timeout_ms=PATIENCE_MS,
+            reply_timeout_ms=REPLY_TIMEOUT_MS,
             patience_ms=self.patience_ms,
             batch=batch,
             launch=self.namespace.enter,

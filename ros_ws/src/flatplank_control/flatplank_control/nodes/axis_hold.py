@@ -26,8 +26,8 @@ class AxisHoldNode(FollowerNode):
 
     def connect(self) -> None:
         super().connect()
-        self.serve(SetWaveform, "~/set_profile", self.on_profile)
-        self.serve(SetValue, "~/hold_deg", self.on_hold)
+        self.add_service(SetWaveform, "~/set_profile", self.on_profile)
+        self.add_service(SetValue, "~/hold_deg", self.on_hold)
 
     def on_profile(self, request, response):
         if len(request.parameters) != len(request.values):

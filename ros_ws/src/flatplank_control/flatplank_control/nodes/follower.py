@@ -30,10 +30,14 @@ class FollowerNode(BenchNode):
     def connect(self) -> None:
         self.message = ReferenceMsg()
         self.active = False
-        self.publish = self.speak(ReferenceMsg, f"/{self.drive}/reference", REFERENCE, needed=True)
-        self.listen(String, f"/{self.drive}/mode", self.on_mode, LATCHED)
-        self.listen(EncoderState, "/encoders/state", self.on_encoders, STREAM)
-        self.listen(WrenchStamped, "/measurement_hub/wrench_contact", self.on_contact, STREAM)
+        self.publish = self.add_publisher(
+            ReferenceMsg, f"/{self.drive}/reference", REFERENCE, needed=True
+        )
+        self.add_subscription(String, f"/{self.drive}/mode", self.on_mode, LATCHED)
+        self.add_subscription(EncoderState, "/encoders/state", self.on_encoders, STREAM)
+        self.add_subscription(
+            WrenchStamped, "/measurement_hub/wrench_contact", self.on_contact, STREAM
+        )
 
     def on_mode(self, msg: String) -> None:
         active = msg.data == "follow"

@@ -26,8 +26,10 @@ class FreeRollingControllerNode(SourceNode):
     def connect(self) -> None:
         super().connect()
         self.state = ControllerState()
-        self.publish_state = self.speak(ControllerState, "~/state", STREAM)
-        self.listen(WrenchStamped, "/measurement_hub/wrench_contact", self.on_contact, STREAM)
+        self.publish_state = self.add_publisher(ControllerState, "~/state", STREAM)
+        self.add_subscription(
+            WrenchStamped, "/measurement_hub/wrench_contact", self.on_contact, STREAM
+        )
         self.listen_to_mode()
 
     def on_contact(self, msg: WrenchStamped) -> None:

@@ -20,7 +20,7 @@ class LoadControllerNode(FollowerNode):
 
     def connect(self) -> None:
         super().connect()
-        self.serve(SetValue, "~/set_load", self.on_load)
+        self.add_service(SetValue, "~/set_load", self.on_load)
 
     def on_load(self, request, response):
         try:

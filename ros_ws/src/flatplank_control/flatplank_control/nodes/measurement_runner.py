@@ -50,10 +50,10 @@ class MeasurementRunnerNode(BenchNode):
         )
         self.campaign: CampaignRunner | None = None
         self.bench: RosBench | None = None
-        self.serve(Trigger, "~/confirm", self.on_confirm)
-        self.serve(Trigger, "~/enough", self.on_enough)
+        self.add_service(Trigger, "~/confirm", self.on_confirm)
+        self.add_service(Trigger, "~/enough", self.on_enough)
         for wish in WISHES:
-            self.serve(Trigger, f"~/{wish}", partial(self.on_wish, wish))
+            self.add_service(Trigger, f"~/{wish}", partial(self.on_wish, wish))
 
     def on_deactivate(self, state):
         self.server.destroy()

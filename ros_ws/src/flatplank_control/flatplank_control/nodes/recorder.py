@@ -29,7 +29,7 @@ from flatplank_hw.params import Params, param
 from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 
-PATIENCE = 5.0
+CLOSE_TIMEOUT_S = 5.0
 """a close waits so long for messages that are under way; one that was lost comes again after 3 s
 [s]"""
 INTRODUCTION = 8.0
@@ -76,14 +76,14 @@ class RecorderNode(BenchNode):
 
     def connect(self) -> None:
         self.changed_something: Future | None = None
-        self.publish_run = self.speak(Run, "/run", LATCHED)
+        self.publish_run = self.add_publisher(Run, "/run", LATCHED)
         self.parameters_of = clients(self)
         for client in self.parameters_of.values():
             self._teardown.append(partial(self.destroy_client, client))
         for spec in RECORDED:
             latched = spec.qos.durability == "transient_local"
             with_header = not spec.type.startswith("std_msgs/")
-            self.listen(
+            self.add_subscription(
                 message_class(spec.type),
                 spec.name,
                 partial(self.on_message, spec.name, with_header),
@@ -92,9 +92,9 @@ class RecorderNode(BenchNode):
                 raw=True,
             )
         self.every(0.25, self.poll)
-        self.serve(StartRecording, "~/start", self.on_start)
-        self.serve(StopRecording, "~/stop", self.on_stop)
-        self.serve(Trigger, "~/discard", self.on_discard)
+        self.add_service(StartRecording, "~/start", self.on_start)
+        self.add_service(StopRecording, "~/stop", self.on_stop)
+        self.add_service(Trigger, "~/discard", self.on_discard)
 
     def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
         stamp_ns = self.arrivals.bus_ns
@@ -182,7 +182,7 @@ class RecorderNode(BenchNode):
         return answer(response, True, "", path=str(path), uuid=record.uuid)
 
     async def on_stop(self, request, response):
-        silent = await self.hear(request.up_to, PATIENCE)
+        silent = await self.hear(request.up_to, CLOSE_TIMEOUT_S)
         reason = request.notes
         if silent:
             reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")

@@ -43,7 +43,7 @@ from flatplank_msgs.srv import (
 
 PLANT = "/simulated_plant"
 TICK = 0.25
-PATIENCE = 2.0
+SAMPLES_TIMEOUT_S = 2.0
 """samples of a cycle that is over are waited for so long [s]"""
 ATTEMPTS = 10
 SILENCE = 5.0
@@ -183,7 +183,7 @@ class RosBench:
         """
         cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
         for _ in range(ATTEMPTS):
-            end = time.monotonic() + PATIENCE
+            end = time.monotonic() + SAMPLES_TIMEOUT_S
             while self.samples.silent(cycle) and time.monotonic() < end:
                 await self.samples.arrival()
             if not self.samples.silent(cycle):

@@ -29,9 +29,9 @@ class SlipSequencerNode(SourceNode):
     def connect(self) -> None:
         super().connect()
         self.state = SequencerState()
-        self.publish_state = self.speak(SequencerState, "~/state", STREAM)
-        self.serve(SetSlipStep, "~/set_slip_step", self.on_step)
-        self.serve(SetWaveform, "~/set_waveform", self.on_waveform)
+        self.publish_state = self.add_publisher(SequencerState, "~/state", STREAM)
+        self.add_service(SetSlipStep, "~/set_slip_step", self.on_step)
+        self.add_service(SetWaveform, "~/set_waveform", self.on_waveform)
         self.listen_to_mode()
 
     def on_encoders(self, msg) -> None:

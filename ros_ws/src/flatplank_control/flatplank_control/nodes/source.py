@@ -31,13 +31,15 @@ class SourceNode(BenchNode):
     def connect(self) -> None:
         self.message = ReferenceMsg()
         self.active = False
-        self.publish = self.speak(ReferenceMsg, "/wheel_drive/reference", REFERENCE, needed=True)
-        self.listen(EncoderState, "/encoders/state", self.on_encoders, STREAM)
+        self.publish = self.add_publisher(
+            ReferenceMsg, "/wheel_drive/reference", REFERENCE, needed=True
+        )
+        self.add_subscription(EncoderState, "/encoders/state", self.on_encoders, STREAM)
 
     def listen_to_mode(self) -> None:
         """The last of `connect`: what a node hears first is called back first, so samples of the
         cycle before a new mode are over when the mode comes."""
-        self.listen(String, "/wheel_drive/mode", self.on_mode, LATCHED)
+        self.add_subscription(String, "/wheel_drive/mode", self.on_mode, LATCHED)
 
     def on_mode(self, msg: String) -> None:
         active = msg.data == self.MODE

@@ -14,7 +14,7 @@ AT_ANGLE = math.radians(0.2)
 STILL = 1e-3
 """wheel speed of a wheel that stands [rad/s]"""
 PRELOAD = 300.0
-"""force that the preloaded shaft feigns while the parasitic filter is off [N], thesis 3.1"""
+"""largest force of the preloaded shaft while the parasitic filter is off [N], thesis 3.1"""
 RADIUS_STILL = 3e-4
 """of an axle that rests [m]"""
 STILL_FOR = 300_000_000
@@ -72,10 +72,10 @@ def wheel_at(angle_deg: float) -> Condition:
 def loaded(fz: float, zero: float = math.nan) -> Condition:
     """The load [N] is there, within 1 % and 10 N.
 
-    `zero`: what the unloaded hub said at this wheel angle [N]. Without it the preloaded shaft may
-    hide as much as it ever feigns.
+    `zero`: force of the unloaded hub at this wheel angle [N]. Without it the largest force of the
+    preloaded shaft is allowed for.
     """
-    known = zero == zero
+    known = not math.isnan(zero)
 
     def check(s: Snapshot) -> bool:
         hidden = 0.0 if known or s.hub.filter_on else PRELOAD

@@ -40,7 +40,7 @@ ASKED = {
     node: tuple(p.name for p in describe(kind)) for node, kind in MEASURING.items()
 } | SIMULATED
 """node -> parameters that a run record is made of"""
-GIT_PATIENCE = 5.0
+GIT_TIMEOUT_S = 5.0
 """[s]"""
 
 
@@ -101,7 +101,7 @@ def _git(file: Path, *words: str) -> str | None:
     """What git says beside a file; None when there is no git or no repository."""
     try:
         said = subprocess.run(
-            ["git", *words], cwd=file.parent, capture_output=True, text=True, timeout=GIT_PATIENCE
+            ["git", *words], cwd=file.parent, capture_output=True, text=True, timeout=GIT_TIMEOUT_S
         )
     except (OSError, subprocess.TimeoutExpired):
         return None

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
 from flatplank_hw.cia402 import Goal, State, control_word, decode
 from flatplank_hw.drive import safety
@@ -175,4 +177,4 @@ class AxisDrive(DriveRequests):
 
 
 def _usable(reference: Reference) -> bool:
-    return reference.valid and reference.value == reference.value
+    return reference.valid and not math.isnan(reference.value)

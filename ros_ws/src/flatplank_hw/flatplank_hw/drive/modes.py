@@ -101,10 +101,10 @@ class Position(Mode):
     @property
     def done(self) -> bool:
         """The move has come to its end."""
-        return self._target != self._target and self.move.position == self.move.target
+        return math.isnan(self._target) and self.move.position == self.move.target
 
     def step(self, reference: float, position: float, dt: float) -> SetPoint:
-        if self._target == self._target:
+        if not math.isnan(self._target):
             self.move.target, self._target = self._target, _NAN
         self.move.step(dt)
         return SetPoint(CiaMode.CYCLIC_POSITION, self.move.position, self.move.velocity, _NAN)

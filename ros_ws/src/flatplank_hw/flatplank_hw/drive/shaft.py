@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 from flatplank_hw.bus.image import AxisInputs
 from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.drive.params import DriveParameters
@@ -42,14 +44,14 @@ class Shaft:
 
     def raw_position(self, position: float) -> int:
         """Counter reading at a position; the present reading for NaN."""
-        if position != position:
+        if math.isnan(position):
             return self.raw
         return wrapped(self.raw + round((position - self.position) / self._per_count))
 
     def raw_velocity(self, velocity: float) -> int:
         """[counts/s]; 0 for NaN."""
-        return round(velocity / self._per_count) if velocity == velocity else 0
+        return round(velocity / self._per_count) if not math.isnan(velocity) else 0
 
     def raw_torque(self, torque: float) -> int:
         """[0.1 mN m]; 0 for NaN."""
-        return round(torque * self._sign / TORQUE_UNIT) if torque == torque else 0
+        return round(torque * self._sign / TORQUE_UNIT) if not math.isnan(torque) else 0

@@ -35,10 +35,10 @@ class EncodersNode(BenchNode):
         self.state, self.joints = EncoderState(), JointState()
         self.state.header.frame_id = "bus"
         self.joints.name = list(JOINTS)
-        self.publish_state = self.speak(EncoderState, "~/state", STREAM, needed=True)
-        self.publish_joints = self.speak(JointState, "~/joint_states", STREAM)
-        self.listen(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
-        self.serve(Trigger, "~/arm", self.on_arm)
+        self.publish_state = self.add_publisher(EncoderState, "~/state", STREAM, needed=True)
+        self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
+        self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
+        self.add_service(Trigger, "~/arm", self.on_arm)
 
     def on_inputs(self, msg: BusInputs) -> None:
         for inputs in convert.inputs_from_msg(msg):

@@ -77,11 +77,11 @@ class EthercatBus(BenchNode):
     def connect(self) -> None:
         self.message = BusInputs()
         self.message.header.frame_id = "bus"
-        self.publish = self.speak(BusInputs, "/bus/inputs", STREAM, needed=True)
-        self.listen(BusOutputs, "/bus/outputs", self.on_command, STREAM)
+        self.publish = self.add_publisher(BusInputs, "/bus/inputs", STREAM, needed=True)
+        self.add_subscription(BusOutputs, "/bus/outputs", self.on_command, STREAM)
         self.every(1.0, self.ask_for_diagnosis)
-        self.serve(SdoRead, "~/sdo_read", self.on_sdo_read)
-        self.serve(SdoWrite, "~/sdo_write", self.on_sdo_write)
+        self.add_service(SdoRead, "~/sdo_read", self.on_sdo_read)
+        self.add_service(SdoWrite, "~/sdo_write", self.on_sdo_write)
         self.listening = True
         self.reader = threading.Thread(target=self.read, name="bus reader", daemon=True)
         self.reader.start()

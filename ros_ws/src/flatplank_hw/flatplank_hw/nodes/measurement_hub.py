@@ -33,13 +33,15 @@ class MeasurementHubNode(BenchNode):
         self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
         self.wheel.header.frame_id = "wheel_center"
         self.contact.header.frame_id = self.state.header.frame_id = "contact_point"
-        self.publish_wheel = self.speak(WrenchStamped, "~/wrench_wheel", STREAM)
-        self.publish_contact = self.speak(WrenchStamped, "~/wrench_contact", STREAM, needed=True)
-        self.publish_state = self.speak(HubState, "~/state", STREAM, needed=True)
-        self.listen(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
-        self.serve(Trigger, "~/tare", self.on_tare)
-        self.serve(SetBool, "~/set_parasitic_filter", self.on_filter)
-        self.serve(LoadParasiticFit, "~/load_parasitic_fit", self.on_load)
+        self.publish_wheel = self.add_publisher(WrenchStamped, "~/wrench_wheel", STREAM)
+        self.publish_contact = self.add_publisher(
+            WrenchStamped, "~/wrench_contact", STREAM, needed=True
+        )
+        self.publish_state = self.add_publisher(HubState, "~/state", STREAM, needed=True)
+        self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
+        self.add_service(Trigger, "~/tare", self.on_tare)
+        self.add_service(SetBool, "~/set_parasitic_filter", self.on_filter)
+        self.add_service(LoadParasiticFit, "~/load_parasitic_fit", self.on_load)
 
     def on_inputs(self, msg: BusInputs) -> None:
         saturated = 0

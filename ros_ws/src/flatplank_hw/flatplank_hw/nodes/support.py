@@ -96,7 +96,7 @@ class BenchNode(LifecycleNode):
         return {}
 
     # helpers
-    def listen(
+    def add_subscription(
         self,
         msg_type: type,
         topic: str,
@@ -106,7 +106,7 @@ class BenchNode(LifecycleNode):
         needed: bool = True,
         raw: bool = False,
     ) -> None:
-        """Subscribe; a `needed` topic must have somebody who speaks before the graph is
+        """Subscribe; a `needed` topic must have a publisher before the graph is
         connected.
         """
         quiet = SubscriptionEventCallbacks(use_default_callbacks=False)
@@ -117,10 +117,10 @@ class BenchNode(LifecycleNode):
             self._links.append((subscription.get_publisher_count, topic))
         self._teardown.append(lambda: self.destroy_subscription(subscription))
 
-    def speak(
+    def add_publisher(
         self, msg_type: type, topic: str, qos: QoSProfile | int, *, needed: bool = False
     ) -> Callable:
-        """A publish function; `needed` topics must have a listener before the graph is
+        """A publish function; `needed` topics must have a subscription before the graph is
         connected.
         """
         quiet = PublisherEventCallbacks(use_default_callbacks=False)
@@ -130,7 +130,7 @@ class BenchNode(LifecycleNode):
         self._teardown.append(lambda: self.destroy_publisher(publisher))
         return publisher.publish
 
-    def serve(self, srv_type: type, name: str, callback: Callable) -> None:
+    def add_service(self, srv_type: type, name: str, callback: Callable) -> None:
         # a coroutine that waits must not keep the others from being called
         group = ReentrantCallbackGroup() if iscoroutinefunction(callback) else None
         full = name.replace("~", f"/{self.get_name()}", 1)
@@ -189,13 +189,13 @@ class BenchNode(LifecycleNode):
 
     # troubles
     def _speak_of_troubles(self) -> None:
-        everybody = self.speak(DiagnosticArray, "/diagnostics", 10)
+        everybody = self.add_publisher(DiagnosticArray, "/diagnostics", 10)
         if self.OWNS_BUS:
             self._say = everybody
             hear = self._collector.hear
-            self.listen(DiagnosticArray, OF_NODES, hear, 100, needed=False)
+            self.add_subscription(DiagnosticArray, OF_NODES, hear, 100, needed=False)
         else:
-            owner = self.speak(DiagnosticArray, OF_NODES, 10)
+            owner = self.add_publisher(DiagnosticArray, OF_NODES, 10)
             heard = partial(self.count_subscribers, OF_NODES)
             self._say = lambda message: (owner if heard() else everybody)(message)
         self._missed_from = time.monotonic() + TO_COME

@@ -45,36 +45,40 @@ class DriveNode(BenchNode):
         self.join = CycleJoin(("inputs", "encoders", "hub", "reference"), self.on_cycle)
         self.said = ""
         self.told: tuple[int, int, bool] | None = None
-        self.publish = self.speak(BusOutputs, "/bus/outputs", STREAM, needed=True)
-        self.publish_status = self.speak(DriveStatus, "~/status", STREAM)
-        self.publish_joints = self.speak(JointState, "~/joint_states", STREAM)
-        self.publish_mode = self.speak(String, "~/mode", LATCHED)
+        self.publish = self.add_publisher(BusOutputs, "/bus/outputs", STREAM, needed=True)
+        self.publish_status = self.add_publisher(DriveStatus, "~/status", STREAM)
+        self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
+        self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
         self.say_mode(self.drive.mode)
-        self.listen(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
-        self.listen(HubState, "/measurement_hub/state", self.on_hub, STREAM)
-        self.listen(EncoderState, "/encoders/state", self.on_encoders, STREAM)
+        self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
+        self.add_subscription(HubState, "/measurement_hub/state", self.on_hub, STREAM)
+        self.add_subscription(EncoderState, "/encoders/state", self.on_encoders, STREAM)
         led = not REFERENCES.isdisjoint(self.parameters.rules)
-        self.listen(ReferenceMsg, "~/reference", self.on_reference, REFERENCE, needed=led)
-        self.serve(SetOperationMode, "~/set_operation_mode", self.on_mode)
-        self.serve(SetBool, "~/enable", self.on_enable)
-        self.serve(MoveTo, "~/move_to", self.on_move)
-        self.serve(SetValue, "~/set_trigger", self.on_trigger)
+        self.add_subscription(
+            ReferenceMsg, "~/reference", self.on_reference, REFERENCE, needed=led
+        )
+        self.add_service(SetOperationMode, "~/set_operation_mode", self.on_mode)
+        self.add_service(SetBool, "~/enable", self.on_enable)
+        self.add_service(MoveTo, "~/move_to", self.on_move)
+        self.add_service(SetValue, "~/set_trigger", self.on_trigger)
         for name, ask in {
             "reset_fault": self.drive.reset_fault,
             "home": self.drive.home,
             "quick_stop": self.drive.quick_stop,
         }.items():
-            self.serve(Trigger, f"~/{name}", lambda _, response, ask=ask: answer(response, *ask()))
+            self.add_service(
+                Trigger, f"~/{name}", lambda _, response, ask=ask: answer(response, *ask())
+            )
         if axis == AXES[0]:
             # one service of this name: the wheel's drive answers, the others hear of it
-            self.serve(Claim, "/operator/claim", self.on_claim)
-            self.publish_in_charge = self.speak(String, "/operator/in_charge", LATCHED)
+            self.add_service(Claim, "/operator/claim", self.on_claim)
+            self.publish_in_charge = self.add_publisher(String, "/operator/in_charge", LATCHED)
         else:
             hear = self.drive.hear_in_charge
-            self.listen(
+            self.add_subscription(
                 String, "/operator/in_charge", lambda m: hear(m.data), LATCHED, needed=False
             )
-        self.listen(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
+        self.add_subscription(String, "/operator/heartbeat", self.on_heartbeat, 10, needed=False)
 
     # samples
     def on_inputs(self, msg: BusInputs) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,7 @@ class EmulatedBusNode(EthercatBus):
 
     def operate(self, name: str, *values: Any) -> None:
         # JSON has no NaN: what is not set is left out
-        known = [v for v in values if v == v]
+        known = [v for v in values if not math.isnan(v)]
         try:
             self.emulated.operate(name, *known)
         except ControlError as error:

@@ -37,12 +37,12 @@ class OperatorServices:
 
     def __init__(self, node: BenchNode, operate: Operate, cycle: Callable[[], int]) -> None:
         self._operate, self._cycle = operate, cycle
-        node.serve(PlankSwitch, f"{PREFIX}/plank", self._on_plank)
-        node.serve(Trigger, f"{PREFIX}/unload", self._on_unload)
+        node.add_service(PlankSwitch, f"{PREFIX}/plank", self._on_plank)
+        node.add_service(Trigger, f"{PREFIX}/unload", self._on_unload)
         for name, method in SWITCHES.items():
-            node.serve(SetBool, f"{PREFIX}/{name}", partial(self._on_switch, method))
+            node.add_service(SetBool, f"{PREFIX}/{name}", partial(self._on_switch, method))
         for name in VALUES:
-            node.serve(SetValue, f"{PREFIX}/{name}", partial(self._on_value, name))
+            node.add_service(SetValue, f"{PREFIX}/{name}", partial(self._on_value, name))
 
     def _act(self, response: Any, name: str, *values: Any) -> Any:
         try:

@@ -75,15 +75,15 @@ class SimulatedPlant(BenchNode):
         p = self.parameters
         self.message, self.clock = BusInputs(), Clock()
         self.message.header.frame_id = "bus"
-        self.publish = self.speak(BusInputs, "/bus/inputs", STREAM, needed=True)
-        self.publish_clock = self.speak(Clock, "/clock", 10)
-        self.listen(BusOutputs, "/bus/outputs", self.on_command, STREAM)
+        self.publish = self.add_publisher(BusInputs, "/bus/inputs", STREAM, needed=True)
+        self.publish_clock = self.add_publisher(Clock, "/clock", 10)
+        self.add_subscription(BusOutputs, "/bus/outputs", self.on_command, STREAM)
         self.skipped, self.slow_at = 0, 0.0
         """batches whose loss was told, and when [s]"""
         self.every(p.batch / p.rate_hz, self.on_tick)
         self.every(1.0, self.on_second)
-        self.serve(Advance, "~/advance", self.on_advance)
-        self.serve(SetPace, "~/set_pace", self.on_pace)
+        self.add_service(Advance, "~/advance", self.on_advance)
+        self.add_service(SetPace, "~/set_pace", self.on_pace)
         operator = self.plant.operator
         OperatorServices(
             self, lambda name, *values: getattr(operator, name)(*values), lambda: self.cycle

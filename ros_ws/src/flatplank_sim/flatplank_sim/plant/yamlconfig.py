@@ -6,6 +6,7 @@ where.
 from __future__ import annotations
 
 import dataclasses
+import math
 import typing
 from collections.abc import Mapping
 from difflib import get_close_matches
@@ -96,7 +97,7 @@ def convert(hint: Any, value: Any, where: str) -> Any:
                 value = float(value)
             except ValueError:
                 raise PlantConfigError(f"{where}: expected a number, found {value!r}") from None
-        if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
+        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
             raise PlantConfigError(f"{where}: expected a number, found {value!r}")
         return float(value)
     if hint in (int, bool, str):

@@ -147,9 +147,9 @@ class TwinBench:
 
     def _hold_load(self, step: S.HoldLoad) -> None:
         axis = self._axis("vertical")
-        axis.follow(step.fz == step.fz)
+        axis.follow(not math.isnan(step.fz))
         self._wait(S.Wait("the vertical drive has answered", lambda _s: True, 2.0, 0.1))
-        if step.fz == step.fz:
+        if not math.isnan(step.fz):
             axis.controller.set_load(step.fz)
             self._wait(S.Wait("the vertical drive is enabled", lambda _s: axis.enabled, 2.0))
 

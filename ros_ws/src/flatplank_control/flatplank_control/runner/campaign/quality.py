@@ -20,7 +20,7 @@ BEGINS = 0.3
 LEAST_TURN = 0.6
 """turns of the wheel that tell an amplitude"""
 LOADED = 300.0
-"""more than an unloaded wheel feigns [N]"""
+"""more than the spurious force of an unloaded wheel [N]"""
 GRID = np.arange(0.0, 4.15, 0.05)
 """where runs are compared [m]"""
 Columns = Mapping[str, np.ndarray]

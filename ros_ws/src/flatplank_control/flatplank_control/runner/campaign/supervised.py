@@ -27,7 +27,7 @@ def supervised(
         if isinstance(step, Manual) and step.quantity == "load":
             yield from _look(before)
             yield Quick(QUICK)
-            # the wheel stands at this angle: what the preloaded shaft feigns is known
+            # the wheel stands at this angle: the spurious force of the preloaded shaft is known
             step = replace(step, zero=before.zero[1])
         yield step
     yield Enable(False)
