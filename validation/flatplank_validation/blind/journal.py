@@ -6,10 +6,9 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
-import multiprocessing
 import subprocess
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 import flatplank_analysis
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.parallel import worker_pool
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
@@ -140,8 +140,7 @@ def _solved(cases: list[Case], seed: int, jobs: int) -> Iterator[dict[str, Any]]
         for case in cases:
             yield solve(case, seed)
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+    with worker_pool(jobs) as pool:
         waiting = [pool.submit(solve, case, seed) for case in cases]
         try:
             for job in as_completed(waiting):

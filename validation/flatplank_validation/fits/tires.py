@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from flatplank_analysis.identify.results import t_quantile
+from flatplank_analysis.report.radii import FLAT
 
 TIRES = ("toyo", "continental", "michelin", "racing")
 TRUTHS = {
@@ -42,7 +42,10 @@ def measure(tires: Sequence[str] = TIRES) -> dict[str, float]:
 
 
 def measure_tire(plant: str, folder: Path) -> dict[str, Any]:
-    """One tire at its nominal load and pressure; c_cx and sigma_x without the model's bias."""
+    """One tire at its nominal load and pressure; c_cx and sigma_x without the model's bias.
+
+    The 90 % interval is the report's own; around r_e stands what the report calls agreement.
+    """
     here = folder / plant
     _verb("simulate", str(here), "--tire", plant)
     (here / "fit.json").write_text(_verb("fit", str(here), "--model", "mf", "--json"))
@@ -53,8 +56,7 @@ def measure_tire(plant: str, folder: Path) -> dict[str, Any]:
     slip_stiffness = carcass["slip_stiffness"]["value"]
     radii = [r["radius"] * (1.0 + r["force"] / slip_stiffness) for r in report["radii"]]
     mean = sum(radii) / len(radii)
-    spread = (sum((r - mean) ** 2 for r in radii) / max(len(radii) - 1, 1) / len(radii)) ** 0.5
-    reach = t_quantile(0.95, len(radii) - 1) * spread
+    reach = FLAT * mean
     ranges = carcass["without_bias_interval90"]
     found = {
         "C_Fk": (slip_stiffness, carcass["slip_stiffness"]["interval90"]),

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
+from threading import Thread
 from typing import Protocol, TypeVar
 
 from flatplank_analysis.errors import FlatplankError
@@ -34,6 +35,26 @@ class Serial:
         return map(function, items)
 
 
+def worker_pool(
+    jobs: int, context: multiprocessing.context.BaseContext | None = None
+) -> ProcessPoolExecutor:
+    """Worker processes, started afresh by default, that end when this process ends, however."""
+    chosen = context or multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(jobs, mp_context=chosen, initializer=_end_with_parent)
+
+
+def _end_with_parent() -> None:
+    """A worker waits for work on a pipe that it holds open itself: it would wait for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        Thread(target=_wait_for, args=(parent,), daemon=True).start()
+
+
+def _wait_for(parent: multiprocessing.process.BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
+
+
 class Processes:
     """In `jobs` processes; work of a process that died is given out again."""
 
@@ -45,7 +66,7 @@ class Processes:
         losses = 0
         while waiting:
             context = _context(function)
-            with ProcessPoolExecutor(min(self.jobs, len(waiting)), mp_context=context) as pool:
+            with worker_pool(min(self.jobs, len(waiting)), context) as pool:
                 futures = [pool.submit(function, item) for item in waiting]
                 try:
                     for future in futures:

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import replace
 from pathlib import Path
 
+from flatplank_analysis.parallel import worker_pool
 from flatplank_control.bench.listing import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
@@ -80,8 +80,7 @@ def _run(
         for k, m in enumerate(measurements):
             yield k, simulate_one(m, setup, folder, bags)
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+    with worker_pool(jobs) as pool:
         tasks = {
             pool.submit(simulate_one, m, setup, folder, bags): k
             for k, m in enumerate(measurements)

@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import replace
 from pathlib import Path
 
+from flatplank_analysis.parallel import worker_pool
 from flatplank_control.bench.judging import outcome_of
 from flatplank_control.bench.listing import list_kept
 from flatplank_control.bench.setup import BenchSetup
@@ -75,8 +75,7 @@ def run_on_twin(
         while job := conductor.take():
             take_in(job, make(job, *arguments))
         return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+    with worker_pool(jobs) as pool:
         under_way: dict[Future, Job] = {}
         while not conductor.over:
             while len(under_way) < jobs and (job := conductor.take()):
