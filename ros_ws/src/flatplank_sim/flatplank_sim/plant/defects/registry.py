@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All defects by name. A new one is one file in this folder with a class under
-`@register("name")`.
-"""
+"""All defects by name. A new one is a class under `@register("name")` in a file of this folder."""
 
 from __future__ import annotations
 
