@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import ModuleType
 from zlib import crc32
 
 from flatplank_analysis.discovery.effect import Effect
@@ -23,7 +24,7 @@ _USER = "flatplank_user_effects_"
 _NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays", "channels"}
 
 
-def effects_in(module) -> list[type[Effect]]:
+def effects_in(module: ModuleType) -> list[type[Effect]]:
     """Effects that a module defines itself."""
     return [
         value

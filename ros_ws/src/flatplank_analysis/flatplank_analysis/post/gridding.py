@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,7 +34,9 @@ class Gridded:
                 f"no column '{name}'", "resampled run", f"has {', '.join(self.columns)}"
             ) from None
 
-    def map(self, function, names: Iterable[str] | None = None) -> Gridded:
+    def map(
+        self, function: Callable[[np.ndarray], np.ndarray], names: Iterable[str] | None = None
+    ) -> Gridded:
         """The same with `function(values)` applied to columns (all, or `names`)."""
         chosen = set(self.columns if names is None else names)
         columns = {k: function(v) if k in chosen else v for k, v in self.columns.items()}

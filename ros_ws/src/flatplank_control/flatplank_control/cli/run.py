@@ -7,6 +7,7 @@ import argparse
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.calibration.book import book_for
@@ -143,7 +144,7 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
     return conclude(plan, Journal(path, plan.name, plan.digest))
 
 
-def on_key(keys: Keys, client, journal: Path) -> None:
+def on_key(keys: Keys, client: Any, journal: Path) -> None:
     """One key is one wish."""
     key = keys.pressed()
     if key == "n":

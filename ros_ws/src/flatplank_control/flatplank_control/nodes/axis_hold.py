@@ -29,13 +29,15 @@ class AxisHoldNode(FollowerNode):
         self.add_service(SetWaveform, "~/set_profile", self.on_profile)
         self.add_service(SetValue, "~/hold_deg", self.on_hold)
 
-    def on_profile(self, request, response):
+    def on_profile(
+        self, request: SetWaveform.Request, response: SetWaveform.Response
+    ) -> SetWaveform.Response:
         if len(request.parameters) != len(request.values):
             return answer(response, False, "parameters and values differ in number")
         values = dict(zip(request.parameters, request.values, strict=True))
         return answer(response, *self.core.set_profile(request.name, values))
 
-    def on_hold(self, request, response):
+    def on_hold(self, request: SetValue.Request, response: SetValue.Response) -> SetValue.Response:
         return answer(response, *self.core.hold(math.radians(request.value)))
 
 

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from geometry_msgs.msg import WrenchStamped
 
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
@@ -10,6 +13,7 @@ from flatplank_control.nodes.source import SourceNode
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import run
+from flatplank_hw.samples import Reference
 from flatplank_msgs.msg import ControllerState
 
 
@@ -36,11 +40,11 @@ class FreeRollingControllerNode(SourceNode):
         if self.active:
             self.join.put("contact", convert.stamp_ns(msg.header), convert.wrench_from_msg(msg))
 
-    def compute(self, latest):
+    def compute(self, latest: Mapping[str, Any]) -> Reference:
         encoders = latest["encoders"]
         return self.core.step(convert.hub_of_contact(latest["contact"], encoders), encoders)
 
-    def show(self, reference) -> None:
+    def show(self, reference: Reference) -> None:
         state = self.state
         convert.set_stamp(state.header, reference.stamp_ns)
         state.cycle = reference.cycle

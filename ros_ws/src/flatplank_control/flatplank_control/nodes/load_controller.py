@@ -22,7 +22,7 @@ class LoadControllerNode(FollowerNode):
         super().connect()
         self.add_service(SetValue, "~/set_load", self.on_load)
 
-    def on_load(self, request, response):
+    def on_load(self, request: SetValue.Request, response: SetValue.Response) -> SetValue.Response:
         try:
             self.core.set_load(request.value)
         except ValueError as error:

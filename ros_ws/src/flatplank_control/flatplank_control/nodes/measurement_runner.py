@@ -5,8 +5,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
@@ -55,22 +58,24 @@ class MeasurementRunnerNode(BenchNode):
         for wish in WISHES:
             self.add_service(Trigger, f"~/{wish}", partial(self.on_wish, wish))
 
-    def on_deactivate(self, state):
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.server.destroy()
         return super().on_deactivate(state)
 
-    def on_goal(self, _request) -> GoalResponse:
+    def on_goal(self, _request: RunMeasurement.Goal) -> GoalResponse:
         if not self.busy:
             return GoalResponse.ACCEPT
         self.troubles.happened("refused", "/run_measurement: a measurement is under way")
         return GoalResponse.REJECT
 
-    def on_confirm(self, _request, response):
+    def on_confirm(
+        self, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         response.success, self.asking = self.asking, False
         response.message = "" if response.success else "nothing is being asked"
         return response
 
-    def on_enough(self, _request, response):
+    def on_enough(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """The road under way ends here; the run is kept."""
         response.success = self.bench is not None
         response.message = "" if response.success else "no measurement is under way"
@@ -78,14 +83,16 @@ class MeasurementRunnerNode(BenchNode):
             self.bench.enough = True
         return response
 
-    def on_wish(self, wish: str, _request, response):
+    def on_wish(
+        self, wish: str, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         response.success = self.campaign is not None
         response.message = "" if response.success else "no campaign is under way"
         if self.campaign is not None:
             self.campaign.wish = wish
         return response
 
-    async def execute(self, goal):
+    async def execute(self, goal: ServerGoalHandle) -> RunMeasurement.Result:
         self.busy = True
         feedback = Feedback(goal)
 
@@ -137,7 +144,9 @@ class MeasurementRunnerNode(BenchNode):
             reason += "; turn the plank switch to stop"
         return reason
 
-    async def one(self, goal, bench: RosBench, data, feedback: Feedback) -> str:
+    async def one(
+        self, goal: ServerGoalHandle, bench: RosBench, data: Any, feedback: Feedback
+    ) -> str:
         """A single measurement."""
 
         def look() -> None:
@@ -155,7 +164,9 @@ class MeasurementRunnerNode(BenchNode):
             feedback.next_step()
         return "complete"
 
-    async def many(self, goal, bench: RosBench, _data, feedback: Feedback) -> str:
+    async def many(
+        self, goal: ServerGoalHandle, bench: RosBench, _data: Any, feedback: Feedback
+    ) -> str:
         """A campaign; its journal lies beside its bags."""
         request = goal.request
         self.campaign = campaign = CampaignRunner(
@@ -178,7 +189,7 @@ class MeasurementRunnerNode(BenchNode):
         return "complete"
 
     @staticmethod
-    def conclude(goal, success: bool) -> None:
+    def conclude(goal: ServerGoalHandle, success: bool) -> None:
         if success:
             goal.succeed()
         elif goal.is_cancel_requested:

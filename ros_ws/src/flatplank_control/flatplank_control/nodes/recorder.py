@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import datetime
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 
+from builtin_interfaces.msg import Time
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -113,7 +115,7 @@ class RecorderNode(BenchNode):
             self.changed_something = Future()
         await self.changed_something
 
-    async def hear(self, stamp, patience: float) -> list[str]:
+    async def hear(self, stamp: Time, patience: float) -> list[str]:
         """Wait until everybody who is there is heard up to a stamp; who is not, after that."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + patience
@@ -134,7 +136,7 @@ class RecorderNode(BenchNode):
         self.guarded(self.session.poll)
         self.tell_waiting()
 
-    def guarded(self, action) -> None:
+    def guarded(self, action: Callable[[], None]) -> None:
         try:
             action()
         except RecordingError as error:
@@ -151,7 +153,9 @@ class RecorderNode(BenchNode):
             )
             self.publish_run(message)
 
-    async def on_start(self, request, response):
+    async def on_start(
+        self, request: StartRecording.Request, response: StartRecording.Response
+    ) -> StartRecording.Response:
         end = time.monotonic() + INTRODUCTION
         asked = Asked(self.parameters_of, self.tell_waiting)
         silent = await self.hear(request.after, INTRODUCTION)
@@ -181,7 +185,9 @@ class RecorderNode(BenchNode):
         self.say()
         return answer(response, True, "", path=str(path), uuid=record.uuid)
 
-    async def on_stop(self, request, response):
+    async def on_stop(
+        self, request: StopRecording.Request, response: StopRecording.Response
+    ) -> StopRecording.Response:
         silent = await self.hear(request.up_to, CLOSE_TIMEOUT_S)
         reason = request.notes
         if silent:
@@ -206,7 +212,9 @@ class RecorderNode(BenchNode):
             cycles_lost=record.cycles_lost,
         )
 
-    def on_discard(self, _request, response):
+    def on_discard(
+        self, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
         try:
             path = self.session.discard()
         except RecordingError as error:

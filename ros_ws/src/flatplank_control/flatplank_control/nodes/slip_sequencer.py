@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from flatplank_control.nodes.source import SourceNode
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import answer, run
-from flatplank_msgs.msg import SequencerState
+from flatplank_hw.samples import Reference
+from flatplank_msgs.msg import EncoderState, SequencerState
 from flatplank_msgs.srv import SetSlipStep, SetWaveform
 
 
@@ -34,15 +38,15 @@ class SlipSequencerNode(SourceNode):
         self.add_service(SetWaveform, "~/set_waveform", self.on_waveform)
         self.listen_to_mode()
 
-    def on_encoders(self, msg) -> None:
+    def on_encoders(self, msg: EncoderState) -> None:
         super().on_encoders(msg)
         if not self.active:
             self.core.watch(msg.plank_position, msg.cycle)
 
-    def compute(self, latest):
+    def compute(self, latest: Mapping[str, Any]) -> Reference:
         return self.core.step(latest["encoders"])
 
-    def show(self, reference) -> None:
+    def show(self, reference: Reference) -> None:
         state = self.state
         convert.set_stamp(state.header, reference.stamp_ns)
         state.cycle = reference.cycle
@@ -51,13 +55,17 @@ class SlipSequencerNode(SourceNode):
          state.effective_rolling_radius) = self.core.state  # fmt: skip
         self.publish_state(state)
 
-    def on_step(self, request, response):
+    def on_step(
+        self, request: SetSlipStep.Request, response: SetSlipStep.Response
+    ) -> SetSlipStep.Response:
         done = self.core.set_slip_step(
             request.kappa, request.start_position, request.effective_rolling_radius
         )
         return answer(response, *done)
 
-    def on_waveform(self, request, response):
+    def on_waveform(
+        self, request: SetWaveform.Request, response: SetWaveform.Response
+    ) -> SetWaveform.Response:
         if len(request.parameters) != len(request.values):
             return answer(response, False, "parameters and values differ in number")
         done = self.core.set_waveform(

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from struct import Struct
 
 from geometry_msgs.msg import WrenchStamped
+from std_msgs.msg import Header
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
 from flatplank_hw.drive import REASONS
@@ -30,11 +31,11 @@ _AXES = len(AXES)
 _STAMP = Struct("<iI")
 
 
-def set_stamp(header, stamp_ns: int) -> None:
+def set_stamp(header: Header, stamp_ns: int) -> None:
     header.stamp.sec, header.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
 
 
-def stamp_ns(header) -> int:
+def stamp_ns(header: Header) -> int:
     return header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
 
 

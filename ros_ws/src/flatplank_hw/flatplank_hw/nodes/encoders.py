@@ -66,7 +66,7 @@ class EncodersNode(BenchNode):
         else:
             self.troubles.end("cross_check")
 
-    def on_arm(self, _request, response):
+    def on_arm(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return answer(response, *self.encoders.arm())
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
 
 from flatplank_hw.bus.image import BusInputs as Image
@@ -154,7 +155,9 @@ class EthercatBus(BenchNode):
         self.errands.submit(errand)
         return done
 
-    async def on_sdo_read(self, request, response):
+    async def on_sdo_read(
+        self, request: SdoRead.Request, response: SdoRead.Response
+    ) -> SdoRead.Response:
         try:
             data = await self.aside(
                 self.client.sdo_read, request.slave, request.index, request.subindex
@@ -163,7 +166,9 @@ class EthercatBus(BenchNode):
             return answer(response, False, str(error))
         return answer(response, True, "", data=list(data))
 
-    async def on_sdo_write(self, request, response):
+    async def on_sdo_write(
+        self, request: SdoWrite.Request, response: SdoWrite.Response
+    ) -> SdoWrite.Response:
         try:
             await self.aside(
                 self.client.sdo_write,
@@ -176,11 +181,11 @@ class EthercatBus(BenchNode):
             return answer(response, False, str(error))
         return answer(response, True, "")
 
-    def on_deactivate(self, state):
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.fall_silent()
         return super().on_deactivate(state)
 
-    def on_cleanup(self, state):
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         self.finish()
         return super().on_cleanup(state)
 

@@ -65,13 +65,15 @@ class MeasurementHubNode(BenchNode):
         else:
             self.troubles.end("saturated")
 
-    def on_tare(self, _request, response):
+    def on_tare(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return answer(response, *self.hub.tare())
 
-    def on_filter(self, request, response):
+    def on_filter(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         return answer(response, *self.hub.set_filter(request.data))
 
-    def on_load(self, request, response):
+    def on_load(
+        self, request: LoadParasiticFit.Request, response: LoadParasiticFit.Response
+    ) -> LoadParasiticFit.Response:
         return answer(response, *self.hub.load_fit(request.file))
 
 

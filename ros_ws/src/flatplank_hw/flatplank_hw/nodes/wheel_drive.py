@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from array import array
+from collections.abc import Mapping
+from typing import Any
 
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -97,7 +99,7 @@ class DriveNode(BenchNode):
         reference = convert.reference_from_msg(msg)
         self.join.put("reference", reference.stamp_ns, reference)
 
-    def on_cycle(self, _at: int, latest) -> None:
+    def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         command, sample = self.drive.step(
             latest["inputs"], latest["encoders"], latest["hub"], latest["reference"]
         )
@@ -125,26 +127,30 @@ class DriveNode(BenchNode):
         self.publish_mode(String(data=mode))
 
     # requests
-    def on_mode(self, request, response):
+    def on_mode(
+        self, request: SetOperationMode.Request, response: SetOperationMode.Response
+    ) -> SetOperationMode.Response:
         done = self.drive.set_operation_mode(request.mode, request.value)
         if done.accepted:
             self.say_mode(request.mode)
         return answer(response, *done)
 
-    def on_enable(self, request, response):
+    def on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         return answer(response, *(self.drive.enable() if request.data else self.drive.disable()))
 
-    def on_move(self, request, response):
+    def on_move(self, request: MoveTo.Request, response: MoveTo.Response) -> MoveTo.Response:
         target = request.angle_deg if self.linear else math.radians(request.angle_deg)
         done = self.drive.move_to(target, request.velocity)
         if done.accepted:
             self.say_mode("position")
         return answer(response, *done)
 
-    def on_trigger(self, request, response):
+    def on_trigger(
+        self, request: SetValue.Request, response: SetValue.Response
+    ) -> SetValue.Response:
         return answer(response, *self.drive.set_trigger(request.value))
 
-    def on_claim(self, request, response):
+    def on_claim(self, request: Claim.Request, response: Claim.Response) -> Claim.Response:
         client = request.client
         done = self.drive.claim(client) if client else self.drive.release()
         if done.accepted:

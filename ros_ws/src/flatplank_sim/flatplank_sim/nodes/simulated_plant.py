@@ -143,7 +143,9 @@ class SimulatedPlant(BenchNode):
             self.clock.clock = self.message.header.stamp
             self.publish_clock(self.clock)
 
-    async def on_advance(self, request, response):
+    async def on_advance(
+        self, request: Advance.Request, response: Advance.Response
+    ) -> Advance.Response:
         if request.cycles:
             until = self.pacer.advance(self.cycle, request.cycles)
             future = Future()
@@ -154,7 +156,7 @@ class SimulatedPlant(BenchNode):
             await future
         return answer(response, True, "", cycle=self.cycle)
 
-    def on_pace(self, request, response):
+    def on_pace(self, request: SetPace.Request, response: SetPace.Response) -> SetPace.Response:
         if request.pace not in PACES:
             return answer(
                 response, False, f"unknown pace {request.pace!r}; one of {', '.join(PACES)}"
