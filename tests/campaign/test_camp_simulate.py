@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from flatplank_analysis.data import Campaign
@@ -66,3 +67,14 @@ def test_what_would_be_ignored_is_refused(words, option, remedy, tmp_path):
     text = str(refusal.value)
     assert text.startswith(f"{option}: ") and words[0] in text and remedy in text
     assert "\n" not in text and not folder.exists()
+
+
+@pytest.mark.parametrize("rate", [50, 200])
+def test_a_slower_bus_measures_too(rate, tmp_path):
+    """Where nothing is measured no batch may be longer than the drive waits for its inputs."""
+    folder = tmp_path / "slow"
+    words = ["--slips", "5", "--starts", "1", "--rate", str(rate), "--jobs", "1"]
+    assert main([str(folder), *words]) == 0
+    (run,) = Campaign.load(folder).tables()
+    step = np.diff(run["time"])
+    assert np.median(step) == pytest.approx(1.0 / rate, rel=1e-6)

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 from builtin_interfaces.msg import Time
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
@@ -97,6 +97,7 @@ class RosBench:
         """driven axes that the plan moves beside the wheel; let go at a safe end"""
         self.bags: list[str] = []
         self.batch = 1
+        self._rate_hz: float | None = None
         self.enough = False
         """the operator has seen enough of what is under way"""
         self.interrupt: Callable[[], None] = lambda: None
@@ -357,8 +358,15 @@ class RosBench:
 
     async def _quick(self, step: S.Quick) -> None:
         if self.held:
-            await self.call(SetPace, f"{PLANT}/set_pace", pace="hold", batch=step.batch)
-            self.batch = step.batch
+            self.batch = step.fitting(await self._rate())
+            await self.call(SetPace, f"{PLANT}/set_pace", pace="hold", batch=self.batch)
+
+    async def _rate(self) -> float:
+        """Bus rate of the simulated plant [Hz], asked once."""
+        if self._rate_hz is None:
+            found = await self.call(GetParameters, f"{PLANT}/get_parameters", names=["rate_hz"])
+            self._rate_hz = float(found.values[0].integer_value)
+        return self._rate_hz
 
     async def _wait(self, step: S.Wait) -> None:
         if self.samples.snapshot() is None:

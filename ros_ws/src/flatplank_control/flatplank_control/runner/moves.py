@@ -29,7 +29,7 @@ from flatplank_control.runner.steps import (
 
 Plan = Iterator[Step]
 QUICK = 10
-"""cycles per message while nothing is measured; 40 ms at 250 Hz, younger than any time-out"""
+"""cycles per message while nothing is measured, 40 ms at 250 Hz; at a lower rate fewer"""
 ENOUGH = "enough: ended here by the operator"
 """in the record of a run whose road was not seen to its end"""
 

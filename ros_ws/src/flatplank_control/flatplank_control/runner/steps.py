@@ -12,6 +12,9 @@ from typing import Any, NamedTuple
 
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 
+LONGEST_BATCH_S = 0.04
+"""less than the 42 ms after which a drive misses its inputs [s]"""
+
 
 class Snapshot(NamedTuple):
     """What the bench measures at one cycle."""
@@ -140,11 +143,13 @@ class AxisProfile:
 
 @dataclass(frozen=True)
 class Quick:
-    """Let the bus send batches of so many cycles while nothing is measured (simulated bench
-    only).
-    """
+    """Let the bus send batches of cycles while nothing is measured (simulated bench only)."""
 
     batch: int
+
+    def fitting(self, rate_hz: float) -> int:
+        """Cycles of a batch at this bus rate: `batch`, and not over 40 ms."""
+        return max(1, min(self.batch, int(LONGEST_BATCH_S * rate_hz + 1e-6)))
 
 
 @dataclass(frozen=True)

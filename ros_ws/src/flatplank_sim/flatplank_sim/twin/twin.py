@@ -66,6 +66,7 @@ class Twin:
         self.source: SlipSequencer | FreeRollingController | None = None
         self.axes: dict[str, TwinAxis] = {axis: make_axis(setup, axis) for axis in setup.axes}
         self.batch = setup.batch
+        self.rate_hz = float(bus["rate_hz"])
         self.latest: Cycle | None = None
         self._commands: tuple[AxisCommand, ...] = ()
 

@@ -170,7 +170,7 @@ class TwinBench:
         return axis
 
     def _quick(self, step: S.Quick) -> None:
-        self.twin.batch = step.batch
+        self.twin.batch = step.fitting(self.twin.rate_hz)
 
     def _wait(self, step: S.Wait) -> None:
         first = self.snapshot()
