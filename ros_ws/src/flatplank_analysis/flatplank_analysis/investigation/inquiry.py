@@ -18,6 +18,7 @@ from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, weight_of
+from flatplank_analysis.discovery.rivals import ALIKE, indifferent
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
@@ -27,13 +28,15 @@ from flatplank_analysis.investigation.settings import Setting
 from flatplank_analysis.tirebase.plans import planned
 
 TOLD_APART = NEEDED / 2.0
-"""log likelihood ratio at which two effects are told apart"""
+"""log likelihood ratio at which an effect is real, or a place is told from another"""
 SEEN = NEEDED / 2.0
 """the same of an effect of the size that matters, at which it would have been seen"""
 FEW_CONDITIONS = 4
 """conditions below which nothing is said to be absent"""
 ANOTHER_STEP = 0.3
 """[m] between two step positions that are two"""
+Gain = Callable[[tuple[Setting, ...]], float]
+"""what runs add to a log likelihood ratio"""
 
 
 @dataclass
@@ -68,14 +71,23 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
 
 
 def _between(search: Search, predictor: Predictor):
-    """Each effect and each of those that could stand in for it."""
+    """Each effect and each of those that could stand in for it; answered where the verdict no
+    longer names the rival beside the effect."""
+    explained = sum(f.decision.drop for f in search.last.found)
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
+        drop = _gain(Pair.of(search, i, None), predictor)
         for rival in found.told:
-            pair = Pair.of(search, i, rival.term)
-            text = f"to separate {name} from {rival.name}"
+            apart = _gain(Pair.of(search, i, rival.term), predictor)
+            needed = indifferent(found.decision, explained) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
-            yield Question(text, min(excess, TOLD_APART), TOLD_APART, _gain(pair, predictor))
+            text = f"to separate {name} from {rival.name}"
+            yield Question(text, min(excess, needed), needed, _beyond(apart, drop))
+
+
+def _beyond(apart: Gain, drop: Gain) -> Gain:
+    """What runs add to a difference, without the share of the whole that is none."""
+    return lambda settings: max(apart(settings) - ALIKE * drop(settings), 0.0)
 
 
 def _of_evidence(
@@ -110,9 +122,7 @@ def _of_suspect(search: Search, predictor: Predictor):
     yield Question(text, 0.0, TOLD_APART, _gain(pair, predictor, 1.0 / spread))
 
 
-def _gain(
-    pair: Pair, predictor: Predictor, share: float = 1.0
-) -> Callable[[tuple[Setting, ...]], float]:
+def _gain(pair: Pair, predictor: Predictor, share: float = 1.0) -> Gain:
     known: dict[Setting, np.ndarray] = {}
     had = pair.separation()
 
