@@ -32,7 +32,10 @@ def error(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
             str(e["number"]), (e["until"], e["error"]), xytext=(0, 6),
             textcoords="offset points", fontsize=8, ha="center", color=GREY,
         )  # fmt: skip
-    axes.set_ylim(bottom=0.0, top=1.15 * max(max(e[k] for k in ("error", "error_alone", "floor")) for e in told))
+    axes.set_ylim(
+        bottom=0.0,
+        top=1.15 * max(max(e[k] for k in ("error", "error_alone", "floor")) for e in told),
+    )
     return _over_minutes(figure, axes, entries, "RMSE of Fx [N]")
 
 
