@@ -217,7 +217,9 @@ def run(
     return [known[c.key] for c in cases]
 
 
-def of_this_code(path: Path, seed: int) -> dict[str, dict[str, Any]]:
-    """Entries of this seed that the present code of the search made, by key."""
-    entries = (e for e in read(path) if (e["seed"], e["code"]) == (seed, judged()))
-    return {e["key"]: e for e in entries}
+def of_this_code(path: Path, seed: int, any_code: bool = False) -> dict[str, dict[str, Any]]:
+    """Entries of this seed that the present code made, by key; with `any_code` those of older code
+    too, where the present has none."""
+    entries = [e for e in read(path) if e["seed"] == seed]
+    old = {e["key"]: e for e in entries} if any_code else {}
+    return old | {e["key"]: e for e in entries if e["code"] == judged()}

@@ -40,6 +40,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--seed", type=int, default=SEED)
     p.add_argument("--journal", type=Path, help="default: .cache/blind/investigate.jsonl")
     p.add_argument("--no-run", action="store_true", help="only from what the journal has")
+    p.add_argument(
+        "--any-code", action="store_true", help="with --no-run: results of older code, too"
+    )
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     p.add_argument(
         "--write", type=Path, metavar="FILE", help="the page; what stands above it stays"
@@ -77,7 +80,7 @@ def main(argv: list[str]) -> int:
         print("bench-investigate: --count and --nulls leave nothing to do", file=sys.stderr)
         return 2
     if o.no_run:
-        known = of_this_code(path, o.seed)
+        known = of_this_code(path, o.seed, o.any_code)
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = run(cases, o.seed, o.minutes, path, say)

@@ -90,8 +90,12 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
 
 def proposal_of(proposal: Mapping[str, Any]) -> str:
     """What the grammar says to what no library explains."""
-    file = f"; written to {proposal['file']}, a guess until new runs confirm it"
-    return f"{proposal['verdict']}: {proposal['reason']}{file if 'file' in proposal else ''}"
+    file = (
+        f"; written to {proposal['file']}, a guess until `flatplank confirm` has seen new runs"
+        if "file" in proposal
+        else ""
+    )
+    return f"{proposal['verdict']}: {proposal['reason']}{file}"
 
 
 def bet_words(batch: Mapping[str, Any]) -> str:
