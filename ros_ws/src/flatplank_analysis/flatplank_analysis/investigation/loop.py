@@ -226,16 +226,17 @@ class Loop:
             _, result = self.diagnosis()
             bet = bet_on(result.search) if result.search else None
         made = self.bench.measure(batch["number"], batch["plan"], self.left)
+        files = (*before, *made.files)
+        session = self.bench.session(files) if made.files else None
         log = 0.0
-        if bet is not None and made.files:
-            every = self.bench.session((*before, *made.files))
-            log = log_e(bet, every.data, rows_of(every, made.files))
+        if bet is not None and session is not None:
+            log = log_e(bet, session.data, rows_of(session, made.files))
         event = {
             "event": ANSWER, "number": batch["number"], "files": list(made.files),
             "handed_back": [s.plain() for s in made.handed_back],
             "bet": list(bet.names) if bet else [], "log_e": round(log, 6),
         }  # fmt: skip
-        self.log.write(event | self._answer(made, before))
+        self.log.write(event | self._answer(files, session))
         e = self.evidence
         told = f", {times(e.log)}" if e.batches else ""
         answer = self.log.events[-1]["answer"]
@@ -245,12 +246,10 @@ class Loop:
             f"{left:.0f} min left"
         )  # fmt: skip
 
-    def _answer(self, made: Made, before: tuple[str, ...]) -> dict[str, Any]:
-        """What the runs so far say with these."""
-        files = (*before, *made.files)
-        if not made.files:
+    def _answer(self, files: tuple[str, ...], session: Session | None) -> dict[str, Any]:
+        """What the runs so far say with the new ones."""
+        if session is None:
             return {"answer": "no good run: handed back", "effects": []}
-        session = self.bench.session(files)
         result = session.diagnose()
         self._diagnosed = files, session, result
         decoys = decoys_of(result.search) if result.search else Decoys()
