@@ -125,6 +125,8 @@ class Loop:
             self.log.write(event)
         elif self.log.events[-1]["event"] == END and self.minutes > budget(self.log.events):
             self.log.write({"event": BEGIN, "minutes": self.minutes})
+        if (b := self.log.events[-1])["event"] == BATCH:
+            self.say(f"batch {b['number']} goes on: {b['what']}, {b['reason']}")
         while (last := self.log.events[-1])["event"] != END:
             if last["event"] == BATCH:
                 self._measure(last)
