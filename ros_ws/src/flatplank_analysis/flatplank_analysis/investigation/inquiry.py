@@ -8,7 +8,7 @@ what counts is only what neither can imitate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,7 +24,7 @@ from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect, told_of
 from flatplank_analysis.investigation.planner import Question
-from flatplank_analysis.investigation.settings import Setting
+from flatplank_analysis.investigation.settings import SLIPS, Setting
 from flatplank_analysis.tirebase.plans import planned
 
 TOLD_APART = NEEDED / 2.0
@@ -65,6 +65,7 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
         out = list(_of_suspect(search, predictor))
     if result.verdict in (verdict.NONE, verdict.PARTLY):
         out.append(_of_place(made))
+        out += _of_levels(made)
     if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
         out.append(_of_all(search, predictor, len({s.repeats for s in made})))
     return out
@@ -153,6 +154,27 @@ def _of_place(made: Sequence[Setting]) -> Question:
 
     return Question(
         "to separate plank position from distance since the step", have, 0.5 * TOLD_APART, gain
+    )
+
+
+def _of_levels(made: Sequence[Setting]) -> Iterator[Question]:
+    """What is left at slips that are not there yet; the one that is farthest from the others
+    tells most, small slips counting as far apart as large ones."""
+    there = {s.kappa for s in made}
+    if there.issuperset(SLIPS):
+        return
+
+    def away(kappa: float) -> float:
+        place = math.asinh(kappa / SLIPS[1])
+        return min(abs(place - math.asinh(k / SLIPS[1])) for k in there)
+
+    most = max(away(k) for k in SLIPS)
+
+    def gain(settings: tuple[Setting, ...]) -> float:
+        return TOLD_APART * away(settings[0].kappa) / most
+
+    yield Question(
+        "to see at another slip what no effect explains", 0.5 * TOLD_APART, TOLD_APART, gain
     )
 
 
