@@ -31,3 +31,6 @@ def test_what_is_hidden_is_found_confirmed_and_reported(tmp_path, monkeypatch):
     assert told["log_e"] >= -math.log(ALPHA)
     assert "min left" in done.stderr
     assert "over the whole loop" in (folder / "investigation.txt").read_text()
+    page = (folder / "investigation" / "index.html").read_text()
+    assert "nothing is known yet" in page
+    assert page.count("<svg") == 2

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import yaml
 
 from flatplank_analysis.investigation import loop
+from flatplank_analysis.investigation.decoys import Decoys
 from flatplank_analysis.investigation.planner import DECIDED, Choice
 from flatplank_analysis.investigation.settings import Setting
 from flatplank_control.bench.listing import list_kept
@@ -71,7 +72,10 @@ class StubBench(CampaignBench):
         made = [_setting(known[f]) for f in files]
         result = SimpleNamespace(
             search="a search", found=(), verdict="at floor", reason=f"{len(made)} runs",
-            to_dict=lambda: {"verdict": "at floor", "reason": f"{len(made)} runs", "effects": []},
+            to_dict=lambda: {
+                "verdict": "at floor", "reason": f"{len(made)} runs", "effects": [],
+                "rmse_before": 12.0, "rmse_after": 10.0, "floor_rmse": 10.0,
+            },
         )  # fmt: skip
         runs = SimpleNamespace(made=made)
         return SimpleNamespace(diagnose=lambda: result, data=SimpleNamespace(runs=runs))
@@ -129,6 +133,7 @@ def investigate(folder: Path, at: int = 0) -> list[dict]:
     loop.bet_on = lambda search: SimpleNamespace(names=("wear",))
     loop.rows_of = lambda session, files: sorted(files)
     loop.log_e = lambda bet, data, rows: 0.25 * len(rows)
+    loop.decoys_of = lambda search: Decoys(2)
     death = Death(at)
     bench = StubBench(folder, known_tires()["TOY"], execute(folder, death))
     log = DyingLog(folder, death)

@@ -28,7 +28,8 @@ def test_the_product_may_be_looked_at_after_every_batch():
     assert total.e_value == pytest.approx(math.exp(3.0))
     assert total.times(0.0, False).batches == 3
     assert times(3.0) == "e = 20.1"
-    assert times(230.3) == "e = 10^100"
+    assert times(207.0) == "e = 10^90"
+    assert (times(1e5), times(-1e5)) == ("e > 10^99", "e < 10^-99")
 
 
 def test_an_effect_that_is_there_is_told_from_the_tire_alone():

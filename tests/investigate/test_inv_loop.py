@@ -6,13 +6,16 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import pytest
+from markupsafe import escape
 
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.evidence import ALPHA
 from flatplank_analysis.investigation.loop import Loop, Memory
 from flatplank_analysis.investigation.notebook import summary, text_of
+from flatplank_analysis.investigation.report import write_notebook
 from flatplank_control.cli.investigate import main
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.investigate.fast import FastBench
@@ -22,15 +25,16 @@ FEW = {n for hidden in MENU.values() for n in hidden.names}
 HIDDEN = "defects: {drive_brake_asymmetry: {friction: 0.12}}\n"
 
 
-def _made(seed: int, name: str, size: float, minutes: float) -> tuple[dict, str]:
+def _made(seed: int, name: str, size: float, minutes: float, folder: Path) -> tuple[dict, str]:
     effects = {k: v for k, v in library().items() if k in FEW}
     log = Memory()
     Loop(FastBench(seed, MENU[name].defects(size), effects), log, minutes).run()
+    assert write_notebook(log.events, folder, "a made bench") == folder / "index.html"
     return summary(log.events), text_of(log.events)
 
 
-def test_something_hidden_is_found_and_confirmed():
-    told, text = _made(41, "drive_brake_asymmetry", 0.12, 100.0)
+def test_something_hidden_is_found_and_confirmed(tmp_path):
+    told, text = _made(41, "drive_brake_asymmetry", 0.12, 100.0, tmp_path)
     assert told["verdict"]["verdict"].startswith("found"), text
     named = [e["name"] for e in told["verdict"]["effects"]]
     assert named == ["drive_brake_asymmetry"]
@@ -38,11 +42,27 @@ def test_something_hidden_is_found_and_confirmed():
     assert told["minutes"] <= 100.0
     assert "runs 1 to 6: six runs to begin with" in text
     assert "against the tire alone over the whole loop, at least the 20" in text
+    assert json.loads((tmp_path / "investigation.json").read_text()) == told
     json.dumps(told, allow_nan=False)
+    decoys = told["decoys"]
+    assert decoys["looked_at"] >= 5 * len(told["batches"])
+    page = (tmp_path / "index.html").read_text()
+    for words in (
+        f"Decoys accepted: {len(decoys['accepted'])} of {decoys['looked_at']}",
+        "1. six runs to begin with", "nothing is known yet", "minute 0 to",
+        "drive_brake_asymmetry", "Error and floor", "Evidence against the tire alone",
+        f"End: {told['ended']}",
+    ):  # fmt: skip
+        assert words in page, words
+    for b in told["batches"]:
+        assert str(escape(b["reason"])) in page
+        assert str(escape(b["answer"])) in page
+    assert page.count("<svg") == 2
+    assert all((tmp_path / f"{name}.png").stat().st_size > 1000 for name in ("error", "evidence"))
 
 
-def test_nothing_is_found_where_nothing_is_hidden():
-    told, text = _made(42, "nothing", 1.0, 70.0)
+def test_nothing_is_found_where_nothing_is_hidden(tmp_path):
+    told, text = _made(42, "nothing", 1.0, 70.0, tmp_path)
     assert told["verdict"]["effects"] == [], text
     assert told["ended"] in ("decided", "budget spent", "nothing left to learn")
     assert told["minutes"] <= 70.0
@@ -83,3 +103,6 @@ def test_on_the_twin(tmp_path, capsys):
     assert told["log_e"] >= -math.log(ALPHA)
     assert main(words) == 0  # once more: nothing is left to do, the same notebook
     assert (folder / "investigation.txt").read_text().strip() in capsys.readouterr().out
+    page = (folder / "investigation" / "index.html").read_text()
+    assert 'href="diagnosis/index.html"' in page
+    assert (folder / "investigation" / "diagnosis" / "diagnosis.json").exists()

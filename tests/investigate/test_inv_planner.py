@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import replace
 
+from flatplank_analysis.investigation.inquiry import _of_levels, _of_place
 from flatplank_analysis.investigation.planner import (
     DECIDED,
     NOTHING_LEFT,
@@ -14,7 +15,7 @@ from flatplank_analysis.investigation.planner import (
     Question,
     choose,
 )
-from flatplank_analysis.investigation.settings import Candidate, Setting, candidates
+from flatplank_analysis.investigation.settings import SLIPS, Candidate, Setting, candidates
 
 RUN = Setting(0.05, 1, 1.5, 3700, 2.5)
 SIX = [replace(RUN, kappa=k, start=s) for k in (0.02, -0.02, 0.05) for s in (1, 2)]
@@ -104,6 +105,22 @@ def test_candidates_go_round_what_was_made():
     steps = {s.step_position for c in found for s in c.settings}
     assert steps == {0.9, 1.5, 2.2}
     assert {s.fz for c in found for s in c.settings} == {2590, 3700, 4810}
+
+
+def test_what_no_effect_explains_is_looked_at_from_another_place_and_at_other_slips():
+    place, (levels,) = _of_place(SIX), [*_of_levels(SIX)]
+    assert place.gain(FAR.settings) >= place.open > 0.0
+    assert place.gain(NEAR.settings) == 0.0
+    assert levels.gain(NEAR.settings) == 0.0
+    gains = {k: levels.gain((replace(RUN, kappa=k),)) for k in SLIPS}
+    assert max(gains, key=gains.get) == -0.1
+    assert gains[-0.1] >= levels.open > gains[0.1] > gains[0.01]
+    cost = dict.fromkeys((FAR, NEAR, LOADED), Price(12.0, 0)).__getitem__
+    assert choose([place, levels], [NEAR, LOADED, FAR], cost, 60.0).candidate is FAR
+    nine = [replace(RUN, kappa=k) for k in SLIPS]
+    assert [*_of_levels(nine)] == []
+    moved = [*SIX, *FAR.settings]
+    assert _of_place(moved).open == 0.0
 
 
 def test_what_was_handed_back_twice_is_not_asked_again():

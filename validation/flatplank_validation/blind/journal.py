@@ -33,12 +33,12 @@ KEPT = (
 OF_EFFECT = ("name", "kind", "size", "unit", "interval", "class", "p_value")
 
 
-@lru_cache(maxsize=1)
-def code_version() -> str:
+@lru_cache
+def code_version(folders: tuple[str, ...] = JUDGED) -> str:
     """Fingerprint of the code that diagnoses: results of other code are not mixed in."""
     root = Path(flatplank_analysis.__file__).parent
     digest = hashlib.sha256()
-    for folder in JUDGED:
+    for folder in folders:
         for path in sorted((root / folder).rglob("*.py")):
             if "report" not in path.parts:
                 digest.update(path.read_bytes())

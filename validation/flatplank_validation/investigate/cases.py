@@ -5,8 +5,8 @@ another; a line of a journal each."""
 from __future__ import annotations
 
 import json
-import statistics
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,18 @@ import numpy as np
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence
 from flatplank_analysis.investigation.inquiry import questions
-from flatplank_analysis.investigation.loop import Loop, Memory
+from flatplank_analysis.investigation.loop import Choose, Loop, Memory, ask
 from flatplank_analysis.investigation.notebook import summary
 from flatplank_analysis.investigation.planner import DECIDED, SPENT, Choice
-from flatplank_analysis.investigation.settings import SLIPS, STARTS, Candidate, Setting
+from flatplank_analysis.investigation.settings import (
+    SLIPS,
+    STARTS,
+    Candidate,
+    Setting,
+)
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP
 from flatplank_sim.sealed.menu import MENU
-from flatplank_validation.blind.journal import code_version, read
-from flatplank_validation.blind.points import share
+from flatplank_validation.blind.journal import JUDGED, code_version, commit, read
 from flatplank_validation.investigate.fast import FastBench
 
 NULL = "nothing"
@@ -66,14 +70,32 @@ def bench_of(case: Case, seed: int) -> tuple[FastBench, float]:
 def solve(case: Case, seed: int, minutes: float) -> dict[str, Any]:
     """One line of the journal."""
     bench, size = bench_of(case, seed)
-    entry = {"key": case.key, "seed": seed, "code": code_version(), "size": size}
+    entry = {"key": case.key, "seed": seed, "code": judged(), "commit": commit(), "size": size}
     return entry | POLICIES[case.policy](bench, case, minutes) | {"hidden": case.hidden}
 
 
+def judged() -> str:
+    """Fingerprint of the code that diagnoses and plans."""
+    return code_version((*JUDGED, "investigation"))
+
+
 def _loop(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
-    log = Memory()
-    Loop(bench, log, minutes).run()
-    return _told(summary(log.events))
+    return _made(bench, minutes, ask)
+
+
+def _made(bench: FastBench, minutes: float, how: Choose) -> dict[str, Any]:
+    """A whole loop, with the processor time of each choice [s]."""
+    log, seconds = Memory(), []
+
+    def timed(*arguments) -> Choice:
+        began = time.process_time()
+        try:
+            return how(*arguments)
+        finally:
+            seconds.append(round(time.process_time() - began, 1))
+
+    Loop(bench, log, minutes, how=timed).run()
+    return _told(summary(log.events)) | {"planning": seconds}
 
 
 def _random(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
@@ -88,9 +110,50 @@ def _random(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
         c, p = fits[int(random.integers(len(fits)))]
         return Choice(c, "at random", p)
 
-    log = Memory()
-    Loop(bench, log, minutes, how=how).run()
-    return _told(summary(log.events))
+    return _made(bench, minutes, how)
+
+
+def _text(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
+    """The run that the diagnosis names, as often as it says; where it names none that this bench
+    makes, the next three of the plan of 27, until something is found or the plan is made."""
+    asked: set[tuple[Setting, ...]] = set()
+
+    def how(result, _evidence, made, _possible, price, left) -> Choice:
+        c = named_run(result.next_run) or _next_three(made)
+        if result.found and not result.next_run:
+            return Choice(None, "the diagnosis asks for no run", stop=DECIDED)
+        if c is None or c.settings in asked:
+            return Choice(None, "the plan is made", stop=DECIDED)
+        if (p := price(c)).minutes > left:
+            return Choice(None, "the run that is named takes longer", stop=SPENT)
+        asked.add(c.settings)
+        return Choice(c, "as the diagnosis says", p)
+
+    return _made(bench, minutes, how)
+
+
+def named_run(next_run: Mapping[str, Any]) -> Candidate | None:
+    """The text `next run` of a diagnosis as runs; None where it names none, or one at another
+    speed, out of a preload, or from an angle between the usual ones."""
+    s = next_run.get("settings") or {}
+    known = {"kappa", "fz", "pressure", "step_position", "start"}
+    if set(s) != known or s["start"] not in STARTS:
+        return None
+    runs = [
+        Setting(s["kappa"], STARTS[i % 3], round(s["step_position"], 3), s["fz"], s["pressure"])
+        for i in range(next_run["repeats"])
+    ]
+    return Candidate(next_run["what"], tuple(runs))
+
+
+def _next_three(made: Sequence[Setting]) -> Candidate | None:
+    """Of the plan of 27 runs, a slip level at a time."""
+    there = set(made)
+    for kappa in SLIPS:
+        lacking = tuple(s for s in fixed().settings if s.kappa == kappa and s not in there)
+        if lacking:
+            return Candidate(f"slip {100 * kappa:+g} %", lacking)
+    return None
 
 
 def _fixed(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
@@ -109,7 +172,9 @@ def _fixed(bench: FastBench, case: Case, minutes: float) -> dict[str, Any]:
 
 def _told(s: Mapping[str, Any]) -> dict[str, Any]:
     v = s["verdict"]
+    decoys = s.get("decoys", {"looked_at": 0, "accepted": []})
     return {
+        "decoys": [decoys["looked_at"], len(decoys["accepted"])],
         "verdict": v["verdict"] if v else None, "minutes": round(s["minutes"], 1),
         "runs": s["runs"], "log_e": s["log_e"], "ended": s["ended"],
         "named": [[e["name"], *e["class"]] for e in v["effects"]] if v else [],
@@ -117,7 +182,7 @@ def _told(s: Mapping[str, Any]) -> dict[str, Any]:
 
 
 POLICIES: dict[str, Callable[[FastBench, Case, float], dict[str, Any]]] = {
-    "loop": _loop, "random": _random, "fixed": _fixed,
+    "loop": _loop, "fixed": _fixed, "text": _text, "random": _random,
 }  # fmt: skip
 
 
@@ -152,30 +217,9 @@ def run(
     return [known[c.key] for c in cases]
 
 
-def of_this_code(path: Path, seed: int) -> dict[str, dict[str, Any]]:
-    """Entries of this seed that the present code of the search made, by key."""
-    entries = (e for e in read(path) if (e["seed"], e["code"]) == (seed, code_version()))
-    return {e["key"]: e for e in entries}
-
-
-def lines(entries: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Shares with Wilson intervals, medians of the minutes."""
-    listed = list(entries)
-    for policy in POLICIES:
-        own = [e for e in listed if e["key"].split("/")[1] == policy]
-        some = [e for e in own if e["hidden"] != NULL]
-        none = [e for e in own if e["hidden"] == NULL]
-        good = [e for e in some if right(e)]
-        if some:
-            middle = f"{statistics.median(e['minutes'] for e in good):.0f}" if good else "-"
-            spent = statistics.median(e["minutes"] for e in some)
-            yield (
-                f"{policy}: right {share(map(right, some))}; median {middle} min where right, "
-                f"{spent:.0f} min of all, {statistics.median(e['runs'] for e in some):g} runs"
-            )
-        if none:
-            yield (
-                f"{policy}, nothing hidden: named {share(bool(e['named']) for e in none)}, with "
-                f"evidence {share(map(alarm, none))}; "
-                f"median {statistics.median(e['minutes'] for e in none):.0f} min"
-            )
+def of_this_code(path: Path, seed: int, any_code: bool = False) -> dict[str, dict[str, Any]]:
+    """Entries of this seed that the present code made, by key; with `any_code` those of older code
+    too, where the present has none."""
+    entries = [e for e in read(path) if e["seed"] == seed]
+    old = {e["key"]: e for e in entries} if any_code else {}
+    return old | {e["key"]: e for e in entries if e["code"] == judged()}

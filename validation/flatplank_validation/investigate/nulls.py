@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.state import term_of
 from flatplank_analysis.investigation.evidence import (
@@ -34,8 +35,10 @@ def likeliest(session: Session) -> Bet | None:
         effect = item.candidate.effect
         if effect.generic or effect.law or item.visible < VISIBLE or not item.gain:
             continue
-        claim = with_term(state, term_of(item.candidate, item.sizes))
-        return Bet((effect.identifier,), state, claim, state.whitened.fit, 1.0)
+        made = with_term(state, term_of(item.candidate, item.sizes))
+        judge = Judge(state, state.whitened.chi2, step.screen.usual)
+        decision = judge.decide(made, len(made.fit.terms) - 1, 1)
+        return Bet.of([decision], state, made.fit, state.whitened.fit)
     return None
 
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from flatplank_analysis.cli.arguments import Parser
+from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.investigate.cases import (
@@ -16,11 +17,12 @@ from flatplank_validation.investigate.cases import (
     NULL,
     POLICIES,
     Case,
-    lines,
     of_this_code,
     run,
 )
 from flatplank_validation.investigate.nulls import lines_of_evidence
+from flatplank_validation.investigate.page import TITLE, lines, page
+from flatplank_validation.verbs.bench_propose import head_of
 
 SEED = 20263
 MINUTES = 172.0
@@ -38,7 +40,13 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--seed", type=int, default=SEED)
     p.add_argument("--journal", type=Path, help="default: .cache/blind/investigate.jsonl")
     p.add_argument("--no-run", action="store_true", help="only from what the journal has")
+    p.add_argument(
+        "--any-code", action="store_true", help="with --no-run: results of older code, too"
+    )
     p.add_argument("--json", action="store_true", help="print JSON for programs")
+    p.add_argument(
+        "--write", type=Path, metavar="FILE", help="the page; what stands above it stays"
+    )
     return p
 
 
@@ -72,11 +80,16 @@ def main(argv: list[str]) -> int:
         print("bench-investigate: --count and --nulls leave nothing to do", file=sys.stderr)
         return 2
     if o.no_run:
-        known = of_this_code(path, o.seed)
+        known = of_this_code(path, o.seed, o.any_code)
         entries = [known[c.key] for c in cases if c.key in known]
     else:
         entries = run(cases, o.seed, o.minutes, path, say)
-    print(json.dumps(entries, indent=1) if o.json else "\n".join(lines(entries)))
+    if o.write:
+        header = {"command": " ".join(["./flatplank bench-investigate", *argv]), "seed": o.seed}
+        write_atomic(o.write, head_of(o.write, TITLE) + page(entries, header))
+        print(f"{len(entries)} investigations: {o.write}")
+    else:
+        print(json.dumps(entries, indent=1) if o.json else "\n".join(lines(entries)))
     return 0
 
 

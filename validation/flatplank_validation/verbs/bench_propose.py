@@ -62,10 +62,10 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def head_of(path: Path) -> str:
+def head_of(path: Path, title: str = TITLE) -> str:
     """What a person wrote above the test in the file: it is kept."""
     old = path.read_text(encoding="utf-8") if path.is_file() else ""
-    return old.split(TITLE)[0]
+    return old.split(title)[0]
 
 
 def _show(done: int, count: int, key: str) -> None:

@@ -23,6 +23,7 @@ from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
 from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, stiff_columns
+from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.investigation.settings import Setting, settings_of
 from flatplank_analysis.tirebase.data import TireRuns
 from flatplank_analysis.tirebase.model import TireModel
@@ -32,6 +33,8 @@ LIKELY = 0.05
 """p-value among repeats below which an effect that was not accepted is worth a bet"""
 LEAST = 1e-12
 """of a variance"""
+MOST = 99
+"""decimal logarithm beyond which an e-value is no number for people"""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,13 @@ class Bet:
     dispersion: float
     """of the scores; the likelihood is taken to the power of one over it"""
 
+    @classmethod
+    def of(cls, decisions: Sequence[Decision], state: State, claim: Fit, null: Fit) -> Bet:
+        """On effects that were judged, against the tire without them."""
+        names = tuple(d.term.effect.identifier for d in decisions)
+        spread = max(max(d.dispersion, d.dispersion_conditions) for d in decisions)
+        return cls(names, state, claim, null, max(spread, 1.0))
+
 
 def suspect(search: Search) -> Decision | None:
     """The likeliest effect that was refitted and not accepted; None when none is likely."""
@@ -63,22 +73,19 @@ def bet_on(search: Search) -> Bet | None:
     first, last = search.steps[0].state, search.last
     if last.found:
         decisions = [f.decision for f in last.found]
-        claim = last.state.whitened.fit
-        null = first.whitened.fit
+        claim, null = last.state.whitened.fit, first.whitened.fit
     else:
         d = suspect(search)
         if d is None:
             return None
         decisions, null = [d], last.state.whitened.fit
-        claim = with_term(last.state, d.term)
-    names = tuple(d.term.effect.identifier for d in decisions)
-    spread = max(max(d.dispersion, d.dispersion_conditions) for d in decisions)
-    return Bet(names, last.state, claim, null, max(spread, 1.0))
+        claim = with_term(last.state, d.term).fit
+    return Bet.of(decisions, last.state, claim, null)
 
 
-def with_term(state: State, term: Term) -> Fit:
+def with_term(state: State, term: Term) -> Whitened:
     """The whitened fit of a state with one more effect."""
-    return state.settle(state.fitter.grown(state.whitened.fit, term), most=4).fit
+    return state.settle(state.fitter.grown(state.whitened.fit, term), most=4)
 
 
 def log_e(bet: Bet, data: TireRuns, rows: np.ndarray) -> float:
@@ -91,7 +98,7 @@ def log_e(bet: Bet, data: TireRuns, rows: np.ndarray) -> float:
     rows = np.array([r for r in rows if told_of(known, every[r])], dtype=int)
     if not len(rows):
         return 0.0
-    claim, null = (_surprise(bet, fit, data, rows) for fit in (bet.claim, bet.null))
+    claim, null = (_surprise(bet.state, fit, data, rows) for fit in (bet.claim, bet.null))
     return (null - claim) / bet.dispersion
 
 
@@ -103,20 +110,20 @@ def told_of(known: Sequence[Setting], other: Setting) -> bool:
     return bool(slips) and min(slips) <= other.kappa <= max(slips)
 
 
-def _surprise(bet: Bet, fit: Fit, data: TireRuns, rows: np.ndarray) -> float:
+def _surprise(state: State, fit: Fit, data: TireRuns, rows: np.ndarray) -> float:
     """Negative log predictive density of the new runs by a fit of the old ones, up to what all
     fits have in common."""
     model = TireModel(data)
-    model.take_references(bet.state.model)
-    model.parameters = bet.state.model.parameters
-    fitter = Fitter(model, bet.state.fitter.weight)
+    model.take_references(state.model)
+    model.parameters = state.model.parameters
+    fitter = Fitter(model, state.fitter.weight)
     predicted = model.predict([fit.lane()])[0]
     there = fitter.derivative(replace(fit, predicted=predicted))
     runs = data.runs.subset(rows)
     here = replace(
         there, predicted=predicted[:, rows], jacobian=there.jacobian[:, :, rows]
     )  # fmt: skip
-    metric = _metric(bet, model, here, rows)
+    metric = _metric(state, model, here, rows)
     loose = fit.loose()
     law = _law(runs.condition, here.predicted)
     columns = np.concatenate([here.jacobian[loose], law])
@@ -124,7 +131,7 @@ def _surprise(bet: Bet, fit: Fit, data: TireRuns, rows: np.ndarray) -> float:
     products, scores, energy = gram.total()
     known = np.zeros_like(products)
     n = len(loose)
-    known[:n, :n] = _information(bet, fit, loose)
+    known[:n, :n] = _information(state, fit, loose)
     known[n:, n:] = np.eye(len(law)) / LAW**2
     both = known + products
     explained = float(scores @ np.linalg.solve(both, scores))
@@ -140,19 +147,19 @@ def _law(condition: np.ndarray, predicted: np.ndarray) -> np.ndarray:
     return out
 
 
-def _metric(bet: Bet, model: TireModel, here: Fit, rows: np.ndarray) -> Metric:
+def _metric(state: State, model: TireModel, here: Fit, rows: np.ndarray) -> Metric:
     """Noise and scatter of the old runs, for the new ones."""
-    old, runs = bet.state.metric, model.runs.subset(rows)
+    old, runs = state.metric, model.runs.subset(rows)
     noises = [ChannelNoise(n.weights, np.ones(len(rows))) for n in old.whitener.noises]
     return Metric(make_whitener(runs, noises), stiff_columns(model, here), old.scatter)
 
 
-def _information(bet: Bet, fit: Fit, loose: list[int]) -> np.ndarray:
+def _information(state: State, fit: Fit, loose: list[int]) -> np.ndarray:
     """What the old runs, and what was known before, tell of the numbers of a fit."""
-    task = bet.state.fitter.task(fit)
+    task = state.fitter.task(fit)
     _, width = priors(task.entries)
-    residual = fit.residual(bet.state.runs.measured)
-    products = bet.state.gram(residual, fit.jacobian[loose]).total()[0]
+    residual = fit.residual(state.runs.measured)
+    products = state.gram(residual, fit.jacobian[loose]).total()[0]
     own = np.maximum(np.asarray(width, dtype=float)[loose] ** -2.0, LEAST)
     return products + np.diag(own)
 
@@ -184,4 +191,6 @@ def times(log: float) -> str:
     """An e-value for people, from its logarithm."""
     if abs(log) < math.log(1e4):
         return f"e = {math.exp(log):.3g}"
+    if abs(log) > MOST * math.log(10.0):
+        return f"e > 10^{MOST}" if log > 0.0 else f"e < 10^-{MOST}"
     return f"e = 10^{log / math.log(10.0):.0f}"

@@ -8,7 +8,7 @@ what counts is only what neither can imitate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,22 +18,25 @@ from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, weight_of
+from flatplank_analysis.discovery.rivals import ALIKE, indifferent
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect, told_of
 from flatplank_analysis.investigation.planner import Question
-from flatplank_analysis.investigation.settings import Setting
+from flatplank_analysis.investigation.settings import SLIPS, Setting
 from flatplank_analysis.tirebase.plans import planned
 
 TOLD_APART = NEEDED / 2.0
-"""log likelihood ratio at which two effects are told apart"""
+"""log likelihood ratio at which an effect is real, or a place is told from another"""
 SEEN = NEEDED / 2.0
 """the same of an effect of the size that matters, at which it would have been seen"""
 FEW_CONDITIONS = 4
 """conditions below which nothing is said to be absent"""
 ANOTHER_STEP = 0.3
 """[m] between two step positions that are two"""
+Gain = Callable[[tuple[Setting, ...]], float]
+"""what runs add to a log likelihood ratio"""
 
 
 @dataclass
@@ -62,20 +65,30 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
         out = list(_of_suspect(search, predictor))
     if result.verdict in (verdict.NONE, verdict.PARTLY):
         out.append(_of_place(made))
+        out += _of_levels(made)
     if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
         out.append(_of_all(search, predictor, len({s.repeats for s in made})))
     return out
 
 
 def _between(search: Search, predictor: Predictor):
-    """Each effect and each of those that could stand in for it."""
+    """Each effect and each of those that could stand in for it; answered where the verdict no
+    longer names the rival beside the effect."""
+    explained = sum(f.decision.drop for f in search.last.found)
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
+        drop = _gain(Pair.of(search, i, None), predictor)
         for rival in found.told:
-            pair = Pair.of(search, i, rival.term)
-            text = f"to separate {name} from {rival.name}"
+            apart = _gain(Pair.of(search, i, rival.term), predictor)
+            needed = indifferent(found.decision, explained) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
-            yield Question(text, min(excess, TOLD_APART), TOLD_APART, _gain(pair, predictor))
+            text = f"to separate {name} from {rival.name}"
+            yield Question(text, min(excess, needed), needed, _beyond(apart, drop))
+
+
+def _beyond(apart: Gain, drop: Gain) -> Gain:
+    """What runs add to a difference, without the share of the whole that is none."""
+    return lambda settings: max(apart(settings) - ALIKE * drop(settings), 0.0)
 
 
 def _of_evidence(
@@ -110,9 +123,7 @@ def _of_suspect(search: Search, predictor: Predictor):
     yield Question(text, 0.0, TOLD_APART, _gain(pair, predictor, 1.0 / spread))
 
 
-def _gain(
-    pair: Pair, predictor: Predictor, share: float = 1.0
-) -> Callable[[tuple[Setting, ...]], float]:
+def _gain(pair: Pair, predictor: Predictor, share: float = 1.0) -> Gain:
     known: dict[Setting, np.ndarray] = {}
     had = pair.separation()
 
@@ -143,6 +154,27 @@ def _of_place(made: Sequence[Setting]) -> Question:
 
     return Question(
         "to separate plank position from distance since the step", have, 0.5 * TOLD_APART, gain
+    )
+
+
+def _of_levels(made: Sequence[Setting]) -> Iterator[Question]:
+    """What is left at slips that are not there yet; the one that is farthest from the others
+    tells most, small slips counting as far apart as large ones."""
+    there = {s.kappa for s in made}
+    if there.issuperset(SLIPS):
+        return
+
+    def away(kappa: float) -> float:
+        place = math.asinh(kappa / SLIPS[1])
+        return min(abs(place - math.asinh(k / SLIPS[1])) for k in there)
+
+    most = max(away(k) for k in SLIPS)
+
+    def gain(settings: tuple[Setting, ...]) -> float:
+        return TOLD_APART * away(settings[0].kappa) / most
+
+    yield Question(
+        "to see at another slip what no effect explains", 0.5 * TOLD_APART, TOLD_APART, gain
     )
 
 

@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.investigation.decoys import Decoys, decoys_of
 from flatplank_analysis.investigation.evidence import Evidence, bet_on, log_e, times
 from flatplank_analysis.investigation.inquiry import questions
 from flatplank_analysis.investigation.planner import Choice, Price, choose
@@ -124,6 +125,8 @@ class Loop:
             self.log.write(event)
         elif self.log.events[-1]["event"] == END and self.minutes > budget(self.log.events):
             self.log.write({"event": BEGIN, "minutes": self.minutes})
+        if (b := self.log.events[-1])["event"] == BATCH:
+            self.say(f"batch {b['number']} goes on: {b['what']}, {b['reason']}")
         while (last := self.log.events[-1])["event"] != END:
             if last["event"] == BATCH:
                 self._measure(last)
@@ -225,35 +228,56 @@ class Loop:
             _, result = self.diagnosis()
             bet = bet_on(result.search) if result.search else None
         made = self.bench.measure(batch["number"], batch["plan"], self.left)
+        files = (*before, *made.files)
+        session = self.bench.session(files) if made.files else None
         log = 0.0
-        if bet is not None and made.files:
-            every = self.bench.session((*before, *made.files))
-            log = log_e(bet, every.data, rows_of(every, made.files))
+        if bet is not None and session is not None:
+            log = log_e(bet, session.data, rows_of(session, made.files))
         event = {
             "event": ANSWER, "number": batch["number"], "files": list(made.files),
             "handed_back": [s.plain() for s in made.handed_back],
             "bet": list(bet.names) if bet else [], "log_e": round(log, 6),
         }  # fmt: skip
-        self.log.write(event | self._answer(made, before))
+        self.log.write(event | self._answer(files, session))
         e = self.evidence
         told = f", {times(e.log)}" if e.batches else ""
         answer = self.log.events[-1]["answer"]
-        self.say(f"batch {batch['number']}: {answer}{told}; {self.left:.0f} min left")
+        left = max(self.left, 0.0)
+        self.say(
+            f"batch {batch['number']}: {answer}{told}; {decoy_words(self._of(ANSWER))}; "
+            f"{left:.0f} min left"
+        )  # fmt: skip
 
-    def _answer(self, made: Made, before: tuple[str, ...]) -> dict[str, Any]:
-        """What the runs so far say with these."""
-        files = (*before, *made.files)
-        if not made.files:
+    def _answer(self, files: tuple[str, ...], session: Session | None) -> dict[str, Any]:
+        """What the runs so far say with the new ones."""
+        if session is None:
             return {"answer": "no good run: handed back", "effects": []}
-        session = self.bench.session(files)
         result = session.diagnose()
         self._diagnosed = files, session, result
-        return {"answer": words(result), "effects": result.to_dict()["effects"]}
+        decoys = decoys_of(result.search) if result.search else Decoys()
+        told = result.to_dict()
+        return {
+            "answer": words(result), "verdict": told["verdict"], "effects": told["effects"],
+            "error": told["rmse_after"], "error_alone": told["rmse_before"],
+            "floor": told["floor_rmse"], "decoys": decoys.plain(),
+        }  # fmt: skip
 
 
 def budget(events: Sequence[Mapping[str, Any]]) -> float:
     """Minutes [min] that were last given."""
     return [e["minutes"] for e in events if e["event"] == BEGIN][-1]
+
+
+def decoy_words(answers: Sequence[Mapping[str, Any]]) -> str:
+    """How many decoys passed the tests so far; logs of an older version have none."""
+    looked_at, accepted = decoys_so_far(answers)
+    return f"decoys accepted: {len(accepted)} of {looked_at}"
+
+
+def decoys_so_far(answers: Sequence[Mapping[str, Any]]) -> tuple[int, list[str]]:
+    """How many were looked at after all batches, and which were accepted."""
+    known = [a["decoys"] for a in answers if a.get("decoys")]
+    return sum(d["looked_at"] for d in known), [n for d in known for n in d["accepted"]]
 
 
 def rows_of(session: Session, files: Collection[str]) -> np.ndarray:

@@ -8,7 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
-from flatplank_analysis.investigation.loop import ANSWER, BATCH, END, budget
+from flatplank_analysis.investigation.loop import (
+    ANSWER,
+    BATCH,
+    END,
+    budget,
+    decoy_words,
+    decoys_so_far,
+)
 
 Event = Mapping[str, Any]
 
@@ -21,6 +28,7 @@ def summary(events: Sequence[Event]) -> dict[str, Any]:
     evidence = Evidence()
     for a in answers.values():
         evidence = evidence.times(a["log_e"], bool(a["bet"]))
+    looked_at, accepted = decoys_so_far(list(answers.values()))
     return {
         "ended": end["why"] if end else None,
         "reason": end["reason"] if end else "not ended yet",
@@ -33,6 +41,7 @@ def summary(events: Sequence[Event]) -> dict[str, Any]:
         "e_value": float(f"{evidence.e_value:.4g}"),
         "log_e": round(evidence.log, 4),
         "alpha": ALPHA,
+        "decoys": {"looked_at": looked_at, "accepted": accepted},
         "batches": [
             {k: b[k] for k in ("number", "what", "reason", "settings", "minutes", "expected")}
             | {k: v for k, v in answers.get(b["number"], {}).items() if k not in ("event",)}
@@ -66,31 +75,50 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
         yield f"  {b['answer']}"
         if b["bet"]:
             evidence = evidence.times(b["log_e"], True)
-            yield (
-                f"  for {' + '.join(b['bet'])} against the tire alone: "
-                f"{times(b['log_e'])}, so far {times(evidence.log)}"
-            )
+            yield f"  {bet_words(b)}, so far {times(evidence.log)}"
     if told["ended"]:
         yield f"end: {told['ended']} ({told['reason']})"
     yield f"{told['runs']} runs, {told['minutes']:.0f} of {told['budget']:.0f} minutes"
-    yield _verdict(told)
+    yield f"verdict: {verdict_of(told)}"
+    yield (
+        f"{decoy_words(told['batches'])} (effects in conditions that are not theirs, tested after "
+        "every batch: what passes is a false alarm)"
+    )
     if told["proposal"]:
-        yield f"proposal: {told['proposal']}"
+        yield proposal_of(told["proposal"])
 
 
-def _verdict(told: Mapping[str, Any]) -> str:
+def proposal_of(proposal: Mapping[str, Any]) -> str:
+    """What the grammar says to what no library explains."""
+    file = (
+        f"; written to {proposal['file']}, a guess until `flatplank confirm` has seen new runs"
+        if "file" in proposal
+        else ""
+    )
+    return f"{proposal['verdict']}: {proposal['reason']}{file}"
+
+
+def bet_words(batch: Mapping[str, Any]) -> str:
+    """What the new runs say to what was claimed before them."""
+    if batch["log_e"] == 0.0:
+        return "no evidence from these: the runs before do not tell what the tire does there"
+    return f"for {' + '.join(batch['bet'])} against the tire alone: {times(batch['log_e'])}"
+
+
+def verdict_of(told: Mapping[str, Any]) -> str:
+    """What was found, and how sure it is over the whole loop."""
     v = told["verdict"]
     if v is None:
-        return "verdict: none yet"
+        return "none yet"
     limit = 1.0 / ALPHA
     enough = told["log_e"] >= math.log(limit)
     named = ", ".join(" or ".join([e["name"], *e["class"]]) for e in v["effects"])
     what = f"{v['verdict']}{': ' + named if named else ''} ({v['reason']})"
     if not named:
-        return f"verdict: {what}; {times(told['log_e'])} against the tire alone"
+        return f"{what}; {times(told['log_e'])} against the tire alone"
     sure = "at least" if enough else "less than"
     return (
-        f"verdict: {what}; {times(told['log_e'])} against the tire alone over the whole loop, "
+        f"{what}; {times(told['log_e'])} against the tire alone over the whole loop, "
         f"{sure} the {limit:.0f} that is asked for"
         + ("" if enough else ": not confirmed by runs that had no part in finding it")
     )

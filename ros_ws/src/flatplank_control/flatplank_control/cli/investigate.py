@@ -7,7 +7,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +15,18 @@ from flatplank_analysis.cli import common, loop
 from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_analysis.discovery.report.page import write_report
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.investigation.loop import Loop
 from flatplank_analysis.investigation.notebook import summary, text_of
+from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
 from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
 from flatplank_analysis.tirebase.session import Session
 from flatplank_control.cli.keys import Keys
-from flatplank_control.cli.run import on_key
-from flatplank_control.investigate.bench import CampaignBench, Execute
-from flatplank_control.investigate.executors import on_graph, on_twin
+from flatplank_control.cli.run import KEYS, on_key
+from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
+from flatplank_control.investigate.executors import on_graph, on_twin, tell
 from flatplank_control.investigate.journal import DiskLog
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.steps import PlanFailed
@@ -70,6 +72,8 @@ def _run(o: argparse.Namespace) -> int:
         print(text, file=sys.stderr if o.json else sys.stdout, flush=True)
 
     def at_end(session: Session, result: Diagnosis) -> dict[str, Any] | None:
+        if result.search is not None:
+            write_report(result, folder / REPORT / DIAGNOSIS, str(folder))
         return proposed(session, result, folder)
 
     try:
@@ -85,11 +89,12 @@ def _run(o: argparse.Namespace) -> int:
         )
         return STOPPED
     write_atomic(folder / NOTEBOOK, text_of(log.events) + "\n")
+    page = write_notebook(log.events, folder / REPORT, str(folder))
     if o.json:
         print(json.dumps(summary(log.events), indent=1))
     else:
         print(text_of(log.events))
-        print(f"notebook: {folder / NOTEBOOK}")
+        print(f"notebook: {folder / NOTEBOOK}, as a page: {page}")
     return 0
 
 
@@ -113,13 +118,15 @@ def _executor(o: argparse.Namespace, folder: Path) -> Execute:
         return on_twin(folder, o.preset, o.plant, o.seed, o.jobs)
     if o.preset or o.plant:
         raise FlatplankError("--preset and --plant", "investigate", "go with --sim only")
+    if sys.stdin.isatty():
+        tell("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()))
     return on_graph(folder, not o.lab, listen)
 
 
 @contextmanager
 def listen(client: Any, journal: Path) -> Iterator[Callable[[], None]]:
-    """The keys of `flatplank run` while a batch is made."""
-    with Keys() as keys:
+    """The keys of `flatplank run` while a batch is made; what they say goes beside the result."""
+    with redirect_stdout(sys.stderr), Keys() as keys:
         yield lambda: on_key(keys, client, journal)
 
 

@@ -19,6 +19,8 @@ from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Journal, pla
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.steps import PlanFailed
 
+REPORT = "investigation"
+"""folder of the page; no run"""
 Execute = Callable[[CampaignPlan, str, float], None]
 """has a plan (its text, too) made in the folder; the last: minutes of the budget after it"""
 
@@ -108,7 +110,10 @@ class CampaignBench:
                 and i.gamma_deg == 0.0
                 and i.fz == i.fz
             }  # fmt: skip
-            there = [p for p in self.folder.glob("*") if p.suffix == ".parquet" or p.is_dir()]
+            there = [
+                p for p in self.folder.glob("*")
+                if p.suffix == ".parquet" or (p.is_dir() and p.name != REPORT)
+            ]  # fmt: skip
             last = max((i.run_index for i in infos), default=-1)
             self._radii = radii, max(last + 1, len(there))
         return self._radii

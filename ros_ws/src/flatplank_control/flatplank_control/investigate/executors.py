@@ -53,7 +53,7 @@ def on_graph(folder: Path, simulated: bool, listen: Listen) -> Execute:
 
         def hear(f) -> None:
             line = f.prompt or f.step
-            if line != said[0]:
+            if line != said[0] or f.prompt:  # what is asked again is said again
                 said[0] = line
                 tell(f"{line}; {left + f.time_left / 60.0:.0f} min left")
 

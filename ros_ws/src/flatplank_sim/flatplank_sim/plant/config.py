@@ -21,6 +21,7 @@ from flatplank_sim.plant.yamlconfig import (
     build,
     merge,
     nearest,
+    read_overlay,
     read_yaml,
     to_plain,
     undot,
@@ -231,7 +232,7 @@ class PlantConfig:
             data = merge(data, _packaged(preset, "preset"))
             where += f" with preset {preset}"
         if file:
-            data = merge(data, undot(read_yaml(Path(file))))
+            data = merge(data, undot(read_overlay(Path(file))))
             where = str(file)
         if overrides:
             data = merge(data, undot(overrides))

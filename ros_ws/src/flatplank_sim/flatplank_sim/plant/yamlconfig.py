@@ -15,6 +15,8 @@ from typing import Any, TypeVar
 
 import yaml
 
+from flatplank_sim.plant.packed import unpack
+
 T = TypeVar("T")
 
 
@@ -42,6 +44,17 @@ def read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise PlantConfigError(f"{path}: expected keys with values")
     return content
+
+
+def read_overlay(path: Path) -> dict[str, Any]:
+    """What a file lays over the plant's own; of a challenge the file is sealed."""
+    content = read_yaml(path)
+    if "sealed" not in content:
+        return content
+    try:
+        return unpack(content["sealed"])
+    except ValueError:
+        raise PlantConfigError(f"{path}: sealed: is damaged; make the challenge again") from None
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting
 from flatplank_sim.sealed.menu import MENU, Defects, Hidden
 from flatplank_sim.sealed.outside import OUTSIDE, Force
-from flatplank_sim.sealed.seal import seal, unseal
+from flatplank_sim.sealed.seal import seal, seal_plant, unseal
 from flatplank_sim.twin.campaign import SLIPS
 
 NAME = "TOY"
@@ -71,6 +71,8 @@ def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside:
         effects = [{"name": first, "size": machine.size, "unit": unit, "class": others}]
     answer = {"seed": seed, "tire": "toyo", "effects": effects, "outside": machine.place}
     seal(answer | {"force": outside}, folder)
+    if not outside:  # a force that is in no library is added to the signals, no plant has it
+        seal_plant({"defects": machine.hidden.defects(machine.size)}, folder)
     return folder
 
 

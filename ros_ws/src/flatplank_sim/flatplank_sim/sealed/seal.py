@@ -11,28 +11,36 @@ being base64 of zlib of this JSON:
 `class` holds relatives: effects that the person who wrote the answer thinks to be alike. They are
 told, and are not right. No effects and no outside means that nothing is hidden. The seal keeps
 eyes off, it does not keep secrets: nothing in the analysis reads the file.
+
+Beside it lies `plant.yaml`, the same machine for the simulated bench, sealed alike.
 """
 
 from __future__ import annotations
 
-import base64
 import json
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.errors import FlatplankError
+from flatplank_sim.plant.packed import pack, unpack
 
 FORMAT = "flatplank-sealed/1"
 NAME = "answer.sealed"
+PLANT = "plant.yaml"
 
 
 def seal(answer: Mapping[str, Any], folder: str | Path) -> Path:
     """Write an answer so that it is not read by accident."""
-    packed = base64.b64encode(zlib.compress(json.dumps(answer, sort_keys=True).encode()))
     path = Path(folder) / NAME
-    path.write_text(json.dumps({"format": FORMAT, "answer": packed.decode()}) + "\n")
+    path.write_text(json.dumps({"format": FORMAT, "answer": pack(answer)}) + "\n")
+    return path
+
+
+def seal_plant(overlay: Mapping[str, Any], folder: str | Path) -> Path:
+    """Write what is laid over the plant's own, so that `--plant` reads it and nobody else."""
+    path = Path(folder) / PLANT
+    path.write_text(f"sealed: {pack(overlay)}\n")
     return path
 
 
@@ -43,10 +51,10 @@ def unseal(folder: str | Path) -> dict[str, Any]:
         raw = json.loads(path.read_text(encoding="utf-8"))
         if raw.get("format") != FORMAT:
             raise FlatplankError(f"is not of format {FORMAT}", str(path), "make it again")
-        return dict(json.loads(zlib.decompress(base64.b64decode(raw["answer"]))))
+        return unpack(raw["answer"])
     except FileNotFoundError as error:
         raise FlatplankError(
             "nothing is sealed here", str(path), "`flatplank simulate --hidden SEED` seals"
         ) from error
-    except (ValueError, KeyError, AttributeError, zlib.error) as error:
+    except (ValueError, KeyError, AttributeError) as error:
         raise FlatplankError("is damaged", str(path), "make the campaign again") from error

@@ -36,11 +36,13 @@ def png(figure: Figure) -> bytes:
     return stream.getvalue()
 
 
-def _figure(width: float, height: float) -> Figure:
+def figure_of(width: float, height: float) -> Figure:
+    """A new one [in]."""
     return Drawn(figsize=(width, height), layout="constrained", dpi=110)
 
 
-def _clean(axes) -> None:
+def clean(axes) -> None:
+    """Less ink."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=8)
 
@@ -57,7 +59,7 @@ def conditions(steps: Sequence[Step]) -> Figure:
     before = first.state.floors[0].rmse_condition
     after = last.state.floors[0].rmse_condition
     x = np.arange(len(before))
-    figure = _figure(8.0, 3.4)
+    figure = figure_of(8.0, 3.4)
     axes = figure.add_subplot()
     moved = len(steps) > 1
     alone = "with its effects" if first.state.fit.terms else "base alone"
@@ -71,13 +73,13 @@ def conditions(steps: Sequence[Step]) -> Figure:
     axes.set_xticks(x, labels, rotation=30 if len(x) > 9 else 0, fontsize=8)
     axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
     figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
-    _clean(axes)
+    clean(axes)
     return figure
 
 
 def map_of(table: Map, names: Sequence[str]) -> Figure:
     """Mean residual of every condition over one coordinate."""
-    figure = _figure(8.0, 2.7)
+    figure = figure_of(8.0, 2.7)
     axes = figure.add_subplot()
     limit = float(np.nanmax(np.abs(table.mean))) or 1.0
     rows = np.arange(len(table.mean) + 1)
@@ -87,7 +89,7 @@ def map_of(table: Map, names: Sequence[str]) -> Figure:
     axes.set_yticks(rows[:-1] + 0.5, [short(n) for n in names], fontsize=7)
     axes.set_xlabel(f"{table.coordinate} [{table.unit}]", fontsize=9)
     figure.colorbar(mesh, ax=axes, label="measured - model [N]", pad=0.01)
-    _clean(axes)
+    clean(axes)
     return figure
 
 
@@ -96,7 +98,7 @@ def ranking(search: Search, count: int = 12) -> Figure:
     items = screen.best_per_effect(search.steps[0].screen)[:count][::-1]
     refits = {d.term.effect.identifier: d for s in search.steps for d in s.refits}
     found = {f.decision.term.effect.identifier for f in search.last.found}
-    figure = _figure(8.0, 0.9 + 0.27 * len(items))
+    figure = figure_of(8.0, 0.9 + 0.27 * len(items))
     axes = figure.add_subplot()
     for i, item in enumerate(items):
         name = item.identifier
@@ -114,7 +116,7 @@ def ranking(search: Search, count: int = 12) -> Figure:
     axes.set_yticks(range(len(items)), [i.identifier for i in items], fontsize=8)
     axes.set_xlim(1.0, axes.get_xlim()[1] * 30.0)
     axes.set_xlabel("drop of the whitened chi2 (log)", fontsize=9)
-    _clean(axes)
+    clean(axes)
     return figure
 
 
@@ -130,7 +132,7 @@ def collapse(search: Search, number: int) -> Figure:
     if name not in runs.coordinates:
         name = next(iter(runs.coordinates))
     coordinate = runs.coordinates[name]
-    figure = _figure(8.0, 3.2)
+    figure = figure_of(8.0, 3.2)
     axes = figure.add_subplot()
     for i, rows in enumerate(runs.groups):
         if not np.any(np.abs(part[rows]) > 0.02 * np.abs(part).max()):
@@ -148,13 +150,13 @@ def collapse(search: Search, number: int) -> Figure:
     axes.set_xlabel(f"{name} [{coordinate.unit}]", fontsize=9)
     axes.set_ylabel("Fx: left without it (dots), effect (line) [N]", fontsize=8)
     figure.legend(fontsize=7, frameon=False, ncols=9, loc="outside upper center")
-    _clean(axes)
+    clean(axes)
     return figure
 
 
 def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
     """Fitted and held-out error after every step, with the floor."""
-    figure = _figure(8.0, 3.0)
+    figure = figure_of(8.0, 3.0)
     axes = figure.add_subplot()
     x = np.arange(len(steps))
     axes.bar(x - 0.18, [s["rmse"] for s in steps], 0.36, color=BLUE, label="fitted")
@@ -164,7 +166,7 @@ def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
     axes.set_xticks(x, [s["name"] for s in steps], fontsize=8)
     axes.set_ylabel("RMSE of Fx [N]", fontsize=9)
     figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
-    _clean(axes)
+    clean(axes)
     return figure
 
 
@@ -175,7 +177,7 @@ def residual(step: Step) -> Figure:
     name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))
     coordinate = runs.coordinates[name]
     floor = step.state.floors[0].floor
-    figure = _figure(8.0, 0.8 + 0.42 * len(mean))
+    figure = figure_of(8.0, 0.8 + 0.42 * len(mean))
     axes = figure.add_subplot()
     gap = max(4.0 * floor, 1.2 * float(np.abs(mean).max()))
     for i, rows in enumerate(runs.groups):
@@ -184,7 +186,7 @@ def residual(step: Step) -> Figure:
     ticks = [-i * gap for i in range(len(mean))]
     axes.set_yticks(ticks, [short(n) for n in runs.condition_names], fontsize=8)
     axes.set_xlabel(f"{name} [{coordinate.unit}]; {gap:.0f} N between the lines", fontsize=9)
-    _clean(axes)
+    clean(axes)
     return figure
 
 

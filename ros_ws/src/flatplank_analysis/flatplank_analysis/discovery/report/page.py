@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, select_autoescape
+from jinja2 import Environment, FileSystemLoader, Template, select_autoescape
 from markupsafe import Markup
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
@@ -22,8 +22,10 @@ from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.wording import quantity, sized
 
+HERE = Path(__file__).parent
 
-class _Book:
+
+class Book:
     """Saves figures beside the page and gives them back as inline SVG."""
 
     def __init__(self, folder: Path) -> None:
@@ -42,6 +44,12 @@ class _Book:
         return Markup(svg)
 
 
+def template(name: str, folder: Path = HERE) -> Template:
+    """A page's template; what pages share lies beside this file."""
+    loader = FileSystemLoader([folder, HERE])
+    return Environment(loader=loader, autoescape=select_autoescape(["j2"])).get_template(name)
+
+
 def write_report(
     result: Diagnosis,
     folder: Path,
@@ -58,16 +66,13 @@ def write_report(
             f"cannot be made ({error.strerror})", str(folder), "choose another place"
         ) from error
     write_atomic(folder / "diagnosis.json", json.dumps(result.to_dict(), indent=1) + "\n")
-    book = _Book(folder)
+    book = Book(folder)
     page = folder / "index.html"
     write_atomic(page, _render(result, book, campaign, history))
     return page
 
 
-def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=select_autoescape(["j2"])
-    )
+def _render(result: Diagnosis, book: Book, campaign: str, history) -> str:
     search = result.search
     first = search.steps[0]
     runs = search.model.runs
@@ -79,7 +84,7 @@ def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
         "residual": book.add("residual", figures.residual(search.last)),
         "waterfall": book.add("waterfall", figures.waterfall(steps, result.floor)),
     }
-    return environment.get_template("page.html.j2").render(
+    return template("page.html.j2").render(
         d=result,
         campaign=campaign,
         svg=svg,
@@ -97,7 +102,7 @@ def _render(result: Diagnosis, book: _Book, campaign: str, history) -> str:
     )
 
 
-def _effect(result: Diagnosis, book: _Book, number: int) -> dict[str, Any]:
+def _effect(result: Diagnosis, book: Book, number: int) -> dict[str, Any]:
     found = result.found[number]
     data = effect_dict(found)
     effect = found.decision.term.effect

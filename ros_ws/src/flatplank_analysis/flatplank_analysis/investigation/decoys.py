@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Decoys: what the effects of the library would do in other conditions than those of the runs.
+
+A decoy is the column of an effect whose conditions are permuted. No machine is thought to do
+that, so decoys that pass the tests are counted as false alarms. They are looked for where a search
+ended, as one more step of it, and change nothing of its verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, ClassVar, cast
+from zlib import crc32
+
+import numpy as np
+
+from flatplank_analysis.discovery import screen as screens
+from flatplank_analysis.discovery.decide import Judge
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.screen import VISIBLE, Screened, best_per_effect
+from flatplank_analysis.discovery.search import Search, looks
+from flatplank_analysis.discovery.shortlist import shortlist
+from flatplank_analysis.discovery.state import Candidate, State, term_of
+from flatplank_analysis.effects.base import Signal, TireEffect
+
+REFITS = 3
+"""decoys that are refitted, the most promising ones"""
+FEWEST = 3
+"""conditions: with two a permutation is a change of sign"""
+
+
+@dataclass(frozen=True)
+class Decoys:
+    """How many were looked at, and what came of them."""
+
+    looked_at: int = 0
+    accepted: tuple[str, ...] = ()
+
+    def plain(self) -> dict[str, Any]:
+        """For a journal."""
+        return asdict(self) | {"accepted": list(self.accepted)}
+
+
+def decoys_of(search: Search) -> Decoys:
+    """Decoys of all visible effects at the end of a search, judged as effects are."""
+    last = search.last
+    groups = last.state.runs.groups
+    if len(groups) < FEWEST:
+        return Decoys()
+    order = _derangement(groups, "".join(last.state.runs.names))
+    kinds = [
+        _decoy(item, last.state.runs.groups, order)
+        for item in best_per_effect(last.screen)
+        if item.visible >= VISIBLE and not item.candidate.effect.generic
+    ]
+    state = replace(
+        last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds]
+    )  # fmt: skip
+    ranking = screens.screen(state)
+    looked_at = looks(kinds, state.model)
+    before = sum(f.decision.drop for f in last.found)
+    judge = Judge(state, state.whitened.chi2, last.screen.usual, before)
+    tried = shortlist(ranking, looked_at, REFITS)
+    accepted = [i.identifier for i in tried if _passes(judge, state, i, looked_at[i.identifier])]
+    return Decoys(len(kinds), tuple(accepted))
+
+
+def _passes(judge: Judge, state: State, item: Screened, looked_at: int) -> bool:
+    term = term_of(item.candidate, item.sizes)
+    found = state.settle(state.fitter.grown(state.whitened.fit, term), most=2)
+    return judge.decide(found, len(found.fit.terms) - 1, looked_at).accepted
+
+
+def _derangement(groups: Sequence[np.ndarray], key: str) -> np.ndarray:
+    """For each condition another one; the same for the same runs."""
+    random = np.random.default_rng(crc32(key.encode()))
+    while True:
+        order = random.permutation(len(groups))
+        if np.all(order != np.arange(len(groups))):
+            return order
+
+
+@dataclass(frozen=True)
+class Decoy(TireEffect):
+    """Base: adds a column that is there to every channel."""
+
+    kind = "machine"
+    column: ClassVar[np.ndarray]
+    """(channels, runs, samples)"""
+
+    times: float = param(0.0, unit="1", bounds=(-100.0, 100.0), screen=1.0)
+
+    def signal(self, signal: Signal) -> None:
+        for name, column in zip(signal.data.runs.channels, self.column, strict=True):
+            setattr(signal, name, getattr(signal, name) + self.times * column)
+
+
+def _decoy(item: Screened, groups: Sequence[np.ndarray], order: Iterable[int]) -> type[Decoy]:
+    """The effect's column at its best sizes, the conditions permuted."""
+    effect = item.candidate.effect
+    sizes = item.sizes if np.any(item.sizes) else np.ones(len(item.sizes))
+    own = np.tensordot(sizes / np.abs(sizes).max(), item.candidate.columns, axes=1)
+    column = np.empty_like(own)
+    for rows, other in zip(groups, order, strict=True):
+        column[:, rows] = own[:, np.resize(groups[other], len(rows))]
+    name = f"decoy_of_{effect.identifier}"
+    made = type(
+        name, (Decoy,), {"identifier": name, "coordinate": effect.coordinate, "column": column}
+    )
+    return cast(type[Decoy], made)
