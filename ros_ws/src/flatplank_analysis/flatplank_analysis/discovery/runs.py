@@ -53,6 +53,15 @@ class RunSet:
     itself from run to run, so the repeats do not show it"""
     facts: Mapping[str, np.ndarray] = field(default_factory=dict)
     """numbers per run that effects may want (start angle, nominal load ...), shape (runs,)"""
+    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """what the machine was told or driven by, shape (runs, samples): where it comes again in one
+    record, that gives a floor without repeats"""
+    rest: tuple[float, ...] = ()
+    """per channel: standard deviation while nothing moves"""
+    resolution: tuple[float, ...] = ()
+    """per channel: step in which it was recorded"""
+    floor_from: str = ""
+    """identifier of the source (`sources.ranked`) that the records were cut for, empty: not cut"""
     contradicted: tuple[str, ...] = ()
     """signs of columns or records that physics contradicts, in words: nothing is fitted then"""
 
@@ -117,5 +126,7 @@ class RunSet:
             coordinates={
                 k: replace(c, values=c.values[keep]) for k, c in self.coordinates.items()
             },
+            inputs={k: v[keep] for k, v in self.inputs.items()},
+            floor_from="",
             facts={k: v[keep] for k, v in self.facts.items()},
         )

@@ -68,6 +68,7 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
         f"{told(result.rmse_before)} before, {told(result.rmse_after)} after, "
         f"floor {told(result.floor)}; held out {told(result.held_out_after)}"
     )
+    yield f"the floor is by {result.source.words()}"
     limits = result.limits
     if limits is None:
         return
