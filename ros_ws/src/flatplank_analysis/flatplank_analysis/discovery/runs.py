@@ -97,6 +97,11 @@ class RunSet:
         """True when at least one condition was measured twice."""
         return any(len(g) > 1 for g in self.groups)
 
+    @cached_property
+    def comparable(self) -> list[np.ndarray]:
+        """Groups in which the scores of an effect scatter: repeats, or without any all runs."""
+        return self.groups if self.repeated else [np.arange(self.runs)]
+
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Mean over the repeats: (..., runs, samples) -> (..., conditions, samples)."""
         return np.stack([values[..., g, :].mean(axis=-2) for g in self.groups], axis=-2)

@@ -17,6 +17,8 @@ SAME = 0.02
 """share of its range within which an input is said to come again"""
 SEGMENTS = 6
 """conditions that a lap or a sweep is cut into: an effect must have one size in all of them"""
+COVER = 0.5
+"""share of every record at least that comes again: what does not is left out of everything"""
 SHORTEST = 12
 """nodes of a piece at least"""
 HALF = 0.5
@@ -120,11 +122,13 @@ def _runs_of(true: np.ndarray) -> list[np.ndarray]:
 
 
 def _pieces(runs: RunSet, stretches: Iterable[_Stretch]) -> Pieces | None:
-    """What comes at least twice, all cut to as many nodes; None when nothing does."""
+    """What comes at least twice, all cut to as many nodes; None when too little does."""
     found = list(stretches)
     labels = [label for _, label, _ in found]
     again = [s for s in found if labels.count(s[1]) > 1 and len(s[2]) >= 2]
-    if not again:
+    used = [len(np.unique(np.concatenate([n for r, _, n in again if r == run] or [[]])))
+            for run in range(runs.runs)]  # fmt: skip
+    if not again or min(used) < COVER * runs.samples:
         return None
     count = max(SHORTEST, min(len(nodes) for _, _, nodes in again))
     names = tuple(dict.fromkeys(label for _, label, _ in again))
