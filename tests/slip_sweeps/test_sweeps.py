@@ -77,11 +77,11 @@ def test_a_sweep_that_stays_small_does_not_say_the_peak(tmp_path):
 
 def test_the_floor_is_that_of_up_and_down_or_of_a_condition_measured_twice(tmp_path):
     once = study(bench.write_mat(tmp_path / "a.mat", bench.recording(cambers=(0.0,))))
-    assert {c.floor_from for c in once.curves} == {"up and down through the same slip"}
+    assert {c.floor_from for c in once.curves} == {"up and down through the same values"}
     two = [bench.recording(seed=k, cambers=(0.0,), pressures=(83.0,)) for k in (0, 1)]
     twice = {k: np.concatenate([two[0][k], two[1][k]]) for k in two[0]}
     found = study(bench.write_mat(tmp_path / "b.mat", twice))
-    assert {c.floor_from for c in found.curves} == {"the condition measured twice"}
+    assert {c.floor_from for c in found.curves} == {"repeats of a condition"}
     assert all(0.0 < c.floor < 12.0 for c in found.curves)
 
 

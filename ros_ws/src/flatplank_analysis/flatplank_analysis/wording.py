@@ -18,6 +18,11 @@ def plain(value: float, digits: int = 3) -> str:
     )
 
 
+def brief(value: float, digits: int = 1) -> str:
+    """So many digits behind the point; below one two that say something."""
+    return f"{value:.{digits}f}" if abs(value) >= 1.0 or value == 0.0 else plain(value, 2)
+
+
 SMALL = 0.1
 """lengths below are written in mm [m]"""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from flatplank_analysis.api.shown import page
 from flatplank_analysis.models.tir import TirFile, read_tir
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
 from flatplank_analysis.slip_sweeps.study import Study, study
@@ -63,6 +64,9 @@ class Sweeps:
     def __repr__(self) -> str:
         lines = [self.study.path, *self.study.said, *(c.label for c in self.study.conditions)]
         return "\n".join([*lines, *self.study.lacking()])
+
+    def _repr_html_(self) -> str:
+        return page(repr(self), [self.conditions], [self.plot()])
 
 
 def _short(name: str) -> str:

@@ -105,7 +105,7 @@ class Judge:
         for the held-out gain.
         """
         fit, state = found.fit, self.state
-        term, groups = fit.terms[index], state.runs.groups
+        term, runs = fit.terms[index], state.runs
         drop = self.without - found.chi2
         direction = amplitude(fit, index)
         own = [i for i in fit.loose() if not _linear(fit, index, *fit.free[i])]
@@ -115,8 +115,8 @@ class Judge:
         base = len(own)
         k = len([1 for owner, _ in fit.free if owner == index])
         local, info = scores_of(gram, base)
-        kappa, freedom = self.usual.draw(*among_repeats(groups, local, info))
-        kappa_c, freedom_c = among_conditions(groups, local, info)
+        kappa, freedom = self.usual.draw(*among_repeats(runs.comparable, local, info))
+        kappa_c, freedom_c = among_conditions(runs.groups, local, info)
         # an effect that shows in two conditions leaves one degree of freedom: too few to be
         # judged by themselves, so the dispersion is drawn towards that among repeats
         lent = max(PRIOR, self.usual.freedom)

@@ -114,15 +114,16 @@ def floor_of(
     cleaned: np.ndarray,
     channel: int = 0,
     per_run: float = np.inf,
+    least: float = 0.0,
 ) -> Floor:
     """Floor and unexplained part of one channel; residual and cleaned (runs, samples).
 
     per_run: independent numbers in a run by the noise model. What few contrasts say of slow noise
-    is uncertain, so the smaller of the two counts.
+    is uncertain, so the smaller of the two counts. least: the floor, where nothing is repeated.
     """
     counts = np.array([len(g) for g in runs.groups])
     spare = max(float(np.sum(counts - 1)), 1.0)
-    pure = float(np.sum(cleaned**2) / (spare * runs.samples))
+    pure = max(float(np.sum(cleaned**2) / (spare * runs.samples)), least**2)
     raw = float(np.sum(runs.contrast(residual) ** 2) / (spare * runs.samples))
     steps = runs.input_noise[channel] ** 2 if runs.input_noise else 0.0
     square = np.mean(runs.mean(residual) ** 2, axis=1)

@@ -23,6 +23,7 @@ from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.state import State
+from flatplank_analysis.wording import brief
 
 if TYPE_CHECKING:
     from flatplank_analysis.discovery.verdict import Diagnosis
@@ -88,17 +89,18 @@ def rest(state: State, found: bool) -> str:
     names, main = state.runs.channels, state.floors[0]
     for c, (name, level) in enumerate(zip(names, state.floors, strict=True)):
         if level.unexplained > limits(state, c).rest and level.p_value < LEFT:
-            return f"{level.unexplained:.1f} is left in {name} (floor {level.floor:.1f})"
+            left, floor = brief(level.unexplained), brief(level.floor)
+            return f"{left} is left in {name} (floor {floor})"
     allowed = limits(state)
     events = where.events(state.runs, state.residual[0], allowed.stretch)
     if events:
         level = events[0].level
         return f"a stretch of 5 cm in {names[0]} is {level / main.floor:.1f} floors off"
     if not found and main.varying >= VARYING * main.floor:
-        return f"{main.varying:.1f} in {names[0]} differs between repeats in an ordered way"
+        return f"{brief(main.varying)} in {names[0]} differs between repeats in an ordered way"
     error = state.runs.rmse(state.residual[0])
     if found and error > allowed.error:
-        return f"the error of {error:.1f} in {names[0]} is more than {AT_FLOOR:g} floors"
+        return f"the error of {brief(error)} in {names[0]} is more than {AT_FLOOR:g} floors"
     return ""
 
 
@@ -113,7 +115,8 @@ def far_off(state: State) -> str:
     if not far[asked].all():
         return ""
     worst = int(np.argmax(np.where(asked, error / np.maximum(level, 1e-30), -1.0)))
-    return f"{error[worst]:.0f} of {level[worst]:.0f} in {runs.condition_names[worst]}"
+    of = brief(level[worst], 0)
+    return f"{brief(error[worst], 0)} of {of} in {runs.condition_names[worst]}"
 
 
 def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
@@ -173,7 +176,8 @@ def broken(result: Diagnosis) -> list[str]:
         out.append("found, and something could stand in for it")
     if result.found and far_off(last):
         out.append("something is named on a base that is far off everywhere")
-    if result.verdict in ("none of these", "partly") and not rest(last, bool(result.found)):
+    claims = ("none of these", *(["partly"] if result.source.at_most == "found" else []))
+    if result.verdict in claims and not rest(last, bool(result.found)):
         out.append(f"{result.verdict}, and nothing of consequence is left")
     told = " ".join(result.notes)
     ends = [t for f in (last.fit, last.whitened.fit) for t in at_ends(last.fitter, f)]

@@ -20,6 +20,8 @@ TIMES = (0.5, 1.5, 5.0, 15.0, 50.0)
 """[s] time constants, scaled to a run of 135 s"""
 NODES = 430
 """nodes of a run that are used for decisions"""
+HIDDEN = 1e-6
+"""share below which the stiff directions leave nothing of a component: it gets no weight"""
 
 
 @dataclass(frozen=True)
@@ -111,27 +113,28 @@ def _kernel(tau: np.ndarray, total: float) -> np.ndarray:
 
 def _channel(runs: RunSet, contrast: np.ndarray, stiff: np.ndarray) -> ChannelNoise:
     picks = np.unique(np.linspace(0, runs.samples - 1, 330).astype(int))
-    groups = [g for g in runs.groups if len(g) > 1]
-    spare = np.array([len(g) - 1.0 for g in groups])
+    # without repeats the residual stands for the noise, every run by itself
+    groups = [g for g in runs.groups if len(g) > 1] or [np.array([r]) for r in range(runs.runs)]
+    spare = np.array([max(len(g) - 1.0, 1.0) for g in groups])
     t = runs.time[np.concatenate(groups)][:, picks].mean(axis=0)
     tau = np.abs(t[:, None] - t[None, :])
     kernels = _kernel(tau, float(t[-1] - t[0]))
     product, expected = np.zeros_like(tau), np.zeros_like(kernels)
     energy, traces = [], []
-    for g in groups:
+    for g, own in zip(groups, spare, strict=True):
         q = _orthonormal(stiff[:, g][:, :, picks].mean(axis=1))
         d = contrast[g][:, picks]
         d = d - (d @ q) @ q.T
         part = _without(kernels, q)
         product += d.T @ d / spare.sum()
-        expected += part * ((len(g) - 1) / spare.sum())
+        expected += part * (own / spare.sum())
         energy.append(float(np.sum(d**2)))
         traces.append(np.trace(part, axis1=1, axis2=2))
     weights = _weights(product, expected, tau)
     usual = np.array([float(weights @ trace) for trace in traces])
     scale = np.ones(runs.runs)
-    for g, own, k, normal in zip(groups, energy, spare, usual, strict=True):
-        scale[g] = _drawn(own / k, normal, k)
+    for g, total, k, normal in zip(groups, energy, spare, usual, strict=True):
+        scale[g] = _drawn(total / k, normal, k)
     return ChannelNoise(weights, scale)
 
 
@@ -164,9 +167,11 @@ def _weights(product: np.ndarray, expected: np.ndarray, tau: np.ndarray) -> np.n
     trust = np.sqrt(np.minimum(counts[keep] / len(tau), 20.0))
     # lag zero is known best; without it the total variance would be off
     trust[0] = 10.0
-    weights, _ = nnls((basis * trust).T, by_lag(product) * trust)
     total = max(float(np.trace(product)), 1e-12 * len(tau))
     shown = np.trace(expected, axis1=1, axis2=2)
+    seen = shown > HIDDEN * len(tau)
+    weights = np.zeros(len(expected))
+    weights[seen], _ = nnls((basis[seen] * trust).T, by_lag(product) * trust)
     if float(weights @ shown) <= 0.0:
         weights = np.zeros(len(expected))
     else:

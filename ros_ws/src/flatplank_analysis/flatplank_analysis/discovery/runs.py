@@ -53,6 +53,15 @@ class RunSet:
     itself from run to run, so the repeats do not show it"""
     facts: Mapping[str, np.ndarray] = field(default_factory=dict)
     """numbers per run that effects may want (start angle, nominal load ...), shape (runs,)"""
+    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """what the machine was told or driven by, shape (runs, samples): where it comes again in one
+    record, that gives a floor without repeats"""
+    rest: tuple[float, ...] = ()
+    """per channel: standard deviation while nothing moves"""
+    resolution: tuple[float, ...] = ()
+    """per channel: step in which it was recorded"""
+    floor_from: str = ""
+    """identifier of the source (`sources.ranked`) that the records were cut for, empty: not cut"""
     contradicted: tuple[str, ...] = ()
     """signs of columns or records that physics contradicts, in words: nothing is fitted then"""
 
@@ -88,6 +97,11 @@ class RunSet:
         """True when at least one condition was measured twice."""
         return any(len(g) > 1 for g in self.groups)
 
+    @cached_property
+    def comparable(self) -> list[np.ndarray]:
+        """Groups in which the scores of an effect scatter: repeats, or without any all runs."""
+        return self.groups if self.repeated else [np.arange(self.runs)]
+
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Mean over the repeats: (..., runs, samples) -> (..., conditions, samples)."""
         return np.stack([values[..., g, :].mean(axis=-2) for g in self.groups], axis=-2)
@@ -117,5 +131,7 @@ class RunSet:
             coordinates={
                 k: replace(c, values=c.values[keep]) for k, c in self.coordinates.items()
             },
+            inputs={k: v[keep] for k, v in self.inputs.items()},
+            floor_from="",
             facts={k: v[keep] for k, v in self.facts.items()},
         )

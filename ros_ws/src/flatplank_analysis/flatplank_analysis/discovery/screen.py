@@ -86,7 +86,9 @@ def _usual(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Usual:
         if item.identifier in seen or item.visible < VISIBLE:
             continue
         seen.add(item.identifier)
-        pairs.append(among_repeats(state.runs.groups, *scores_of(_along(gram, own, item), own)))
+        pairs.append(
+            among_repeats(state.runs.comparable, *scores_of(_along(gram, own, item), own))
+        )
     return usual([k for k, _ in pairs], [f for _, f in pairs])
 
 

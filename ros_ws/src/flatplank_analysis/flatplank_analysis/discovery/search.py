@@ -19,6 +19,8 @@ from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.rivals import Rival, Suspect, indifferent, rivals, suspects
 from flatplank_analysis.discovery.screen import VISIBLE, Screen, Screened, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
+from flatplank_analysis.discovery.sources.base import UNDECIDED
+from flatplank_analysis.discovery.sources.ranked import seen, source_of
 from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
@@ -128,7 +130,8 @@ def run_search(
 ) -> Search:
     """Search for the effects that a model lacks."""
     options = options or Options()
-    if not model.runs.repeated:
+    model = seen(model)
+    if source_of(model.runs).at_most == UNDECIDED:
         raise FlatplankError("no repeats", "campaign", "repeat at least one condition")
     return _Searcher(model, list(effects), options).run()
 
@@ -425,8 +428,10 @@ def _nearly(decision: Decision) -> bool:
 def _rough_levels(model: Model) -> list[float]:
     """First weights: scatter between neighbouring nodes and between repeats, the smaller."""
     runs = model.runs
+    near = np.sqrt(np.mean(np.diff(runs.measured, 2, axis=-1) ** 2, axis=(1, 2)) / 6.0)
+    if not runs.repeated:
+        return [float(max(n, 1e-9)) for n in near]
     contrast = runs.contrast(runs.measured)
     spare = sum(len(g) - 1 for g in runs.groups) * runs.samples
     between = np.sqrt(np.sum(contrast**2, axis=(1, 2)) / max(spare, 1))
-    near = np.sqrt(np.mean(np.diff(runs.measured, 2, axis=-1) ** 2, axis=(1, 2)) / 6.0)
     return [float(max(min(b, 4.0 * n), 1e-9)) for b, n in zip(between, near, strict=True)]

@@ -16,6 +16,7 @@ from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.sources.ranked import can_show, level_of, source_of
 from flatplank_analysis.discovery.whitened import Whitened, settle
 from flatplank_analysis.errors import FlatplankError
 
@@ -82,10 +83,11 @@ def make_candidates(
             raise FlatplankError(
                 "predicts NaN or infinity", f"effect {effect.identifier}", "check its range"
             )
-    return [
+    made = [
         Candidate(effect, setting, predicted[at : at + len(effect.linear())])
         for effect, setting, at in plan
     ]
+    return [c for c in made if can_show(model.runs, c.columns)]
 
 
 def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
@@ -124,10 +126,13 @@ def make_state(
         cleaned.append(floors.clean_contrasts(runs, residual[c], [b for b in alive if len(b)]))
     contrasts = np.stack(cleaned)
     stiff = stiff_columns(model, fit)
-    model_noise = noises.fit_noise(runs, contrasts, residual, stiff)
+    bound = source_of(runs).lower_bound
+    model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, stiff)
     for c, noise in enumerate(model_noise):
-        per_run = noises.freedom_of(runs, noise)
-        levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run))
+        # a lower bound is seen at every node; what the residual itself makes of it is no measure
+        per_run = runs.samples if bound else noises.freedom_of(runs, noise)
+        least = level_of(runs, c) if bound else 0.0
+        levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run, least))
     whitener = noises.make_whitener(runs, model_noise)
     scatter = grams.scatter_of(runs, whitener, contrasts, stiff)
 

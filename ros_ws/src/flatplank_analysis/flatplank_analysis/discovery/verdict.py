@@ -14,14 +14,15 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.search import LARGEST_CLASS, Found, Search, Step, polish
+from flatplank_analysis.discovery.sources.base import FOUND, PARTLY, UNDECIDED, Source
+from flatplank_analysis.discovery.sources.cap import capped
+from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.wording import brief
 
 AT_FLOOR = "at floor"
-FOUND = "found"
 GROUP = "found group"
 LAW = "tire law only"
-PARTLY = "partly"
 NONE = "none of these"
-UNDECIDED = "not decidable"
 VERDICTS = (AT_FLOOR, FOUND, GROUP, LAW, PARTLY, NONE, UNDECIDED)
 LEAST_RUNS = 6
 
@@ -49,6 +50,8 @@ class Diagnosis:
     detectable: dict[str, tuple[float, str]]
     """smallest size found with 80 % power, by effect, with unit"""
     seconds: float
+    source: Source
+    """what gives the floor"""
     limits: invariants.Limits | None = None
     """what counts in the first channel"""
     search: Search | None = None
@@ -61,6 +64,7 @@ class Diagnosis:
             "reason": self.reason,
             "effects": [effect_dict(f) for f in self.found],
             "floor_rmse": _round(self.floor),
+            **self.source.to_dict(),
             "rmse_before": _round(self.rmse_before),
             "rmse_after": _round(self.rmse_after),
             "held_out_before": _round(self.held_out_before),
@@ -131,8 +135,11 @@ def undecidable(runs: RunSet) -> str:
         return "; ".join(runs.contradicted)
     if runs.runs < LEAST_RUNS:
         return f"{runs.runs} runs: at least {LEAST_RUNS} independent runs are needed"
-    if not runs.repeated:
-        return "no repeats: without them there is no floor; repeat the conditions"
+    if source_of(runs).at_most == UNDECIDED:
+        return (
+            "no repeats, and nothing else that gives a floor (laps, a level visited twice, a way "
+            "back, noise at rest, resolution); repeat the conditions"
+        )
     if len(runs.groups) < 2:
         return "one condition only: an effect cannot be told from the tire"
     return ""
@@ -149,8 +156,9 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     last, first = search.last, search.steps[0]
     levels = last.state.floors[0]
     residual = last.state.residual[0]
+    source = source_of(runs)
     if not verdict:
-        verdict, reason = _verdict(search, last)
+        verdict, reason = capped(source, *_verdict(search, last))
     counts = invariants.limits(last.state)
     maps = where.make_maps(runs, residual, levels.floor)
     found_events = where.events(runs, residual, counts.stretch)
@@ -174,6 +182,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         next_run=next_run or {},
         detectable=smallest(last, search.looked_at),
         seconds=search.seconds,
+        source=source,
         limits=counts,
         search=search,
         notes=tuple(notes),
@@ -204,7 +213,10 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     named = [f for f in last.found if not f.decision.term.effect.generic]
     if not last.found:
         if not left:
-            return AT_FLOOR, f"nothing that counts is left beyond the floor of {level.floor:.1f}"
+            return (
+                AT_FLOOR,
+                f"nothing that counts is left beyond the floor of {brief(level.floor)}",
+            )
         if lawful:
             return LAW, f"{left}; a force law of another form takes it, the machine is fine"
         return NONE, f"{left}; no effect of the library explains it"
@@ -273,5 +285,5 @@ def refused(runs: RunSet, seconds: float = 0.0) -> Diagnosis:
     nan = float("nan")
     return Diagnosis(
         UNDECIDED, undecidable(runs), (), nan, nan, nan, nan, nan, nan, nan, (), (), nan, nan,
-        {}, {}, seconds,
+        {}, {}, seconds, source_of(runs),
     )  # fmt: skip

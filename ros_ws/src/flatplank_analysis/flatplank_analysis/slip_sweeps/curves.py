@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 
+from flatplank_analysis.discovery.sources.ranked import BY_NAME
 from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, Condition
 from flatplank_analysis.slip_sweeps.levels import SMOOTH
 
@@ -35,7 +36,7 @@ class Curve:
     floor: float
     """how far the measurement can differ from a curve at the best [N]; NaN: not known"""
     floor_from: str
-    """in words"""
+    """title of the source, in words"""
 
 
 @dataclass(frozen=True)
@@ -96,10 +97,10 @@ def _floor(bins, force, up, down, first) -> tuple[float, str]:
     if first is not None:
         a, b = _means(bins, force, first), _means(bins, force, ~first)
         if np.isfinite(a - b).mean() > COMMON:
-            return _half(a - b), "the condition measured twice"
+            return _half(a - b), BY_NAME["repeats"].title
     if np.isfinite(up - down).mean() > COMMON:
-        return _half(up - down), "up and down through the same slip"
-    return float("nan"), "nothing: neither repeats nor a way back"
+        return _half(up - down), BY_NAME["ways"].title
+    return float("nan"), BY_NAME["nothing"].title
 
 
 def _half(difference: np.ndarray) -> float:

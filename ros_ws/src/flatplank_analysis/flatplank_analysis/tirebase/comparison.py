@@ -8,6 +8,7 @@ from typing import Any
 
 from flatplank_analysis.discovery import invariants, where
 from flatplank_analysis.discovery.search import Step
+from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import span, table
 
@@ -16,36 +17,42 @@ def numbers(session: Session, step: Step) -> dict[str, Any]:
     """The JSON of `flatplank compare --json`."""
     runs, level = session.data.runs, step.state.floors[0]
     maps = where.make_maps(runs, step.state.residual[0], level.floor)
-    return session.numbers(step) | {
-        "conditions": [
-            {
-                "condition": name,
-                "runs": int(len(rows)),
-                "rmse": round(float(level.rmse_condition[i]), 3),
-                "unexplained": round(float(level.per_condition[i]), 3),
-                "floor": round(level.floor, 3),
-            }
-            for i, (name, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
-        ],
-        "where": [
-            {
-                "coordinate": m.coordinate,
-                "unit": m.unit,
-                "range": [round(v, 5) for v in m.place],
-                "share": round(m.place_share, 3),
-                "ordered": round(m.ordered, 3),
-                "p_value": round(m.p_value, 4),
-            }
-            for m in maps
-        ],
-        "parameters": {
-            p.name: float(f"{v:.6g}")
-            for p, v in zip(session.model.parameters, step.state.fit.base, strict=True)
-        },
-        "at_bound": list(step.state.fit.at_bound),
-        "at_end": invariants.at_ends(step.state.fitter, step.state.fit),
-        "effects": [term.effect.identifier for term in step.state.fit.terms],
-    }
+    return (
+        session.numbers(step)
+        | source_of(runs).to_dict()
+        | {
+            "conditions": [
+                {
+                    "condition": name,
+                    "runs": int(len(rows)),
+                    "rmse": round(float(level.rmse_condition[i]), 3),
+                    "unexplained": round(float(level.per_condition[i]), 3),
+                    "floor": round(level.floor, 3),
+                }
+                for i, (name, rows) in enumerate(
+                    zip(runs.condition_names, runs.groups, strict=True)
+                )
+            ],
+            "where": [
+                {
+                    "coordinate": m.coordinate,
+                    "unit": m.unit,
+                    "range": [round(v, 5) for v in m.place],
+                    "share": round(m.place_share, 3),
+                    "ordered": round(m.ordered, 3),
+                    "p_value": round(m.p_value, 4),
+                }
+                for m in maps
+            ],
+            "parameters": {
+                p.name: float(f"{v:.6g}")
+                for p, v in zip(session.model.parameters, step.state.fit.base, strict=True)
+            },
+            "at_bound": list(step.state.fit.at_bound),
+            "at_end": invariants.at_ends(step.state.fitter, step.state.fit),
+            "effects": [term.effect.identifier for term in step.state.fit.terms],
+        }
+    )
 
 
 def text_of(data: Mapping[str, Any]) -> str:
@@ -66,6 +73,7 @@ def text_of(data: Mapping[str, Any]) -> str:
         f"all: error {data['rmse']:.1f} N, floor {data['floor']:.1f} N, "
         f"beyond it {data['unexplained']:.1f} N"
     )
+    lines.append(f"the floor is by {data['floor_from']}")
     for m in data["where"][:4] if data["unexplained"] > 0.0 else ():
         low, high = m["range"]
         where = span(low, high, m["unit"])

@@ -23,6 +23,7 @@ from flatplank_analysis.tirebase.grid import (
     smooth_columns,
     uniform_positions,
 )
+from flatplank_analysis.tirebase.rest import at_rest, steps_of
 from flatplank_analysis.tirebase.signs import WrongSign, wrong_signs
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
@@ -171,6 +172,9 @@ def from_tables(tables: list[MeasurementTable]) -> TireRuns:
     stack = {name: np.stack([p[name] for p in picked]) for name in picked[0]}
     times = [n[:count] for n in nodes]
     data = _assemble(tables, stack, np.array([float(s["step"]) for s in smooth]))
+    if not data.runs.repeated:
+        rest, steps = at_rest(smooth, data.runs.channels), steps_of(tables, data.runs.channels)
+        data = replace(data, runs=replace(data.runs, rest=rest, resolution=steps))
     return replace(data, further=further_columns(tables, times))
 
 
@@ -252,7 +256,14 @@ def _facts(tables: list[MeasurementTable]) -> dict[str, np.ndarray]:
         "start": each(lambda i: i.start_angle),
         "order": each(lambda i: i.run_index),
         "speed": each(lambda i: i.speed if i.speed == i.speed else SPEED),
+        "session": _sessions(tables),
     }
+
+
+def _sessions(tables: list[MeasurementTable]) -> np.ndarray:
+    """Number of the day on which each run was made; without a date all are of one session."""
+    days = [t.info.date[:10] for t in tables]
+    return np.array([sorted(set(days)).index(day) for day in days], dtype=float)
 
 
 def _assemble(

@@ -151,14 +151,14 @@ class Session:
     def fit(
         self, model: ModelFile | None, extra: Sequence[Term] = (), before: Step | None = None
     ) -> Step:
-        """Fit the model file's model as it is, with floor and ranking; needs repeats.
+        """Fit the model file's model as it is, with floor and ranking; needs a floor.
 
         before: a step without the last of the extra terms, whose error is not raised.
         """
         if self.model.runs.contradicted:
             raise FlatplankError("; ".join(self.model.runs.contradicted), self.campaign.path)
-        if not self.model.runs.repeated:
-            why = verdict.undecidable(self.model.runs)
+        why = "" if self.model.runs.repeated else verdict.undecidable(self.model.runs)
+        if why:
             raise FlatplankError(why, self.campaign.path, "repeat one condition")
         base = start_base(self.model, self.start(model) if model else None)
         terms = [*(self.terms(model) if model else ()), *extra]

@@ -15,6 +15,7 @@ from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.search import Search, Step
 from flatplank_analysis.discovery.shortlist import negligible
+from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
 
@@ -67,8 +68,8 @@ def conditions(steps: Sequence[Step]) -> Figure:
     axes.bar(x - (0.2 if moved else 0), before, width, color=GREY, label=alone)
     if moved:
         axes.bar(x + 0.2, after, width, color=BLUE, label="with the effects")
-    floor = last.state.floors[0].floor
-    axes.axhline(floor, color=ORANGE, lw=1.5, label=f"floor {floor:.1f} N")
+    floor, by = last.state.floors[0].floor, source_of(runs).words()
+    axes.axhline(floor, color=ORANGE, lw=1.5, label=f"floor {floor:.1f} N ({by})")
     labels = [short(n) for n in runs.condition_names]
     axes.set_xticks(x, labels, rotation=30 if len(x) > 9 else 0, fontsize=8)
     axes.set_ylabel("RMSE of Fx [N]", fontsize=9)

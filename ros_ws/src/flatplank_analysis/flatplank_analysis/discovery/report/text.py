@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.wording import quantity, sized
+from flatplank_analysis.wording import brief, quantity, sized
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
 """channels as people write them"""
@@ -61,13 +61,14 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     unit, digits = _unit(result), 1 if result.floor >= 1.0 else 3
 
     def told(value: float) -> str:
-        return f"{value:.{digits}f} {unit}"
+        return f"{brief(value) if result.floor < 0.1 else f'{value:.{digits}f}'} {unit}"
 
     yield (
         f"error of {NAMES.get(runs.channels[0], runs.channels[0])}: "
         f"{told(result.rmse_before)} before, {told(result.rmse_after)} after, "
         f"floor {told(result.floor)}; held out {told(result.held_out_after)}"
     )
+    yield f"the floor is by {result.source.words()}"
     limits = result.limits
     if limits is None:
         return

@@ -15,6 +15,7 @@ from flatplank_analysis.discovery import screen, verdict, where
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.search import Step
+from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.tirebase.session import Session
 from flatplank_control.panel.analysis.proposal import runs_of
 from flatplank_control.panel.analysis.stamp import Stamp, stamp_of
@@ -88,6 +89,7 @@ def _picture(at: _Open, step: Step) -> dict[str, Any]:
     maps = where.make_maps(runs, residual, level.floor)[:MAPS]
     return (
         session.numbers(step)
+        | source_of(runs).to_dict()
         | {
             "conditions": [
                 {

@@ -79,7 +79,7 @@ class _Discover:
             self.status = ui.label("Open a campaign.").classes("fp-quiet").props("role=status")
 
     def build_error(self) -> None:
-        with self.page.card("Error against the floor from repeats"):
+        with self.page.card("Error against the floor"):
             self.error_chart = ui.echart(charts.against_floor([])).style("height:260px;width:100%")
 
     def build_waterfall(self) -> None:
@@ -224,7 +224,8 @@ class _Discover:
         self.picture = picture
         self.say(
             f"error {picture['rmse']:.1f} N, floor {picture['floor']:.1f} N, "
-            f"beyond the floor {picture['unexplained']:.1f} N"
+            f"beyond the floor {picture['unexplained']:.1f} N; the floor is by "
+            f"{picture['floor_from']}"
         )
         _set(self.error_chart, charts.against_floor(picture["conditions"]))
         names = [c["condition"] for c in picture["curves"]]

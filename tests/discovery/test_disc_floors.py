@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Floors without designed repeats: what gives them, and the most that a verdict says on them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ball import Drag, Wind, throw
+from bristles import Truth, campaign, save
+from spring import Damper, Spring, Stiffening, measured, ramps, sine, stairs, there_and_back
+
+from flatplank_analysis.cli import compare
+from flatplank_analysis.cli import diagnose as verb
+from flatplank_analysis.discovery.report.text import text_of
+from flatplank_analysis.discovery.search import run_search
+from flatplank_analysis.discovery.sources.ranked import SOURCES, level_of, seen, source_of
+from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, PARTLY, diagnose, undecidable
+from flatplank_analysis.errors import FlatplankError
+
+RECORDS = {
+    "laps": (lambda **k: measured(sine(), **k), FOUND),
+    "visits": (lambda **k: measured(stairs(), **k), FOUND),
+    "ways": (lambda **k: measured(there_and_back(), **k), PARTLY),
+    "rest": (lambda **k: measured(*ramps(), rest=(0.05,), **k), PARTLY),
+    "resolution": (lambda **k: measured(*ramps(), resolution=(0.1,), **k), PARTLY),
+}
+
+
+def answer(spring: Spring):
+    return diagnose(run_search(spring, [Stiffening, Damper]))
+
+
+@pytest.mark.parametrize(("name", "made", "most"), [(k, *v) for k, v in RECORDS.items()])
+def test_the_best_source_is_taken_and_named_and_caps_the_verdict(name, made, most):
+    result = answer(made())
+    assert result.source.identifier == name and result.source.at_most == most
+    assert [f.decision.term.effect.identifier for f in result.found] == ["stiffening"]
+    assert result.verdict == most, result.reason
+    low, high = result.found[0].decision.interval
+    assert low < 4.0 < high
+    assert result.source.title in text_of(result)
+    told = result.to_dict()
+    assert told["floor_from"] == result.source.words() and told["verdict_at_most"] == most
+    assert told["floor_is_lower_bound"] is (name in ("rest", "resolution"))
+    assert 0.025 < result.floor < 0.12
+
+
+@pytest.mark.parametrize(("name", "made"), [(k, v[0]) for k, v in RECORDS.items()])
+@pytest.mark.parametrize("seed", [3, 4])
+def test_nothing_is_named_where_nothing_is(name, made, seed):
+    result = answer(made(seed=seed, k=0.0))
+    assert not result.found, (name, result.reason)
+    assert not result.verdict.startswith("found")
+
+
+def test_repeats_go_before_everything_else():
+    runs = throw(1, 0.0).runs
+    assert source_of(runs).identifier == "repeats"
+    assert source_of(replace(runs, rest=(0.01,), resolution=(0.01,))).identifier == "repeats"
+    other = replace(runs, facts={**runs.facts, "session": np.arange(runs.runs)})
+    assert source_of(other).identifier == "sessions"
+    same = replace(runs, facts={**runs.facts, "session": np.zeros(runs.runs)})
+    assert source_of(same).identifier == "repeats"
+
+
+def test_the_same_condition_in_other_sessions_allows_partly():
+    ball = throw(1, 0.02)
+    ball.runs = replace(ball.runs, facts={**ball.runs.facts, "session": ball.runs.order})
+    result = diagnose(run_search(ball, [Drag, Wind]))
+    assert [f.decision.term.effect for f in result.found] == [Drag]
+    assert result.verdict == PARTLY and "other sessions" in result.reason
+
+
+def test_nothing_gives_no_floor_and_says_what_would():
+    ball = throw(4, 0.02, repeats=1)
+    why = undecidable(ball.runs)
+    assert "no repeats" in why and "noise at rest" in why
+    with pytest.raises(FlatplankError, match="no repeats"):
+        run_search(ball, [Drag])
+    ball.runs = replace(ball.runs, rest=(0.02,))
+    assert undecidable(ball.runs) == ""
+    assert diagnose(run_search(ball, [Drag, Wind])).verdict in (PARTLY, AT_FLOOR)
+
+
+def test_a_lower_bound_joins_what_is_known():
+    runs = measured(*ramps(), rest=(0.03,), resolution=(0.1,), input_noise=(0.04,)).runs
+    assert level_of(runs, 0) == pytest.approx(0.05)
+
+
+def test_pieces_repeat_each_other():
+    """Every piece of a condition has the same inputs, and the prediction is cut as they are."""
+    for name in ("laps", "visits", "ways"):
+        whole = RECORDS[name][0]()
+        view = seen(whole)
+        assert view.runs.floor_from == name and view.runs.repeated
+        u = view.runs.inputs["stretch"]
+        for rows in view.runs.groups:
+            assert np.ptp(u[rows], axis=0).max() < 0.02
+        np.testing.assert_array_equal(seen(view).runs.measured, view.runs.measured)
+    assert [s.at_most for s in SOURCES] == sorted(
+        (s.at_most for s in SOURCES), key=["found", "partly", "not decidable"].index
+    )
+
+
+def test_a_campaign_without_repeats_is_judged_by_its_noise_at_rest(tmp_path, capsys):
+    slips = (-0.1, -0.05, -0.02, -0.01, 0.01, 0.02, 0.05, 0.1)
+    folder = save(campaign(Truth(seed=41, slips=slips, repeats=1, backlash=8e-4)), tmp_path)
+    assert compare.main([str(folder), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["floor_from"] == "noise at rest (lower bound)"
+    page = tmp_path / "page"
+    assert verb.main([str(folder), "--json", "--report", str(page)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["verdict"] == PARTLY and told["verdict_at_most"] == PARTLY
+    assert "noise at rest (lower bound)" in told["reason"]
+    (effect,) = told["effects"]
+    assert "drive_backlash" in (effect["name"], *effect["class"])
+    drawn = (page / "index.html").read_text(encoding="utf-8")
+    assert "the floor is" in drawn and "by noise at rest (lower bound)" in drawn

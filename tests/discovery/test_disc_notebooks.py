@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The notebooks run from their first cell to their last, on campaigns of their kind."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+import run_cells
+import yaml
+from bristles import Truth, campaign, save
+
+from flatplank_analysis.errors import FlatplankError
+
+ROOT = Path(__file__).resolve().parents[2]
+BOOKS = ROOT / "examples" / "notebooks"
+SLIPS = (-0.05, -0.01, 0.01, 0.05)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A campaign with a backlash of half a millimetre in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "campaign"
+    folder.mkdir()
+    save(campaign(Truth(seed=41, slips=SLIPS, repeats=2, backlash=5e-4)), folder)
+    return tmp_path
+
+
+def test_every_notebook_is_run_here():
+    names = {path.stem for path in BOOKS.glob("*.ipynb")}
+    assert names == {"slip_step", "discovery_loop", "own_effect"}
+
+
+def test_a_slip_step_from_bag_to_report(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tests" / "analysis_data"))
+    from bagmaker import write_run
+    from steptable import step_table
+
+    monkeypatch.chdir(tmp_path)
+    for kappa in (-0.05, 0.05):
+        table = step_table(kappa, noise=5.0)
+        name = f"TOY_{100 * kappa:+.0f}"
+        columns = {k: v for k, v in table.columns.items()}
+        record = yaml.safe_dump(table.info.to_dict() | {"tire": "TOY"})
+        write_run(tmp_path / "campaign" / name, columns, record, name)
+    names, shown = run_cells.run(BOOKS / "slip_step.ipynb")
+    assert names["page"].is_file() and len(names["runs"]) == 2
+    assert "-0.05" in shown[0] and "<table" in shown[0]
+
+
+@pytest.mark.timeout(400)
+def test_the_loop_of_discovery(here):
+    names, shown = run_cells.run(BOOKS / "discovery_loop.ipynb")
+    assert "drive_backlash" in names["grown"].effects
+    assert names["grown"].numbers["rmse"] < 0.5 * names["grown"].numbers["rmse_before"]
+    assert (here / "model.yaml").is_file()
+    assert sum("<img" in text for text in shown) >= 3
+
+
+@pytest.mark.timeout(400)
+def test_an_effect_of_ones_own(here):
+    names, shown = run_cells.run(BOOKS / "own_effect.ipynb")
+    assert names["model"].effects == ["rail_friction"]
+    assert any("rail_friction" in text for text in shown)
+    with pytest.raises(FlatplankError):
+        names["model"].add("rail_friction")
+    assert "rail_friction" not in sys.modules
