@@ -7,6 +7,7 @@ A curve is a sum of hats; the response of the model to each hat gives that to an
 from __future__ import annotations
 
 import dataclasses
+import textwrap
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,6 +22,7 @@ from flatplank_analysis.proposal.sites import Site
 COARSE = {PLACE: 14, LEVEL: 5}
 FINE = {PLACE: 72, LEVEL: 24}
 OTHER_COARSE, OTHER_FINE = 6, 24
+"""knots of a free curve over other coordinates: for the ranking, and for the forms"""
 ORDERS = 4
 """waves per turn that are looked for"""
 
@@ -103,7 +105,7 @@ def _method(method: str, line: str, factor: str) -> Any:
         f"def {method}(self, {method}):\n"
         f"    data = {method}.data\n"
         f"    change = self.change(){times}\n"
-        f"    {line}\n"
+        f"{textwrap.indent(line, '    ')}\n"
     )
     scope: dict[str, Any] = {"np": np}
     exec(source, scope)

@@ -6,23 +6,24 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.discovery import heldout, verdict
+from flatplank_analysis.discovery import heldout, invariants, verdict
+from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.screen import screen
 from flatplank_analysis.discovery.search import Progress, Step
-from flatplank_analysis.discovery.state import State, make_state
+from flatplank_analysis.discovery.state import State, make_candidates, make_state
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.proposal.curves import acting, basis_of
 from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
 from flatplank_analysis.proposal.sites import places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 from flatplank_analysis.tirebase.session import Session
-from flatplank_analysis.wording import sized
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY = ("fx", "gain", "friction", "slip")
@@ -170,9 +171,12 @@ def _written(
     effect = effect_of(text_of(best.sentence))
     wider = replace(session, effects={**session.effects, effect.identifier: effect})
     assert result.search is not None
-    known = session.file_of(model or ModelFile(), result.search.last.state.fit)
-    _, after, numbers = wider.add(known, effect.identifier)
+    last = result.search.last
+    known = session.file_of(model or ModelFile(), last.state.fit)
+    _, after, numbers = wider.add(known, effect.identifier, _with_candidate(last, effect))
     numbers |= {"held_out_level": _six(held_out_level(after.state))}
+    if numbers["rmse"] > invariants.limits(after.state).error:
+        numbers["doubts"].append("the error is not at the floor: more is left than this")
     term = after.state.fit.terms[-1]
     low, high = (float(v) for v in numbers["interval"])
     named = term.named()
@@ -188,6 +192,14 @@ def _written(
     )  # fmt: skip
 
 
+def _with_candidate(step: Step, effect: type[Effect]) -> Step:
+    """The step as `add` needs it: with the columns of the new effect."""
+    old = step.state
+    columns = make_candidates(old.model, old.whitened.fit, [effect], old.residual)
+    state = replace(old, candidates=columns)
+    return Step(state, replace(screen(state), usual=step.screen.usual), [])
+
+
 def _named(s: Sentence, session: Session) -> Sentence:
     """The sentence under a name that no effect has: two patches are two effects."""
     first, number = s.identifier, 1
@@ -199,11 +211,8 @@ def _named(s: Sentence, session: Session) -> Sentence:
 
 def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) -> Iterator[str]:
     """What the data say of it, for the head of the file."""
-    runs = session.data.runs
-    yield (
-        f"Size {sized(n['size'], n['interval'], n['unit'])}, from "
-        f"{runs.runs} runs of {len(runs.groups)} conditions ({runs.names[0]} .. {runs.names[-1]})."
-    )
+    runs, folder = session.data.runs, Path(session.campaign.path).name
+    yield f"From {runs.runs} runs of {len(runs.groups)} conditions of {folder}."
     yield (
         f"Error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, floor {n['floor']:.1f} N; in "
         f"left-out conditions {n['held_out']:.1f} N, in left-out levels "
@@ -215,7 +224,7 @@ def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) ->
     if alias:
         others.append(f"the same over {' or '.join(alias)}")
     if others:
-        yield f"These runs cannot tell it from: {'; '.join(others[:4])}."
+        yield f"These runs cannot tell it from: {'; '.join(others[:2])}."
 
 
 def _short(s: Sentence) -> str:

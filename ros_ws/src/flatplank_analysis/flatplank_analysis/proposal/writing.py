@@ -16,16 +16,14 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import effects_in
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.hooks import NONE
+from flatplank_analysis.proposal.proposed import Proposed
 from flatplank_analysis.proposal.shapes.base import PLACE, Shape, literal
 from flatplank_analysis.proposal.sites import Site
-from flatplank_analysis.wording import plain
+from flatplank_analysis.wording import quantity, span
 
 _CLASSES = {"signal": "Signal", "motion": "Motion", "tire": "Tire"}
-_HELPERS = {
-    "play(": "from flatplank_analysis.proposal.shapes.operators import play",
-    "follow(": "from flatplank_analysis.proposal.shapes.operators import follow",
-}
-WIDTH = 92
+_HELPERS = ("follow", "play")
+WIDTH = 95
 
 
 @dataclass(frozen=True)
@@ -70,68 +68,77 @@ def text_of(s: Sentence) -> str:
     """The effect file of a sentence."""
     site, hook = s.site, s.site.hook
     body = _body(s)
-    name = class_of(s.identifier)
-    head = [
-        "Proposed by `flatplank propose`, not confirmed; give it the name of its cause.", *s.told,
-    ]  # fmt: skip
-    imports = [
-        "from flatplank_analysis.discovery.parameters import param",
-        f"from flatplank_analysis.effects.base import {_CLASSES[hook.method]}, TireEffect",
-        *(line for call, line in _HELPERS.items() if any(call in b for b in body)),
-    ]
-    span = site.place.span
+    seen = site.place.span
     over = _quoted(site.place.name)
-    title = _quoted(f"Proposed: {hook.words} over {site.place.name or 'all runs'}")
-    ranges = f"{{{over}: ({literal(span.low)}, {literal(span.high)})}}"
+    ranges = f"{{{over}: ({literal(seen.low)}, {literal(seen.high)})}}"
     lines = [
-        '"""' + "\n".join(textwrap.fill(_plain(h), 96) for h in head) + '"""', "",
-        "from dataclasses import dataclass", "", "import numpy as np", "",
-        *imports, "", "",
-        "@dataclass(frozen=True)", f"class {name}(TireEffect):",
+        *_head(s, body), "", "",
+        "@dataclass(frozen=True)", f"class {class_of(s.identifier)}(Proposed):",
         f'    identifier = "{s.identifier}"',
-        f"    title = {title}",
-        f'    kind = "{hook.kind}"',
+        *([f'    kind = "{hook.kind}"'] if hook.kind != Proposed.kind else []),
         f"    coordinate = {over if site.place.name else _quoted('slip level')}",
-        '    source = "flatplank propose"',
         *_text("what", f"{s.words()[0].upper()}{s.words()[1:]}."),
         *_text("check", check_of(s)),
-        f'    removes = "{hook.removes}"',
         *([f"    ranges = {ranges}"] if site.place.name else []),
         *([f"    order = {hook.order}"] if hook.order else []),
-        *(["    local = True"] if s.shape.name == "bump" and span.kind == PLACE else []),
-        *([f"    interval = ({s.interval[0]:.6g}, {s.interval[1]:.6g})"] if s.interval else []),
+        *(["    local = True"] if s.shape.name == "bump" and seen.kind == PLACE else []),
+        *_interval(s),
         "", *_fields(s), "",
-        *_size(s),
         f"    def {hook.method}(self, {hook.method}: {_CLASSES[hook.method]}) -> None:",
         *(f"        {line}" for line in body),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
 
+def _head(s: Sentence, body: Sequence[str]) -> list[str]:
+    """Docstring and imports."""
+    told = "Proposed by `flatplank propose`, not confirmed; give it the name of its cause. "
+    names = ["Proposed", _CLASSES[s.site.hook.method], "param"]
+    names += [h for h in _HELPERS if any(f"{h}(" in line for line in body)]
+    return [
+        *textwrap.wrap('"""' + told + _plain(" ".join(s.told)) + '"""', 99), "",
+        "from dataclasses import dataclass", "",
+        *(["import numpy as np", ""] if any("np." in line for line in body) else []),
+        f"from flatplank_analysis.proposal.proposed import {', '.join(sorted(names))}",
+    ]  # fmt: skip
+
+
 def _body(s: Sentence) -> list[str]:
     site = s.site
-    formulas = s.shape.formulas(site.place.span, lambda n: f"self.{n}")
+
+    def write(number: str) -> str:
+        return f"self.{number}"
+
+    formulas = s.shape.formulas(site.place.span, write)
+    where = f"data.coordinate({_quoted(site.place.name)})"
     lines = [f"data = {site.hook.method}.data"]
-    lines += (
-        [f"u = data.coordinate({_quoted(site.place.name)})"]
-        if site.place.name
-        else ["u = np.zeros(data.position.shape)"]
-    )
+    lines += [f"u = {where if site.place.name else 'np.zeros(data.position.shape)'}"]
     lines += ["time = data.runs.time"] if any("time" in f for f in formulas) else []
-    for i, (name, formula) in enumerate(zip(s.size_names, formulas, strict=True)):
-        before = "change + " if i else ""
-        lines.append(f"change = {before}self.{name} * ({formula})")
+    lines += [
+        f"{name} = {formula}" for name, formula in s.shape.named_parts(site.place.span, write)
+    ]
+    lines += _summed(
+        [f"self.{n} * {_factor(f)}" for n, f in zip(s.size_names, formulas, strict=True)]
+    )
     if site.modulator.formula:
         lines.append(f"change = change * ({site.modulator.formula})")
-    return [part for line in [*lines, site.hook.line] for part in _wrapped(line)]
+    return [*lines, *site.hook.line.split("\n")]
 
 
-def _wrapped(line: str) -> list[str]:
-    """A long assignment on two lines, in brackets; a name in quotes is never broken."""
-    if len(line) + 8 <= 99 or '"' in line:
-        return [line]
-    goal, _, value = line.partition(" = ")
-    return [f"{goal} = (", *(f"    {p}" for p in textwrap.wrap(value, 84)), ")"]
+def _factor(formula: str) -> str:
+    """In brackets where it is a sum."""
+    return f"({formula})" if formula[0].isdigit() else formula
+
+
+def _summed(terms: Sequence[str]) -> list[str]:
+    """Their sum as `change`, as many of them on a line as there is room for."""
+    lines = [f"change = {terms[0]}"]
+    for term in terms[1:]:
+        longer = f"{lines[-1]} + {term}"
+        lines = (
+            [*lines[:-1], longer] if len(longer) <= 91 else [*lines, f"change = change + {term}"]
+        )
+    return lines
 
 
 def _plain(text: str) -> str:
@@ -148,27 +155,26 @@ def _text(name: str, text: str) -> list[str]:
     one = f"    {name} = {_quoted(text)}"
     if len(one) <= 99:
         return [one]
-    rows = textwrap.wrap(text, WIDTH - 4)
-    rows = [r + (" " if r is not rows[-1] else "") for r in rows]
-    return [f"    {name} = (", *(f"        {_quoted(r)}" for r in rows), "    )"]
+    head = f"    {name} = ("
+    rows = textwrap.wrap(text, WIDTH - len(head))
+    rows = [_quoted(r + (" " if r is not rows[-1] else "")) for r in rows]
+    return [
+        head + rows[0],
+        *(" " * len(head) + r for r in rows[1:-1]),
+        " " * len(head) + rows[-1] + ")",
+    ]
 
 
 def _fields(s: Sentence) -> list[str]:
-    hook, span = s.site.hook, s.site.place.span
-    out = []
-    for i, name in enumerate(s.size_names):
-        note = ""
-        if s.interval and not i:
-            low, high = (plain(v, 3) for v in s.interval)
-            note = f', note="found {low} to {high} (90 %)"'
-        out.append(
-            f'    {name}: float = param(0.0, unit="{hook.unit}", '
-            f"bounds=({-hook.most}, {hook.most}), "
-            f"screen={hook.screen}, matters={hook.matters}{note})"
-        )
+    hook, seen = s.site.hook, s.site.place.span
+    out = [
+        f'    {name}: float = param(0.0, unit="{hook.unit}", '
+        f"bounds=({-hook.most}, {hook.most}), screen={hook.screen}, matters={hook.matters})"
+        for name in s.size_names
+    ]
     for n in s.shape.numbers:
-        low, high = sorted(n.bounds(span))
-        unit = span.unit if n.unit == "u" else n.unit
+        low, high = sorted(n.bounds(seen))
+        unit = seen.unit if n.unit == "u" else n.unit
         value = min(max(float(s.numbers[n.name]), low), high)
         note = f', note="{n.note}"' if n.note else ""
         out.append(
@@ -194,30 +200,27 @@ def _up(high: float, value: float) -> float:
     return max(float(f"{high:.6g}"), float(f"{value:.6g}"))
 
 
-def _size(s: Sentence) -> list[str]:
-    if len(s.shape.terms) == 1:
+def _interval(s: Sentence) -> list[str]:
+    if not s.interval:
         return []
-    return [
-        "    @classmethod", "    def size(cls, values):",
-        '        return float(np.hypot(values["cos"], values["sin"]))', "",
-    ]  # fmt: skip
+    told = span(*s.interval, s.site.hook.unit)
+    return [f"    interval = ({s.interval[0]:.6g}, {s.interval[1]:.6g})  # size, 90 %: {told}"]
 
 
 def check_of(s: Sentence) -> str:
     """What to do at the machine: where, and what would show it."""
-    site, span = s.site, s.site.place.span
+    site, seen = s.site, s.site.place.span
     where = ""
-    if span.kind != NONE:
-        at = [f"{n.name} {_amount(s.numbers[n.name], n.unit, span)}" for n in s.shape.numbers]
-        where = f" over {site.place.name}" + (f" ({', '.join(at)})" if at else "")
+    if seen.kind != NONE:
+        told = {
+            n.name: quantity(s.numbers[n.name], seen.unit if n.unit == "u" else n.unit)
+            for n in s.shape.numbers
+        }
+        at = s.shape.where.format(**told) or ", ".join(f"{n} {v}" for n, v in told.items())
+        where = f"; {site.place.name}" + (f" {at}" if at else "")
     words = site.modulator.words.partition("; ")[0]
     when = f", {words}" if words else ""
     return f"{site.hook.check}{where}{when}."
-
-
-def _amount(value: float, unit: str, span) -> str:
-    unit = span.unit if unit == "u" else unit
-    return plain(value, 3) + ("" if unit == "1" else f" {unit}")
 
 
 def renamed(text: str, name: str) -> str:

@@ -82,6 +82,10 @@ class Shape:
     fits: Callable[[Span], bool] = always
     memory: bool = False
     """needs the course along the run, no function of u alone"""
+    parts: tuple[tuple[str, str], ...] = ()
+    """name and formula of what stands in several terms"""
+    where: str = ""
+    """where to look, with its numbers by name; empty: they are told one by one"""
 
     @property
     def price(self) -> int:
@@ -94,19 +98,31 @@ class Shape:
 
     def formulas(self, span: Span, write: Callable[[str], str]) -> list[str]:
         """The terms with the range filled in; `write` says how a number is written."""
+        return self._filled(self.terms, span, write)
+
+    def named_parts(self, span: Span, write: Callable[[str], str]) -> list[tuple[str, str]]:
+        """Names and formulas of the parts, likewise."""
+        made = self._filled([formula for _, formula in self.parts], span, write)
+        return [(name, formula) for (name, _), formula in zip(self.parts, made, strict=True)]
+
+    def _filled(
+        self, formulas: Sequence[str], span: Span, write: Callable[[str], str]
+    ) -> list[str]:
         known = {
             "low": literal(span.low), "high": literal(span.high),
             "middle": literal(span.middle), "width": literal(span.width),
             "edge": literal(0.01 * span.width),
         }  # fmt: skip
         names = {n.name: write(n.name) for n in self.numbers}
-        return [t.format(**known, **names) for t in self.terms]
+        return [t.format(**known, **names) for t in formulas]
 
     def values(
         self, span: Span, u: np.ndarray, numbers: Mapping[str, Any], time: np.ndarray | None = None
     ) -> np.ndarray:
         """All terms over u, (terms, ...)."""
         scope = {**NAMES, **numbers, "u": u, "time": time}
+        for name, formula in self.named_parts(span, str):
+            scope[name] = eval(formula, {"__builtins__": {}}, scope)
         made = [eval(f, {"__builtins__": {}}, scope) for f in self.formulas(span, str)]
         return np.stack([np.broadcast_to(m, np.shape(u)) for m in made])
 

@@ -19,12 +19,9 @@ def _ends(span: Span) -> tuple[float, float]:
 SHAPE = Shape(
     "beat",
     "waves with two periods, which swell and fade together",
-    (
-        "np.cos(2.0 * np.pi * u / {period})",
-        "np.sin(2.0 * np.pi * u / {period})",
-        "np.cos(2.0 * np.pi * u / {second})",
-        "np.sin(2.0 * np.pi * u / {second})",
-    ),
+    ("np.cos(wave)", "np.sin(wave)", "np.cos(other)", "np.sin(other)"),
     (PLACE,),
     (Number("period", "u", _periods, _ends), Number("second", "u", _periods, _ends)),
+    parts=(("wave", "2.0 * np.pi * u / {period}"), ("other", "2.0 * np.pi * u / {second}")),
+    where="again every {period} and every {second}",
 )

@@ -25,4 +25,5 @@ SHAPE = Shape(
             lambda s: (0.02 * s.width, 0.6 * s.width),
         ),
     ),
+    where="from {start} on, over {length}",
 )  # fmt: skip

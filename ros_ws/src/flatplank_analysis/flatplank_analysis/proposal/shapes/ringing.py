@@ -10,10 +10,7 @@ from flatplank_analysis.proposal.shapes.base import PLACE, Number, Shape
 SHAPE = Shape(
     "ringing",
     "waves after the event and dies away",
-    (
-        "(u > 0.0) * np.exp(-np.maximum(u, 0.0) / {fade}) * np.cos(2.0 * np.pi * u / {period})",
-        "(u > 0.0) * np.exp(-np.maximum(u, 0.0) / {fade}) * np.sin(2.0 * np.pi * u / {period})",
-    ),
+    ("fading * np.cos(wave)", "fading * np.sin(wave)"),
     (PLACE,),
     (
         Number(
@@ -29,4 +26,9 @@ SHAPE = Shape(
         ),
     ),
     fits=lambda s: s.crosses,
+    parts=(
+        ("wave", "2.0 * np.pi * u / {period}"),
+        ("fading", "(u > 0.0) * np.exp(-np.maximum(u, 0.0) / {fade})"),
+    ),
+    where="again every {period}, falling to a third over {fade}",
 )  # fmt: skip

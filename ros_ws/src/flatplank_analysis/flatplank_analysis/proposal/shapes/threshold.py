@@ -18,4 +18,5 @@ SHAPE = Shape(
             "where it begins",
         ),
     ),
+    where="beyond {at}",
 )  # fmt: skip

@@ -10,7 +10,7 @@ from flatplank_analysis.proposal.shapes.base import PLACE, Number, Shape
 SHAPE = Shape(
     "wave",
     "waves with a period of its own",
-    ("np.cos(2.0 * np.pi * u / {period})", "np.sin(2.0 * np.pi * u / {period})"),
+    ("np.cos(wave)", "np.sin(wave)"),
     (PLACE,),
     (
         Number(
@@ -19,4 +19,6 @@ SHAPE = Shape(
             lambda s: (s.width / 60.0, s.width / 1.5),
         ),
     ),
+    parts=(("wave", "2.0 * np.pi * u / {period}"),),
+    where="again every {period}",
 )  # fmt: skip

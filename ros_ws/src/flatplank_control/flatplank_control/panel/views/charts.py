@@ -230,6 +230,24 @@ def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
     return options
 
 
+_PROPOSED = (
+    ("free curve", "free", 7, "solid"), ("90 %", "low", 7, "dotted"),
+    ("90 %", "high", 7, "dotted"), ("form", "form", 1, "solid"),
+)  # fmt: skip
+
+
+def proposed(drawn: Mapping[str, Any]) -> dict[str, Any]:
+    """Free curve with its band, and the form over it."""
+    options = axes(drawn["over"], drawn["unit"])
+    options["series"] = [
+        line(name, drawn[key], COLORS[tone], type=dash)
+        for name, key, tone, dash in _PROPOSED
+        if key in drawn
+    ]  # fmt: skip
+    options["legend"] = LEGEND
+    return options
+
+
 def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error after every step, fitted and held out, with the floor."""
     steps = [h for h in history if h.get("rmse") is not None]

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the files of proposed effects need: one line of import."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.effects.base import Motion, Signal, Tire, TireEffect
+from flatplank_analysis.proposal.shapes.operators import follow, play
+
+__all__ = ["Motion", "Proposed", "Signal", "Tire", "follow", "param", "play"]
+
+
+class Proposed(TireEffect):
+    """Base of the effects that `flatplank propose` writes, until somebody has found the cause."""
+
+    source = "flatplank propose"
+    removes = "Taking away what makes it; until then this file in the model."
+    interval: ClassVar[tuple[float, float]]
+    """90 % of the size as it was found [SI]: new runs are compared with it"""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        first = cls.what.partition(",")[0].rstrip(".")
+        cls.title = vars(cls).get("title") or f"Proposed: {first[:1].lower()}{first[1:]}"
+
+    @classmethod
+    def size(cls, values: dict[str, float]) -> float:
+        """The amount; of a wave the amplitude."""
+        if "cos" in values:
+            return float(np.hypot(values["cos"], values["sin"]))
+        return super().size(values)
