@@ -119,4 +119,9 @@ def forces(
         * sin(k["QSX7"] * g + k["QSX8"] * atan(k["QSX9"] * s))
     )
     mx = r0 * k["LMX"] * (fz * mx + fy * (k["QSX13"] + k["QSX14"] * ag))
-    return {"fx": fx, "fy": fy, "mz": mz, "mx": mx, "kx": kx, "ky": ky}
+    # rolling resistance
+    v = vx / k["LONGVL"]
+    my = k["QSY1"] + k["QSY2"] * fx / k["FNOMIN"] + k["QSY3"] * abs(v) + k["QSY4"] * v**4
+    my += (k["QSY5"] + k["QSY6"] * n) * g2
+    my *= -r0 * k["FNOMIN"] * n ** k["QSY7"] * (p / k["NOMPRES"]) ** k["QSY8"] * k["LMY"]
+    return {"fx": fx, "fy": fy, "mz": mz, "mx": mx, "my": my, "kx": kx, "ky": ky}

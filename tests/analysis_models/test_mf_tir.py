@@ -128,7 +128,7 @@ def test_shipped_sets(name: str) -> None:
     plain = state.to_json()
     assert plain["sigma_y"] is None
     assert math.isnan(state.sigma_y)
-    wanted = {"fx", "fy", "mz", "mx", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
+    wanted = {"fx", "fy", "mz", "mx", "my", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
     assert set(plain) == wanted
 
 

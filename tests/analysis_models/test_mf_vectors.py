@@ -18,6 +18,7 @@ from flatplank_analysis.models.magic_formula import (
     SWITCHES,
     Coefficients,
     operating_point,
+    resistance,
     steady,
     steady_forces,
 )
@@ -135,6 +136,25 @@ def test_every_term_against_the_formulas_spelt_out(seed: int, switches: dict[str
         assert float(found.kya) == pytest.approx(wanted["ky"], rel=1e-12)
         mx = float(moments.overturning(c, o, found.fy))
         assert mx == pytest.approx(wanted["mx"], rel=1e-9)
+        my = float(resistance.rolling_resistance(c, o, found.fx))
+        assert my == pytest.approx(wanted["my"], rel=1e-9)
+
+
+def test_the_verb_tells_my_where_the_file_has_it(tmp_path, capsys) -> None:
+    """Negative as it rolls forward; 5.2 has a share of the load, and so has 6.1 without QSY7."""
+    tir = shipped_tir()
+    assert math.isnan(tire_state(tir, 3700.0).my)
+    write_tir(tir.replaced({"QSY1": 0.01, "QSY3": 0.002}), tmp_path / "mine.tir")
+    assert "[ROLLING_COEFFICIENTS]" in (tmp_path / "mine.tir").read_text()
+    words = [str(tmp_path / "mine.tir"), "--fz", "3000", "--vx", "16.7"]
+    assert tire_verb.main([*words, "--json"]) == 0
+    my = json.loads(capsys.readouterr().out)["my"]
+    radius = tir.coefficients.UNLOADED_RADIUS
+    speed = 16.7 / tir.coefficients.LONGVL
+    assert my == pytest.approx(-radius * 3000.0 * (0.01 + 0.002 * speed), rel=1e-9)
+    old = Coefficients(BOOK | {"QSY1": 0.01, "QSY7": 0.3, "QSY8": -0.4}, OLD)
+    assert tire_state(old, 3000.0, pressure=2e5).my == pytest.approx(-0.3135 * 30.0, rel=1e-9)
+    assert tire_state(old, 3000.0, vx=-1.0).my == pytest.approx(0.3135 * 30.0, rel=1e-9)
 
 
 def test_the_verb_tells_mx_where_the_file_has_it(tmp_path, capsys) -> None:

@@ -35,6 +35,6 @@ def run(path: Path) -> tuple[dict[str, Any], list[str]]:
 
 def _shown(value: Any) -> str:
     for way in ("_repr_html_", "_repr_png_"):
-        if hasattr(value, way):
-            return str(getattr(value, way)())
+        if hasattr(value, way) and (text := getattr(value, way)()) is not None:
+            return str(text)
     return repr(value)

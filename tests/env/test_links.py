@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*.md")]
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 STATION = re.compile(r"`(\w+)` in\s+\[[^]]+\]\(([^)]+)\)")
 
@@ -22,6 +22,21 @@ def test_links_lead_to_files(page: Path) -> None:
     ]
     missing = [t for t in targets if not (page.parent / t.split("#")[0]).exists()]
     assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_into_pages_lead_to_headings(page: Path) -> None:
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    split = [t.partition("#") for t in LINK.findall(text) if not t.startswith("http")]
+    marks = [(page.parent / t if t else page, mark) for t, _, mark in split if mark]
+    lost = [m for target, m in marks if target.suffix == ".md" and m not in _headings(target)]
+    assert not lost
+
+
+def _headings(page: Path) -> set[str]:
+    """Marks of the headings as GitHub and the site make them."""
+    heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in heads}
 
 
 def test_the_tour_names_what_is_in_its_files() -> None:

@@ -17,6 +17,7 @@ UNITS = {
     "fy": "N",
     "mz": "Nm",
     "mx": "Nm",
+    "my": "Nm",
     "re": "m",
     "a": "m",
     "sigma_x": "m",

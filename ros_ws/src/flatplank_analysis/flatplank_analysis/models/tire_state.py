@@ -7,7 +7,14 @@ import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from .magic_formula import Coefficients, OperatingPoint, moment, operating_point, steady
+from .magic_formula import (
+    Coefficients,
+    OperatingPoint,
+    moment,
+    operating_point,
+    resistance,
+    steady,
+)
 from .magic_formula import structure as shape
 from .tir import TirFile, read_tir
 
@@ -24,6 +31,8 @@ class TireState:
     """Aligning moment [Nm]."""
     mx: float
     """Overturning moment [Nm]; NaN when the file has none of its coefficients."""
+    my: float
+    """Rolling resistance moment [Nm], negative forward; NaN without its coefficients."""
     re: float
     """Effective rolling radius [m]."""
     a: float
@@ -64,6 +73,7 @@ def tire_state(
         fy=float(forces.fy),
         mz=float(forces.mz),
         mx=_overturning(c, o, forces.fy),
+        my=_resisting(c, o, forces.fx),
         re=float(shape.rolling(c, o, vx)[0]),
         a=float(shape.contact_length(c, o)) if c.Q_RA1 or c.Q_RA2 else math.nan,
         sigma_x=float(shape.relaxation_x(c, o)),
@@ -71,6 +81,12 @@ def tire_state(
         kx=float(forces.kxk),
         ky=float(forces.kya),
     )
+
+
+def _resisting(c: Coefficients, o: OperatingPoint, fx: float) -> float:
+    if not any(getattr(c, f"QSY{n}") for n in range(1, 7)):
+        return math.nan
+    return float(resistance.rolling_resistance(c, o, fx))
 
 
 def _overturning(c: Coefficients, o: OperatingPoint, fy: float) -> float:
