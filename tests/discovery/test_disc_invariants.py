@@ -102,7 +102,11 @@ def state_of(unexplained, floors, largest, form, p=1e-9):
         measured=measured, mean=lambda values: values, rmse=lambda values: 0.0,
     )  # fmt: skip
     return SimpleNamespace(
-        runs=runs, floors=levels, residual=np.zeros((2, 2, 4)), model=SimpleNamespace(form=form)
+        runs=runs,
+        floors=levels,
+        residual=np.zeros((2, 2, 4)),
+        model=SimpleNamespace(form=form),
+        patterns=SimpleNamespace(strongest=lambda _bump, _wave: None),
     )
 
 

@@ -211,3 +211,35 @@ def test_what_no_effect_explains_is_said():
     assert result.verdict == NONE
     assert result.unexplained > result.floor
     assert diagnose(searched(measured(12), LONG, OTHER)).verdict == AT_FLOOR
+
+
+def bent(c: np.ndarray, periods: float = 1.5) -> np.ndarray:
+    """As LONG, but from 0.2 to 1.8 times as large along the run."""
+    return (1.0 + 0.5 * c) * (1.0 + 0.4 * (TIME - 2.0)) * wave(periods)
+
+
+def test_a_fault_of_another_form_is_named_where_it_leaves_nothing():
+    search = searched(measured(18, (0.06, bent)), LONG, OTHER)
+    assert refusals(search, "long") == ("not the same size along the run",)
+    (found,) = search.last.found
+    assert names([found]) == {"long"}
+    low, high = found.decision.interval
+    assert low < 0.06 < high and high - low > 0.02
+    result = diagnose(search)
+    assert result.verdict == FOUND
+    assert any("long: not the same size along the run" in note for note in result.notes)
+    # twice as large it leaves more than counts: nothing is named then
+    strong = searched(measured(18, (0.2, bent)), LONG, OTHER)
+    assert not strong.last.found and diagnose(strong).verdict == NONE
+
+
+def test_a_fault_of_another_form_goes_before_what_imitates_it():
+    """The imitation has one size everywhere, and explains half as much."""
+    swift = shape("swift", lambda c: (1.0 + 0.5 * c) * wave(10.0))
+    like = shape("like", lambda c: bent(c, 10.0) + bent(c, 11.0))
+    alone = searched(measured(19, (0.1, like.form)), like, OTHER)
+    assert names(alone.last.found) == {"like"}
+    search = searched(measured(19, (0.1, lambda c: bent(c, 10.0))), swift, like, OTHER)
+    by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
+    assert by_name["like"].accepted and by_name["swift"].misshapen
+    assert names(search.last.found) == {"swift"}

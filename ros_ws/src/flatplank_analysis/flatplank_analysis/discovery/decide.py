@@ -37,6 +37,8 @@ STRETCHES = 5
 SAME = 0.015
 """share of the drop by which the size may differ along the run: true effects 0-0.005, false ones
 0.3 and more"""
+OTHER = 0.4
+"""share of the drop by which it may differ where a fault has another form than the effect"""
 PRIOR = 4.0
 """degrees of freedom at least that the dispersion among repeats lends to that among conditions"""
 CONDITIONS = 0.0005
@@ -44,6 +46,10 @@ CONDITIONS = 0.0005
 effect that was accepted, leaves over differs between conditions, too"""
 SHARE = 0.003
 """a further effect must bring this share of the chi2 that is explained already"""
+
+
+UNEVEN = ("not the same size along the run", "not the same size in every condition")
+"""what is said of an impostor, and of a fault that has another form than the effect"""
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,22 @@ class Decision:
         return not self.reasons
 
     @property
+    def unevenness(self) -> float:
+        """Share of the drop by which the size differs along the run or between conditions."""
+        return max(self.stretch_q, self.condition_q) / max(self.drop, 1e-30)
+
+    @property
+    def misshapen(self) -> bool:
+        """True when nothing but its form speaks against it, and that by no more than it may."""
+        uneven = bool(self.reasons) and set(self.reasons) <= set(UNEVEN)
+        return uneven and not self.term.effect.generic and self.unevenness < OTHER
+
+    @property
+    def residue(self) -> float:
+        """Of its drop, what a fault of another form leaves for others to imitate."""
+        return self.unevenness * self.drop if self.misshapen else 0.0
+
+    @property
     def p_value(self) -> float:
         """The larger of the two p-values."""
         return max(self.p_repeats, self.p_conditions)
@@ -95,6 +117,8 @@ class Judge:
     usual: Usual
     explained: float = 0.0
     """drop of the effects that were accepted before"""
+    residue: float = 0.0
+    """what the form of these leaves"""
 
     def decide(
         self, found: Whitened, index: int, looked_at: int, plain: Fit | None = None
@@ -131,6 +155,10 @@ class Judge:
         # the less of an effect is visible, the more of its size it can feign
         form = FORM**2 / max(visible, 1e-9)
         variance = max(kappa, drawn) / max(float(info.sum()), 1e-30) + form
+        allowed = worth * stretch_n + wide * SAME * drop, worth * condition_n + SAME * drop
+        if stretch_q > allowed[0] or condition_q > allowed[1]:
+            # a fault of another form has no size but that of some stretch or condition
+            variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         spread = abs(term.size) * float(student.ppf(0.95, freedom)) * np.sqrt(variance)
         decision = Decision(
             term=term,
@@ -143,29 +171,34 @@ class Judge:
             level=FAMILY / max(looked_at, 1),
             matters=term.effect.main_parameter().matters,
             stretch_q=stretch_q,
-            stretch_limit=worth * stretch_n + wide * SAME * drop,
+            stretch_limit=allowed[0],
             condition_q=condition_q,
-            condition_limit=worth * condition_n + SAME * drop,
+            condition_limit=allowed[1],
             interval=(term.size - spread, term.size + spread),
             held_out_gain=float("nan") if plain is None else heldout.gain(state, plain, index),
             reasons=(),
         )
-        return replace(decision, reasons=tuple(_reasons(decision, self.explained)))
+        return replace(decision, reasons=tuple(self._reasons(decision)))
+
+    def _reasons(self, d: Decision) -> Iterator[str]:
+        yield from _reasons(d)
+        if d.drop < SHARE * self.explained:
+            yield "brings less than 0.3 % of what is explained already"
+        if d.drop < self.residue:
+            yield "brings less than the form of another effect leaves"
 
 
-def _reasons(d: Decision, explained: float) -> Iterator[str]:
+def _reasons(d: Decision) -> Iterator[str]:
     if d.drop <= 0.0 or d.p_repeats > d.level:
         yield "not beyond the scatter among repeats"
     if d.drop <= 0.0 or d.p_conditions > CONDITIONS:
         yield "not beyond the scatter among conditions"
     if abs(d.term.size) < d.matters:
         yield "present, negligible"
-    if d.drop < SHARE * explained:
-        yield "brings less than 0.3 % of what is explained already"
     if d.stretch_q > d.stretch_limit:
-        yield "not the same size along the run"
+        yield UNEVEN[0]
     if d.condition_q > d.condition_limit:
-        yield "not the same size in every condition"
+        yield UNEVEN[1]
     if d.interval[0] * d.interval[1] <= 0.0 and not d.term.effect.generic:
         yield "its interval covers zero"
     if at_edge(d.term):

@@ -34,6 +34,8 @@ WORTH = 0.3
 """share of the floor below which a mean residual is of no consequence"""
 STRETCH = 2.0
 """floors that the mean residual may reach within 5 cm"""
+BUMP = 1.0
+"""floors that a bump may reach in the mean residual; a wave has the size of WORTH"""
 VARYING = 0.6
 """share of the floor that may differ between repeats in an ordered way where nothing is found"""
 LEFT = 1e-3
@@ -58,6 +60,10 @@ class Limits:
     """mean residual within 5 cm of a place"""
     error: float
     """whole error where something is said to be found"""
+    bump: float
+    """height of a bump that is longer than that"""
+    wave: float
+    """amplitude of a wave"""
 
 
 def limits(state: State, channel: int = 0) -> Limits:
@@ -70,6 +76,8 @@ def limits(state: State, channel: int = 0) -> Limits:
         rest=max(WORTH * floor, form.mean * largest),
         stretch=float(np.hypot(STRETCH * floor, form.stretch * largest)),
         error=AT_FLOOR * float(np.sqrt(floor**2 + (form.mean * largest) ** 2 + steps**2)),
+        bump=float(np.hypot(BUMP * floor, form.bump * largest)),
+        wave=float(np.hypot(2.0**0.5 * WORTH * floor, form.wave * largest)),
     )
 
 
@@ -96,6 +104,9 @@ def rest(state: State, found: bool) -> str:
     if events:
         level = events[0].level
         return f"a stretch of 5 cm in {names[0]} is {level / main.floor:.1f} floors off"
+    pattern = state.patterns.strongest(allowed.bump, allowed.wave)
+    if pattern:
+        return f"{abs(pattern.size):.1f} is left in {names[0]}: {pattern.words()}"
     if not found and main.varying >= VARYING * main.floor:
         return f"{brief(main.varying)} in {names[0]} differs between repeats in an ordered way"
     error = state.runs.rmse(state.residual[0])

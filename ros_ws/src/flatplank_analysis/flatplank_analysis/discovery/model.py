@@ -33,6 +33,10 @@ class Form:
     """root mean square of the mean residual"""
     stretch: float = 0.0
     """the same within 5 cm of a place"""
+    bump: float = 0.0
+    """the largest bump of a twentieth of a place or more in it, see `patterns`"""
+    wave: float = 0.0
+    """the largest wave over a place"""
 
 
 def form_of(model: Model) -> Form:

@@ -66,9 +66,10 @@ def indifferent(decision: Decision, explained: float = 0.0) -> float:
     """Difference of two sums of squares that is no evidence between two effects.
 
     explained: by all effects together; less than the share of it that makes an effect is none.
+    A fault of another form leaves more than that, whatever its name.
     """
     evidence = EVIDENCE * max(decision.dispersion, 1.0)
-    return max(evidence, ALIKE * decision.drop, SHARE * explained)
+    return max(evidence, ALIKE * decision.drop, SHARE * explained, decision.residue)
 
 
 def suspects(model: Model, state: State, screen: Screen, decision: Decision) -> Iterator[Suspect]:

@@ -186,20 +186,49 @@ class _Searcher:
         step = self.elsewhere(self.step_of(fit, [], update=True))
         self.bare = invariants.error_of(self.fitter, step.state.fit)
         first = time.perf_counter() - self.began
-        steps = [step]
-        for number in range(self.options.most):
-            self.say(f"refits, step {number + 1}", 0.2 + 0.15 * number)
-            after = self.forward(step)
-            if after is None:
-                break
-            step = self.backward(after)
-            steps.append(step)
+        steps = self.onward([step])
+        single = self.simpler(steps)
+        if single is not None:
+            steps = self.onward([steps[0], single])
+        step = steps[-1]
         self.say("effects that could stand in for what was found", 0.9)
         step.found = self.classed(step)
         seconds = time.perf_counter() - self.began
         return Search(
             self.model, self.effects, steps, seconds, self.looked_at, fitted, first, self.starts
         )
+
+    def onward(self, steps: list[Step]) -> list[Step]:
+        """All steps from the last one of these on."""
+        steps = list(steps)
+        for number in range(len(steps) - 1, self.options.most):
+            self.say(f"refits, step {number + 1}", 0.2 + 0.15 * number)
+            after = self.forward(steps[-1])
+            if after is None:
+                break
+            steps.append(self.backward(after))
+        return steps
+
+    def simpler(self, steps: list[Step]) -> Step | None:
+        """One effect of another form that explains more than all that were found together.
+
+        It was refused for its form alone; what was found in its place imitates it.
+        """
+        first, found = steps[0], steps[-1].found
+        odd = [d for d in first.refits if d.misshapen]
+        if not odd or all(f.decision.term.effect.generic for f in found):
+            return None
+        best = max(odd, key=lambda d: d.drop)
+        if any(f.decision.term.effect is best.term.effect for f in found):
+            return None
+        state = first.state
+        together = state.settle(steps[-1].state.whitened.fit)
+        evidence = EVIDENCE * max(best.dispersion, 1.0)
+        if best.drop < state.whitened.chi2 - together.chi2 + evidence:
+            return None
+        judge = Judge(state, state.whitened.chi2, first.screen.usual)
+        start = state.settle(self.fitter.grown(state.whitened.fit, best.term), most=2)
+        return self.take(first, judge, [(best, start)], misshapen=True)
 
     def elsewhere(self, step: Step) -> Step:
         """The same step; where its base is many floors off, the best one from several tires.
@@ -248,17 +277,27 @@ class _Searcher:
         """Refit the best candidates; the best one that passes all tests is taken."""
         state = step.state
         before = sum(f.decision.drop for f in step.found)
-        judge = Judge(state, state.whitened.chi2, step.screen.usual, before)
+        residue = sum(f.decision.residue for f in step.found)
+        judge = Judge(state, state.whitened.chi2, step.screen.usual, before, residue)
         items = shortlist(step.screen, self.looked_at, self.options.refits)
         warm = [self.refit(state, item) for item in items]
         tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
         step.refits = [d for d, _ in tried]
         taken = self.take(step, judge, tried)
         if taken is None and invariants.rest(state, bool(step.found)):
-            tried = self.gaps(step, judge, [*items])
-            step.refits += [d for d, _ in tried]
-            taken = self.take(step, judge, tried)
-        return taken
+            more = self.gaps(step, judge, [*items])
+            step.refits += [d for d, _ in more]
+            taken = self.take(step, judge, more)
+            tried = _by_drop([*tried, *more])
+        return taken or self.complete(step, judge, tried)
+
+    def complete(
+        self, step: Step, judge: Judge, tried: list[tuple[Decision, Whitened]]
+    ) -> Step | None:
+        """An effect of another form, where nothing that counts is left beside it."""
+        odd = [pair for pair in tried if pair[0].misshapen]
+        taken = self.take(step, judge, odd[:1], misshapen=True) if odd else None
+        return taken if taken and not invariants.rest(taken.state, True) else None
 
     def gaps(
         self, step: Step, judge: Judge, items: list[Screened]
@@ -282,9 +321,15 @@ class _Searcher:
         return _by_drop([(self.newest(judge, f), f) for f in found])
 
     def take(
-        self, step: Step, judge: Judge, tried: list[tuple[Decision, Whitened]]
+        self,
+        step: Step,
+        judge: Judge,
+        tried: list[tuple[Decision, Whitened]],
+        misshapen: bool = False,
     ) -> Step | None:
-        """The first refit that passes all tests as a step; None when none does."""
+        """The first refit that passes all tests as a step, or all but those of its form; None when
+        none does.
+        """
         state = step.state
         for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
@@ -295,7 +340,7 @@ class _Searcher:
             less = state.settle(self.fitter.shrunk(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
             decision = self.newest(fair, best)
-            if not decision.accepted:
+            if not (decision.accepted or (misshapen and decision.misshapen)):
                 continue
             # from both places: the one may end in a corner of the law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
@@ -382,8 +427,7 @@ class _Searcher:
             return step
         step.found = self.judged(step)
         while len(step.found) > 1:
-            explained = sum(f.decision.drop for f in step.found)
-            kept = [i for i, f in enumerate(step.found) if _needed(f.decision, explained)]
+            kept = [i for i, f in enumerate(step.found) if _needed(f, step.found)]
             if len(kept) == len(step.found):
                 break
             fit, offset = step.state.fit, len(self.options.terms)
@@ -413,10 +457,11 @@ def _by_drop(tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whi
     return sorted(tried, key=lambda pair: -pair[0].drop)
 
 
-def _needed(decision: Decision, explained: float) -> bool:
+def _needed(one: Found, found: Sequence[Found]) -> bool:
     """True when an effect still explains something beside the others."""
-    least = SHARE * max(explained - decision.drop, 0.0)
-    return decision.drop > least and decision.p_repeats < decision.level
+    own, others = one.decision, [f.decision for f in found if f is not one]
+    least = max(SHARE * sum(d.drop for d in others), sum(d.residue for d in others))
+    return own.drop > least and own.p_repeats < own.level
 
 
 def _nearly(decision: Decision) -> bool:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from flatplank_analysis.discovery import noise as noises
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Lane, Model
+from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.sources.ranked import can_show, level_of, source_of
 from flatplank_analysis.discovery.whitened import Whitened, settle
@@ -55,6 +57,13 @@ class State:
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
         """Whitened sums of products of any columns and residual."""
         return self.metric.gram(residual, columns)
+
+    @cached_property
+    def patterns(self) -> Patterns:
+        """Bumps and waves that are left in the first channel."""
+        fit = self.whitened.fit
+        left = fit.residual(self.runs.measured)
+        return Patterns(self.runs, self.metric, fit.jacobian[fit.loose()], left, self.residual[0])
 
     def settle(self, fit: Fit, most: int = 12) -> Whitened:
         """The smallest whitened chi2 near a fit."""

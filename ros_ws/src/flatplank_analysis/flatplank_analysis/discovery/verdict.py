@@ -72,6 +72,8 @@ class Diagnosis:
             "limits": {
                 "rest": _round(self.limits.rest),
                 "stretch": _round(self.limits.stretch),
+                "bump": _round(self.limits.bump),
+                "wave": _round(self.limits.wave),
                 "error_found": _round(self.limits.error),
             }
             if self.limits
@@ -163,6 +165,13 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
     maps = where.make_maps(runs, residual, levels.floor)
     found_events = where.events(runs, residual, counts.stretch)
     period, share = _period(runs, residual, verdict)
+    pattern = last.state.patterns.strongest(counts.bump, counts.wave)
+    if pattern and verdict in (NONE, PARTLY):
+        if pattern.words() not in reason:
+            reason += f"; clearest is {pattern.words()}"
+        maps = where.pointed(maps, last.state.patterns.ranges(pattern))
+        if np.isfinite(pattern.period):
+            period, share = pattern.period, 1.0
     notes = list(_notes(runs, search))
     return Diagnosis(
         verdict=verdict,
@@ -246,6 +255,11 @@ def _notes(runs: RunSet, search: Search) -> Sequence[str]:
         out.append(
             "one step position in all runs: plank position and distance since the step are one "
             "coordinate; measure a second step position first"
+        )
+    for d in (f.decision for f in search.last.found if f.decision.misshapen):
+        out.append(
+            f"{d.term.effect.identifier}: {', '.join(d.reasons)}; the fault is of another form "
+            "than the library's, its number is rough"
         )
     state = search.last.state
     fits = (state.fit, state.whitened.fit)

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,6 +59,17 @@ def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -
         _map(runs, name, c, residual, mean, floor, seed) for name, c in runs.coordinates.items()
     ]
     return sorted(maps, key=lambda m: -m.ordered)
+
+
+def pointed(maps: Sequence[Map], ranges: Mapping[str, tuple[float, float]]) -> list[Map]:
+    """The maps with those first whose place is known, and with that place."""
+    first = []
+    for m in (m for m in maps if m.coordinate in ranges):
+        low, high = ranges[m.coordinate]
+        inside = (m.edges[1:] > low) & (m.edges[:-1] < high)
+        share = float(m.share[inside].sum())
+        first.append(replace(m, place=(low, high), place_share=share))
+    return first + [m for m in maps if m.coordinate not in ranges]
 
 
 def _edges(c: Coordinate) -> np.ndarray:

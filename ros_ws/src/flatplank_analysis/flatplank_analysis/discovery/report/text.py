@@ -73,7 +73,12 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
     if limits is None:
         return
     along = any(c.local and c.unit == "m" for c in runs.coordinates.values())
-    stretch = f", within 5 cm {limits.stretch:.0f} {unit}" if along else ""
+    stretch = ""
+    if along:
+        stretch = (
+            f", within 5 cm {limits.stretch:.0f}, a longer bump of {limits.bump:.0f}, a wave of "
+            f"{limits.wave:.0f} {unit}"
+        )
     yield (
         f"what counts: a mean rest of more than {told(limits.rest)}{stretch}; "
         f"to be found, an error up to {told(limits.error)}"
