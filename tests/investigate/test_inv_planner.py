@@ -5,7 +5,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 
+import pytest
+
+from flatplank_analysis.discovery.rivals import indifferent
+from flatplank_analysis.investigation import inquiry
 from flatplank_analysis.investigation.inquiry import _of_levels, _of_place
 from flatplank_analysis.investigation.planner import (
     DECIDED,
@@ -128,3 +133,31 @@ def test_what_was_handed_back_twice_is_not_asked_again():
     for times, there in ((1, True), (2, False)):
         found = candidates(SIX, Counter({third: times}))
         assert any(third in c.settings for c in found) is there
+
+
+@pytest.mark.parametrize("drop", [100.0, 4000.0])
+def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatch):
+    decision = SimpleNamespace(drop=drop, dispersion=1.0, term=_term("a"))
+    limit = indifferent(decision, drop)
+    rivals = [
+        SimpleNamespace(name=n, term=_term(n), excess=share * limit)
+        for n, share in (("near", 0.2), ("far", 0.99))
+    ]
+    found = [SimpleNamespace(decision=decision, told=rivals)]
+    search = SimpleNamespace(last=SimpleNamespace(found=found))
+    # of the pair without a rival, a run adds to the whole; of the others, to the difference
+    gains = {None: lambda _runs: 50.0, "near": lambda _runs: 4.0, "far": lambda _runs: 1.0}
+    name = lambda term: term and term.effect.identifier  # noqa: E731
+    monkeypatch.setattr(inquiry.Pair, "of", lambda _search, _index, term: name(term))
+    monkeypatch.setattr(inquiry, "_gain", lambda pair, _predictor: gains[pair])
+    near, far = inquiry._between(search, None)
+    assert near.text == "to separate a from near"
+    for question, share in ((near, 0.2), (far, 0.99)):
+        assert question.needed == limit / 2.0
+        assert question.open == pytest.approx((1.0 - share) * limit / 2.0)
+    assert near.gain((RUN,)) == pytest.approx(4.0 - 0.03 * 50.0)
+    assert far.gain((RUN,)) == 0.0
+
+
+def _term(name: str) -> SimpleNamespace:
+    return SimpleNamespace(effect=SimpleNamespace(identifier=name))

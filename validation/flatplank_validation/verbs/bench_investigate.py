@@ -12,6 +12,7 @@ from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.blind.detectable import cache
+from flatplank_validation.blind.journal import publish
 from flatplank_validation.investigate.cases import (
     LIBRARIES,
     NULL,
@@ -45,7 +46,10 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--json", action="store_true", help="print JSON for programs")
     p.add_argument(
-        "--write", type=Path, metavar="FILE", help="the page; what stands above it stays"
+        "--write",
+        type=Path,
+        metavar="FILE",
+        help="the page, its journal beside it; what stands above stays",
     )
     return p
 
@@ -87,6 +91,7 @@ def main(argv: list[str]) -> int:
     if o.write:
         header = {"command": " ".join(["./flatplank bench-investigate", *argv]), "seed": o.seed}
         write_atomic(o.write, head_of(o.write, TITLE) + page(entries, header))
+        publish(o.write.with_suffix(".jsonl.gz"), header, entries)
         print(f"{len(entries)} investigations: {o.write}")
     else:
         print(json.dumps(entries, indent=1) if o.json else "\n".join(lines(entries)))
