@@ -137,7 +137,7 @@ def test_what_was_handed_back_twice_is_not_asked_again():
 
 @pytest.mark.parametrize("drop", [100.0, 4000.0])
 def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatch):
-    decision = SimpleNamespace(drop=drop, dispersion=1.0, term=_term("a"))
+    decision = SimpleNamespace(drop=drop, dispersion=1.0, residue=0.0, term=_term("a"))
     limit = indifferent(decision, drop)
     rivals = [
         SimpleNamespace(name=n, term=_term(n), excess=share * limit)
