@@ -160,14 +160,17 @@ class Judge:
             # a fault of another form has no size but that of some stretch or condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         spread = abs(term.size) * float(student.ppf(0.95, freedom)) * np.sqrt(variance)
+        p_repeats = _p_value(drop, k, kappa, freedom)
+        # without repeats the conditions are all there is, and pay for the looking, too
+        p_conditions = _p_value(drop, k, drawn, freedom_c + lent)
         decision = Decision(
             term=term,
             drop=drop,
             parameters=k,
             dispersion=kappa,
             dispersion_conditions=kappa_c,
-            p_repeats=_p_value(drop, k, kappa, freedom),
-            p_conditions=_p_value(drop, k, drawn, freedom_c + lent),
+            p_repeats=p_repeats if runs.repeated else max(p_repeats, p_conditions),
+            p_conditions=p_conditions,
             level=FAMILY / max(looked_at, 1),
             matters=term.effect.main_parameter().matters,
             stretch_q=stretch_q,
