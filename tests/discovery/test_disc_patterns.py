@@ -58,6 +58,7 @@ def test_a_bump_of_some_conditions_is_told_with_its_place(size):
     assert 3.2 < low < 3.6 < high < 4.0
     assert where["distance since the step"] == pytest.approx([low - 1.8, high - 1.8])
     pattern = result.search.last.state.patterns.strongest(result.limits.bump, result.limits.wave)
+    assert (low, high) == pytest.approx((pattern.start, pattern.end), rel=1e-5)
     assert pattern.size == pytest.approx(size * NOISE, rel=0.35)
 
 
