@@ -99,6 +99,16 @@ def test_a_size_below_what_is_of_consequence_is_not_asked_and_is_shown():
     assert "| 1.6 .. 1.6 |" in row and "0/1" in row
 
 
+def test_a_force_of_no_consequence_is_not_asked_and_is_shown():
+    place = {"coordinate": "plank position", "range": [2.0, 2.5], "size": 8.0, "detectable": 2.0}
+    for slight, trials in ((10.0, 0), (5.0, 1)):
+        one = entry("outside", ["bump"], [], "at floor", place | {"consequence": slight})
+        assert summary([one])["outside2"]["trials"] == trials
+        text = page([one], HEADER)
+        (row,) = [r for r in text.splitlines() if "too small to be of consequence: said" in r]
+        assert ("| 1/1" in row) is (trials == 0)
+
+
 def test_the_power_curve_says_from_where_it_is_reached():
     def one(ratio, right):
         made = entry("single", ["wear"], [("wear", 1.0)] if right else [], "found")

@@ -19,14 +19,14 @@ RUNS = CONDITIONS * REPEATS
 
 
 def placed(model: Sum) -> Sum:
-    """The same runs over a place of 4 m, a fifth of it before the step; half of the slips above
-    zero."""
+    """The same runs over a place of 4 m from 1 m on, a fifth of it before the step; half of the
+    slips above zero."""
     runs = model.runs
-    place = runs.time
+    place = runs.time + 1.0
     level = np.repeat(runs.facts["setting"][:, None], runs.samples, axis=1)
     coordinates = {
         "slip level": Coordinate(level, "1"),
-        "distance since the step": Coordinate(place - 0.8, "m", local=True),
+        "distance since the step": Coordinate(place - 1.8, "m", local=True),
         "plank position": Coordinate(place, "m", local=True),
     }
     return Sum(replace(runs, coordinates=coordinates))
@@ -48,14 +48,18 @@ def hum(c: np.ndarray) -> np.ndarray:
     return np.cos(2.0 * np.pi * TIME / 0.31) * (c < 0.0)
 
 
-def test_a_bump_of_some_conditions_is_told_with_its_place():
-    result = judged(placed(measured(1, (1.2 * NOISE, bump))))
+@pytest.mark.parametrize("size", [1.2, -1.2])
+def test_a_bump_of_some_conditions_is_told_with_its_place(size):
+    result = judged(placed(measured(1, (size * NOISE, bump))))
     assert result.verdict == NONE
     assert "bump over plank position" in result.reason and "slip level above zero" in result.reason
     where = {m["coordinate"]: m["range"] for m in result.to_dict()["unexplained"]["where"][:2]}
     low, high = where["plank position"]
-    assert 2.2 < low < 2.6 < high < 3.0
-    assert where["distance since the step"] == pytest.approx([low - 0.8, high - 0.8])
+    assert 3.2 < low < 3.6 < high < 4.0
+    assert where["distance since the step"] == pytest.approx([low - 1.8, high - 1.8])
+    pattern = result.search.last.state.patterns.strongest(result.limits.bump, result.limits.wave)
+    assert (low, high) == pytest.approx((pattern.start, pattern.end), rel=1e-5)
+    assert pattern.size == pytest.approx(size * NOISE, rel=0.35)
 
 
 def test_a_wave_of_some_conditions_is_told_with_its_period():

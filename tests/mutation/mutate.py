@@ -46,7 +46,8 @@ class Area:
 ENGINE = tuple(
     f"tests/discovery/test_disc_{name}.py"
     for name in (
-        "engine", "safeguards", "descent", "heldout", "whitened", "sizes", "inputs", "loop",
+        "engine", "safeguards", "patterns", "descent", "heldout", "whitened", "sizes", "inputs",
+        "loop",
     )
 )  # fmt: skip
 FITS = tuple(

@@ -12,8 +12,12 @@ import numpy as np
 
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_sim.sealed.conditions import STEP, Columns, Run
-from flatplank_sim.sealed.outside import OUTSIDE
-from flatplank_validation.blind.detectable import detectable, detectable_force
+from flatplank_sim.sealed.outside import OUTSIDE, Force
+from flatplank_validation.blind.detectable import (
+    consequence_of_force,
+    detectable,
+    detectable_force,
+)
 from flatplank_validation.blind.menu import KIN, MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, shown
 from flatplank_validation.blind.plan import runs_of
@@ -90,11 +94,11 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
     if case.group == "outside":
         draw = int(random.integers(2**32))
         unit, _ = OUTSIDE[case.hidden[0]](1.0, np.random.default_rng(draw))
-        size = detectable_force(case.world, unit, case.noise, case.scatter, case.design)
-        if not math.isfinite(size):
+        sizes = _sizes_of_force(case, unit)
+        if not math.isfinite(sizes["size"]):
             return None
-        force, place = OUTSIDE[case.hidden[0]](case.factor * size, np.random.default_rng(draw))
-        answer["outside"] = place | {"size": case.factor * size, "detectable": size}
+        force, place = OUTSIDE[case.hidden[0]](sizes["size"], np.random.default_rng(draw))
+        answer["outside"] = place | sizes
         for c, run in zip(columns, runs, strict=True):
             c["fx"] = c["fx"] + force(c, run)
     tables = []
@@ -104,6 +108,18 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
             c[name] = shown(NOISES[case.noise], c[name], dt, random, share)
         tables.append(measured_table(c, run, world.radius))
     return tables, answer
+
+
+def _sizes_of_force(case: Case, unit: Force) -> dict[str, float]:
+    """Size of a force in no library, its detectable size, and the one that is of no consequence;
+    infinite when it is not asked.
+    """
+    around = case.world, unit, case.noise, case.scatter, case.design
+    least, slight = detectable_force(*around), consequence_of_force(*around)
+    size = case.factor * (least if case.rung == "x" else slight)
+    if case.rung == "c" and slight < least:
+        size = math.inf
+    return {"size": size, "detectable": least, "consequence": slight}
 
 
 def _answer(case: Case, name: str, size: float) -> dict[str, Any]:

@@ -37,6 +37,10 @@ ROUNDS, CLOSE = 12, 0.02
 VISIBLE, SHIFTS = 0.03, 2
 """share of the change, but for a constant pull, that must be left beside a fit of the tire; how
 many forces may have a constant pull"""
+REST, CREST, SHARES, CREST_PLACES = 0.3, 1.0, (0.0012, 0.002), 5
+"""a force in no library is of consequence from so many floors, in its mean over all runs or at its
+crest, and from these shares of the largest force, as docs/discovery.md has it; places of a
+crest"""
 NO_PART = (
     "page.py", "tables.py", "points.py", "journal.py", "rivals.py", "rival_scores.py",
     "markdown.py", "nulls.py",
@@ -173,6 +177,26 @@ def detectable_force(
     lot = _lot(world, design)
     found = strength(lot.pushed(force), lot.base, _factors(world, design, noise, scatter))
     return math.sqrt(NEEDED / found) if found > 0.0 else math.inf
+
+
+def consequence_of_force(
+    world: str, force: Force, noise: str, scatter: float, design: str = "plain"
+) -> float:
+    """Factor from which on a force counts, beside the floor that noise and scatter make."""
+    lot = _lot(world, design)
+    pushed, own = lot.pushed(force)[:, 0], lot.plain[:, 0]
+    slips = np.array([run.setting.kappa for run in lot.runs])
+    level = covariance(NOISES[noise], PLACES[:1], float(PLACES[1] - PLACES[0]) / 0.0309)[0, 0]
+    loose = lot.scattered()[:, 0] * scatter / 0.01
+    floor = math.sqrt(RELATIVE["fx"] ** 2 * level + float(np.mean(loose**2)))
+    largest = float(np.abs(own).max())
+    smooth = np.ones(CREST_PLACES) / CREST_PLACES
+    crests = [
+        float(np.abs(np.convolve(pushed[rows].mean(axis=0), smooth, "valid")).max())
+        for rows in (slips > -1.0, slips > 0.0, slips < 0.0)
+    ]
+    mean = max(REST * floor, SHARES[0] * largest) / math.sqrt(float(np.mean(pushed**2)))
+    return min(mean, math.hypot(CREST * floor, SHARES[1] * largest) / max(crests))
 
 
 @lru_cache(maxsize=4096)

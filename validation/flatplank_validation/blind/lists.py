@@ -50,7 +50,7 @@ def _small() -> Iterator[Case]:
     yield Case("none", "plant", design="small", scatter=0.03, noise="coloured")
     for world, name in (("second", "drive_backlash"), ("plant", "parasitic_force")):
         yield Case("single", world, (name,), 3.0, design="small", rung="c")
-    yield Case("outside", "second", ("bump",), 4.0, design="small")
+    yield Case("outside", "second", ("bump",), 3.0, design="small", rung="c")
 
 
 def _none(draw: np.random.Generator) -> Iterator[Case]:
@@ -89,10 +89,12 @@ def _pairs(draw: np.random.Generator) -> Iterator[Case]:
 def _outside(draw: np.random.Generator) -> Iterator[Case]:
     for name in OUTSIDE:
         for world in PLAIN:
-            for factor in (1.0, 2.0, 4.0):
-                for number in range(2):
+            for rung, factor, count in TIMES:
+                for number in range(count):
                     kind, scatter = _circumstances(draw)
-                    yield Case("outside", world, (name,), factor, kind, scatter, number=number)
+                    yield Case(
+                        "outside", world, (name,), factor, kind, scatter, number=number, rung=rung
+                    )
 
 
 def _combined(draw: np.random.Generator) -> Iterator[Case]:

@@ -12,6 +12,7 @@ import numpy as np
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.invariants import largest_of
+from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.tirebase.data import from_tables
@@ -40,6 +41,8 @@ class FormError:
     """root mean square of the mean residual"""
     stretch: float
     """the largest within 5 cm"""
+    pattern: str
+    """a bump or a wave beyond the band, in words"""
 
 
 def nothing_hidden(
@@ -84,7 +87,10 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
             runs, largest = state.runs, float(largest_of(state)[0])
             beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
             events = where.events(runs, state.residual[0], 0.0)
-            yield FormError(world, number, beyond / largest, events[0].level / largest)
+            band = form_of(state.model)
+            pattern = state.patterns.strongest(band.bump * largest, band.wave * largest)
+            told = f"{pattern.words()}, {abs(pattern.size) / largest:.2%}" if pattern else ""
+            yield FormError(world, number, beyond / largest, events[0].level / largest, told)
 
 
 def lines_of_nulls(count: int) -> Iterator[str]:
@@ -103,9 +109,15 @@ def lines_of_form(count: int) -> Iterator[str]:
     found = []
     for one in form_errors(count):
         found.append(one)
-        yield f"{one.world} {one.seed}: {one.mean:.3%} in the mean, {one.stretch:.2%} within 5 cm"
+        more = f"; {one.pattern}" if one.pattern else ""
+        yield (
+            f"{one.world} {one.seed}: {one.mean:.3%} in the mean, {one.stretch:.2%} within 5 cm"
+            f"{more}"
+        )
     mean, stretch = max(f.mean for f in found), max(f.stretch for f in found)
     yield (
         f"most: {mean:.3%} (band {TireModel.form.mean:.3%}), "
-        f"{stretch:.2%} (band {TireModel.form.stretch:.2%})"
+        f"{stretch:.2%} (band {TireModel.form.stretch:.2%}); bumps and waves beyond the band "
+        f"({TireModel.form.bump:.2%}, {TireModel.form.wave:.2%}): "
+        f"{sum(bool(f.pattern) for f in found)} of {len(found)}"
     )

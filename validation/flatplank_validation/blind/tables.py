@@ -30,14 +30,23 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         if e["diagnosis"] is None:
             continue
         one = e["answer"]["effects"][:1] if e["case"]["group"] in ONE else []
+        outside = e["answer"]["outside"] if e["case"]["group"] == "outside" else None
         p = points_of(e) | {"world": e["case"]["world"], "factor": e["case"]["factor"]}
         p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
         for h in one:
             p["ratio"] = h["size"] / h["detectable"]
             p["clear"] = h["size"] >= CLEAR * h["consequence"] * (1.0 - 1e-9)
             p |= {"hidden": h}
+        if outside:  # journals of before have no size of no consequence
+            p["ratio"] = outside.get("size", math.nan) / outside.get("detectable", math.nan)
+            slight = outside.get("consequence", 0.0)
+            p["clear"] = outside.get("size", math.inf) >= CLEAR * slight * (1.0 - 1e-9)
         out.append(p)
     return out
+
+
+def _outside(low: float, high: float = math.inf) -> Callable[[Mapping], bool]:
+    return lambda p: p["group"] == "outside" and p["clear"] and low <= p["ratio"] * 1.000001 < high
 
 
 def _single(low: float, high: float = math.inf, clear: bool = True) -> Callable[[Mapping], bool]:
@@ -46,8 +55,8 @@ def _single(low: float, high: float = math.inf, clear: bool = True) -> Callable[
     )
 
 
-def _group(name: str, factor: float | None = None) -> Callable[[Mapping], bool]:
-    return lambda p: p["group"] == name and factor in (None, p["factor"])
+def _group(name: str) -> Callable[[Mapping], bool]:
+    return lambda p: p["group"] == name
 
 
 ROWS: dict[str, tuple[str, Callable[[Mapping], bool]]] = {
@@ -61,9 +70,11 @@ ROWS: dict[str, tuple[str, Callable[[Mapping], bool]]] = {
         "2 x detectable and above (goal 95 %)",
         lambda p: p["group"] == "combined" and p["clear"] and p["ratio"] > 1.999,
     ),
-    "outside1": ("outside the library, 1 x detectable: said so, with place", _group("outside", 1)),
-    "outside2": ("outside the library, 2 x", _group("outside", 2.0)),
-    "outside4": ("outside the library, 4 x", _group("outside", 4.0)),
+    "outside1": (
+        "outside the library, of consequence, 1 to 2 x detectable: said so, with place",
+        _outside(1.0, 2.0),
+    ),
+    "outside2": ("outside the library, of consequence, 2 x detectable and above", _outside(2.0)),
 }
 
 
@@ -89,7 +100,9 @@ def beside(points: Points) -> str:
     single = [p for p in points if p["group"] in ONE]
     slight = [p for p in single if not p["clear"]]
     right = [p for p in strong if p["right"]]
-    outside = [p for p in points if p["group"] == "outside"]
+    every = [p for p in points if p["group"] == "outside"]
+    outside = [p for p in every if p["clear"]]
+    faint = [p for p in every if not p["clear"]]
     nothing = [p for p in points if p["group"] == "none"]
     rows = {
         "2 x and above: the right name first or in the group, whatever follows": share(
@@ -101,8 +114,11 @@ def beside(points: Points) -> str:
         "one effect, too small to be of consequence: named rightly or not at all": share(
             p["right"] or p["silent"] for p in slight
         ),
-        "outside the library: `none of these` or `partly`, place aside": share(
+        "outside the library, of consequence: `none of these` or `partly`, place aside": share(
             p["verdict"] in SILENT for p in outside
+        ),
+        "outside the library, too small to be of consequence: said so, or nothing named": share(
+            p["right"] or not p["false"] for p in faint
         ),
         "nothing hidden: verdict `at floor` or `tire law only`": share(
             p["verdict"] in QUIET for p in nothing
