@@ -12,6 +12,7 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.proposal.hooks import HOOKS
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.shapes import shapes
+from flatplank_validation.blind.journal import published
 from flatplank_validation.proposed import journal
 from flatplank_validation.proposed.cases import KIT, Case, full, make
 from flatplank_validation.proposed.forces import FORCES
@@ -117,5 +118,7 @@ def test_the_journal_goes_on_and_the_page_keeps_what_stands_above(tmp_path, monk
     assert len(asked) == 4 == len(file.read_text().splitlines())
     assert json.loads(file.read_text().splitlines()[0])["seed"] == 3
     text = out.read_text()
+    header, entries = published(tmp_path / "propose.jsonl.gz")
+    assert text.endswith(page(entries, header)) and len(entries) == 4
     assert text.startswith("# How to") and text.count(TITLE) == 1 and "old" not in text
     assert bench_propose.main(["--only", "nothing like it"]) == 2

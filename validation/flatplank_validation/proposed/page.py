@@ -84,7 +84,8 @@ def page(entries: Sequence[Entry], header: Mapping[str, Any]) -> str:
     lines = [
         TITLE,
         f"Written by `{header['command']}` from {len(entries)} of the {header['whole']} campaigns "
-        f"of seed {header['seed']}; {', '.join(versions)}. Nothing from here on is typed by hand.",
+        f"of seed {header['seed']}; {', '.join(versions)}. Nothing from here on is typed by hand; "
+        "the journal that it is written from is [beside it](propose.jsonl.gz).",
         "The list is mixed, so that its beginning is a fair sample; read the intervals (Wilson, "
         "95 %). Designs have 15 runs of five slips (45 where several loads are asked for). Sizes "
         "are three times what the generator could just see of that form, and three times the "

@@ -12,7 +12,7 @@ from pathlib import Path
 from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_validation.blind.detectable import cache
-from flatplank_validation.blind.journal import read
+from flatplank_validation.blind.journal import publish, read
 from flatplank_validation.proposed import journal
 from flatplank_validation.proposed.cases import full
 from flatplank_validation.proposed.page import TITLE, page
@@ -53,8 +53,10 @@ def main(argv: list[str]) -> int:
     else:
         entries = journal.run(cases, o.seed, path, until, time.monotonic, _show)
     command = " ".join(["./flatplank bench-propose", *argv])
-    text = page(entries, {"command": command, "seed": o.seed, "whole": len(cases)})
+    header = {"command": command, "seed": o.seed, "whole": len(cases)}
+    text = page(entries, header)
     if o.write:
+        publish(o.write.with_suffix(".jsonl.gz"), header, entries)
         write_atomic(o.write, head_of(o.write) + text)
         print(f"{len(entries)} campaigns: {o.write}")
     else:
