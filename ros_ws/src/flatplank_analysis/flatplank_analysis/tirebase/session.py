@@ -153,7 +153,8 @@ class Session:
     ) -> Step:
         """Fit the model file's model as it is, with floor and ranking; needs a floor.
 
-        before: a step without the last of the extra terms, whose error is not raised.
+        before: a step without the last of the extra terms, whose error is not raised, and whose
+        floors are the weights.
         """
         if self.model.runs.contradicted:
             raise FlatplankError("; ".join(self.model.runs.contradicted), self.campaign.path)
@@ -163,14 +164,17 @@ class Session:
         base = start_base(self.model, self.start(model) if model else None)
         terms = [*(self.terms(model) if model else ()), *extra]
         runs = self.model.runs
-        rough = np.std(np.diff(runs.measured, axis=-1), axis=(1, 2))
-        fitter = Fitter(self.model, channel_weights(runs, list(rough)))
-        fit = fitter.fit(base, terms)
-        state = make_state(self.model, fitter, fit, list(self.effects.values()))
-        fitter = Fitter(
-            self.model, channel_weights(runs, [max(f.floor, 1e-9) for f in state.floors])
-        )
-        fit = fitter.fit(fit.base, fit.terms, known=fit)
+        known = None
+        if before:
+            floors = before.state.floors
+        else:
+            rough = np.std(np.diff(runs.measured, axis=-1), axis=(1, 2))
+            fitter = Fitter(self.model, channel_weights(runs, list(rough)))
+            known = fitter.fit(base, terms)
+            base, terms = known.base, list(known.terms)
+            floors = make_state(self.model, fitter, known, list(self.effects.values())).floors
+        fitter = Fitter(self.model, channel_weights(runs, [max(f.floor, 1e-9) for f in floors]))
+        fit = fitter.fit(base, terms, known=known)
         if before:
             fit = invariants.no_worse(fitter, before.state.fit, [fit])
         state = make_state(self.model, fitter, fit, list(self.effects.values()))
