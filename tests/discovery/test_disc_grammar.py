@@ -116,6 +116,18 @@ def test_file_does_what_the_search_saw():
     assert np.ptp(written - model.predict([Lane(base)])) > 20.0
 
 
+def test_many_sizes_at_once_are_as_one_by_one():
+    """What only the sensors show needs the forces of the tire once."""
+    for hook in ("fx", "gain", "load"):
+        effect = effect_of(text_of(sentence(hook, PLACE, "bump")))
+        model = probe_of(effect)
+        base = np.array([p.null for p in model.parameters])
+        lanes = [Lane(base, ((effect, effect.vector({"amount": a})),)) for a in (0.0, 0.1, 9.0)]
+        alone = np.concatenate([model.predict([lane]) for lane in lanes])
+        assert np.array_equal(model.predict(lanes), alone), hook
+        assert not np.array_equal(alone[0], alone[2]), hook
+
+
 def test_sites_are_what_the_runs_can_show():
     data = probe_of(effect_of(text_of(sentence("fx", PLACE, "bump")))).data
     places = places_of(data)

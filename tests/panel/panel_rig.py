@@ -135,6 +135,19 @@ def analysts(parent: int | None = None) -> set[int]:
     return found
 
 
+def shows(who, campaign: str) -> None:
+    """Choose a campaign on the page Discover."""
+    box = who.page.get_by_label("Campaign", exact=True).first
+    wait_for(lambda: box.input_value() or True, what="campaigns are listed")
+    box.click()
+    who.page.get_by_role("option").filter(has_text=campaign).first.click()
+
+
+def status(who) -> str:
+    """What the page Discover says of its work."""
+    return who.page.get_by_role("status").first.text_content() or ""
+
+
 class Observer:
     """Sees the raw image of the bus and the samples, without the panel: the judge of the tests."""
 

@@ -12,7 +12,7 @@ import pytest
 import yaml
 from looks import looked_after, take
 from made_up import campaign
-from panel_rig import analysts, wait_for
+from panel_rig import analysts, shows, status, wait_for
 
 from flatplank_sim.sealed.generate import make_challenge
 
@@ -32,14 +32,6 @@ def challenge(data: Path, address: str) -> Path:
     return make_challenge(data / "challenge", SEED)
 
 
-def shows(who, campaign: str) -> None:
-    """Choose a campaign on the page Discover."""
-    box = who.page.get_by_label("Campaign", exact=True).first
-    wait_for(lambda: box.input_value() or True, what="campaigns are listed")
-    box.click()
-    who.page.get_by_role("option").filter(has_text=campaign).first.click()
-
-
 @pytest.fixture
 def analyst(visitor, challenge):
     """In front of the page Discover, with the campaign chosen."""
@@ -55,10 +47,6 @@ def effects(challenge: Path) -> list[str]:
     if not file.exists():
         return []
     return [entry["name"] for entry in yaml.safe_load(file.read_text()).get("effects") or []]
-
-
-def status(who) -> str:
-    return who.page.get_by_role("status").first.text_content() or ""
 
 
 def test_a_search_is_cancelled_and_begun_again(analyst):

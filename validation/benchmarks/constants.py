@@ -30,7 +30,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = "flatplank_analysis"
 SOURCE = ROOT / "ros_ws/src" / PACKAGE / PACKAGE
-FOLDERS = ("discovery", "tirebase", "effects")
+FOLDERS = ("discovery", "tirebase", "effects", "proposal")
 FACTORS = (0.5, 2.0)
 SEED = 4711
 CHOSEN = "chosen by hand"
@@ -50,7 +50,9 @@ SOURCES: dict[str, str] = {
 """what a value rests on, where that is known"""
 FACTS = (
     "tirebase.calm.ORDERS", "tirebase.data.PINION_TURN", "tirebase.grid.SPEED",
-    "tirebase.grid.SAMPLE", "tirebase.model.CHUNK",
+    "tirebase.grid.SAMPLE", "tirebase.model.CHUNK", "proposal.confirm.BAND",
+    "proposal.confirm.STEP", "proposal.picture.WIDEST", "proposal.scan.BAND",
+    "proposal.scan.POINTS", "proposal.writing.WIDTH",
 )  # fmt: skip
 """not varied: the machine's, or of no consequence for a result"""
 ABOUT = {"discovery.invariants.AT_FLOOR": 1.0}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -70,6 +70,25 @@ class ModelFile:
         """The same with one more line of history; it keeps the model as it is now."""
         step = {"step": len(self.history), "action": action, "effect": effect, **numbers}
         return replace(self, history=(*self.history, step | self.state()))
+
+    def renamed(self, old: str, new: str, file: str) -> ModelFile:
+        """The same with an effect of the user's under another name, in the history, too."""
+
+        def told(line: Mapping[str, Any]) -> dict[str, Any]:
+            out = dict(line)
+            if line.get("effect") == old:
+                out["effect"] = new
+            if line.get("effects"):
+                then = [_entry(e, "history") for e in line["effects"]]
+                out |= replace(self, parameters={}, effects=entries(then)).state()
+                out["parameters"] = line.get("parameters", {})
+            return out
+
+        def entries(known: Iterable[Entry]) -> tuple[Entry, ...]:
+            return tuple(replace(e, name=new, file=file) if e.name == old else e for e in known)
+
+        history = tuple(told(line) for line in self.history)
+        return replace(self, effects=entries(self.effects), history=history)
 
     def undone(self) -> ModelFile:
         """The model as it was before the last step, whose line of history goes."""

@@ -21,6 +21,7 @@ from flatplank_analysis.proposal.sites import Site
 COARSE = {PLACE: 14, LEVEL: 5}
 FINE = {PLACE: 72, LEVEL: 24}
 OTHER_COARSE, OTHER_FINE = 6, 24
+"""knots of a free curve over other coordinates: for the ranking, and for the forms"""
 ORDERS = 4
 """waves per turn that are looked for"""
 

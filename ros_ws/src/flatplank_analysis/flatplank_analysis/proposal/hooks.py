@@ -47,7 +47,8 @@ _SEEN = "Taking away what makes it; until then this file in the model."
 HOOKS: tuple[Hook, ...] = (
     Hook("fx", "signal", "signal", "signal.fx = signal.fx + change", "N", 10.0, 5.0, 2000.0,
          "machine", "a force in Fx", "Look for what pulls at plank or wheel", _SEEN,
-         ("", "driving", "braking", "slipping", "slip", "size of slip", "load", "speed")),
+         ("", "driving", "braking", "slipping", "sign of slip", "slip", "size of slip", "load",
+          "speed")),
     Hook("fy", "signal", "signal", "signal.fy = signal.fy + change", "N", 10.0, 5.0, 2000.0,
          "machine", "a force in Fy", "Look for what pushes plank or wheel sideways", _SEEN,
          needs="fy"),

@@ -23,6 +23,9 @@ MODULATORS: tuple[Modulator, ...] = (
     Modulator("braking", f"(data.kappa[:, None] < 0.0) * {_AFTER}", "only while braking"),
     Modulator("slipping", f"(data.kappa[:, None] != 0.0) * {_AFTER}", "only while it slips"),
     Modulator(
+        "sign of slip", f"np.sign(data.kappa[:, None]) * {_AFTER}", "with the sign of the slip",
+    ),
+    Modulator(
         "slip", f"data.kappa[:, None] / 0.05 * {_AFTER}",
         "in proportion to the slip; the size is that at 5 %",
     ),

@@ -15,6 +15,10 @@ from matplotlib.figure import Figure
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, Drawn, png
 from flatplank_analysis.proposal.propose import Proposal
+from flatplank_analysis.wording import displayed
+
+WIDEST = 3.0
+"""of the form's height: where the band is wider than that, the free curve is not drawn"""
 
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>Proposal for {campaign}</title>
@@ -30,7 +34,8 @@ pre{{background:#edf2f7;padding:.8rem;font-size:.8rem;overflow-x:auto}}svg{{max-
 
 @dataclass(frozen=True)
 class Lines:
-    """What there is to draw; all (points,). No curve where the form waves."""
+    """What there is to draw, as people read it; all (points,). No curve where the form waves; NaN
+    where the runs do not show it."""
 
     u: np.ndarray
     form: np.ndarray
@@ -48,13 +53,17 @@ def lines_of(result: Proposal) -> Lines:
     span, curve = s.site.place.span, outcome.curve
     u = curve.u if curve is not None else np.linspace(span.low, span.high, 1000)
     form = np.tensordot(s.sizes, s.shape.values(span, u[None], s.numbers, u[None]), 1)[0]
-    over = f"{s.site.place.name or 'all runs'} [{span.unit}]"
-    unit = f"{s.site.hook.words} [{s.site.hook.unit}]"
+    along, length = displayed(span.unit, span.low, span.high)
+    high = float(np.abs(form).max())
+    factor, unit = displayed(s.site.hook.unit, high)
+    over = f"{s.site.place.name or 'all runs'} [{length}]"
+    what = f"{s.site.hook.words.partition(' that ')[0]} [{unit}]"
     if curve is None:
-        return Lines(u, form, None, None, over, unit)
+        return Lines(along * u, factor * form, None, None, over, what)
     weight = 1.0 / np.maximum(curve.half, 1e-12) ** 2
     free = curve.values + np.average(form - curve.values, weights=weight)
-    return Lines(u, form, free, curve.half, over, unit)
+    seen = np.where(curve.half <= WIDEST * high, factor, np.nan)
+    return Lines(along * u, factor * form, seen * free, seen * curve.half, over, what)
 
 
 def picture(result: Proposal) -> Figure:

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.discovery import heldout, verdict
+from flatplank_analysis.discovery import heldout, invariants, verdict
+from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.screen import screen
 from flatplank_analysis.discovery.search import Progress, Step
-from flatplank_analysis.discovery.state import State, make_state
+from flatplank_analysis.discovery.state import State, make_candidates, make_state
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.proposal.curves import acting, basis_of
 from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
@@ -170,9 +171,12 @@ def _written(
     effect = effect_of(text_of(best.sentence))
     wider = replace(session, effects={**session.effects, effect.identifier: effect})
     assert result.search is not None
-    known = session.file_of(model or ModelFile(), result.search.last.state.fit)
-    _, after, numbers = wider.add(known, effect.identifier)
+    last = result.search.last
+    known = session.file_of(model or ModelFile(), last.state.fit)
+    _, after, numbers = wider.add(known, effect.identifier, _with_candidate(last, effect))
     numbers |= {"held_out_level": _six(held_out_level(after.state))}
+    if numbers["rmse"] > invariants.limits(after.state).error:
+        numbers["doubts"].append("the error is not at the floor: more is left than this")
     term = after.state.fit.terms[-1]
     low, high = (float(v) for v in numbers["interval"])
     named = term.named()
@@ -186,6 +190,14 @@ def _written(
     return Proposal(
         PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers
     )  # fmt: skip
+
+
+def _with_candidate(step: Step, effect: type[Effect]) -> Step:
+    """The step as `add` needs it: with the columns of the new effect."""
+    old = step.state
+    columns = make_candidates(old.model, old.whitened.fit, [effect], old.residual)
+    state = replace(old, candidates=columns)
+    return Step(state, replace(screen(state), usual=step.screen.usual), [])
 
 
 def _named(s: Sentence, session: Session) -> Sentence:

@@ -73,10 +73,21 @@ class TireModel:
             for i, effect in sorted(enumerate(effects), key=lambda item: item[1].order)
         ]
         deep = [(e, e.with_values(v, 2)) for e, v in own]
-        motion = self._motion(base, len(lanes), deep)
-        tire, params = self._tire(base, len(lanes), own, deep)
-        force = self._force(own, motion, tire, params)
+        if len(lanes) > 1 and _alike(values) and all(_alike(v) for e, v in own if _deep(e)):
+            # only what the sensors show differs
+            first = [(e, v[:1]) for e, v in own if _deep(e)]
+            one = {k: v[:1] for k, v in base.items()}
+            force = self._forces(one, 1, first, [(e, e.with_values(v, 2)) for e, v in first])
+            force = np.broadcast_to(force, (2, len(lanes), *force.shape[2:]))
+        else:
+            force = self._forces(base, len(lanes), own, deep)
         return self._signal(base, force, deep)
+
+    def _forces(self, base: dict, lanes: int, own: list, deep: list) -> np.ndarray:
+        """Forces between tire and road (2, lanes, runs, samples)."""
+        motion = self._motion(base, lanes, deep)
+        tire, params = self._tire(base, lanes, own, deep)
+        return self._force(own, motion, tire, params)
 
     def _motion(self, base: dict, lanes: int, deep: list) -> Motion:
         d = self.data
@@ -219,6 +230,15 @@ class TireModel:
         if "fz" in names and np.any(signal.fz):
             signal.fz = self.data.only_common(signal.fz)
         return [getattr(signal, name) for name in names]
+
+
+def _alike(values: np.ndarray) -> bool:
+    return not (values != values[0]).any()
+
+
+def _deep(effect) -> bool:
+    """True when an effect changes what is between tire and road."""
+    return any(effect.overrides(hook) for hook in ("motion", "tire", "node"))
 
 
 def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:

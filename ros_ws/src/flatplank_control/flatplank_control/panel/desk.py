@@ -138,6 +138,23 @@ class Seat:
     async def undo(self) -> dict[str, Any]:
         return await self._think("undo")
 
+    async def propose(self) -> dict[str, Any]:
+        """What is left, as the file of an effect."""
+        return await self._think("propose")
+
+    async def accept(self, name: str) -> dict[str, Any]:
+        """The last proposal under a name, in the model."""
+        return await self._think("accept", name=check.name(name))
+
+    async def rename(self, old: str, new: str) -> dict[str, Any]:
+        """The proposal, or an effect of the model that was one, under another name."""
+        return await self._think("rename", old=check.name(old), new=check.name(new))
+
+    async def confirm(self, name: str, new: str) -> dict[str, Any]:
+        """Whether the runs of another campaign agree with an effect."""
+        where = str(self.desk.folder(new))
+        return await self._think("confirm", name=check.name(name), new=where)
+
     async def report(self) -> Path:
         self._checked()
         target = check.folder_below(self.desk.data, f"reports/{self._open}")

@@ -230,6 +230,23 @@ def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
     return options
 
 
+_PROPOSED = (
+    ("free curve", "free", 1), ("90 %", "low", 2), ("90 %", "high", 2), ("form", "form", 0),
+)  # fmt: skip
+
+
+def proposed(drawn: Mapping[str, Any]) -> dict[str, Any]:
+    """Free curve with its band, and the form over it."""
+    options = axes(drawn["over"], drawn["unit"])
+    options["series"] = [
+        line(name, drawn[key], COLORS[color])
+        for name, key, color in _PROPOSED
+        if key in drawn
+    ]  # fmt: skip
+    options["legend"] = LEGEND
+    return options
+
+
 def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error after every step, fitted and held out, with the floor."""
     steps = [h for h in history if h.get("rmse") is not None]

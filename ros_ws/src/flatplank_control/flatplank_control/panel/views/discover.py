@@ -14,6 +14,7 @@ from flatplank_analysis.wording import sized
 from flatplank_control.panel.desk import Seat
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
+from flatplank_control.panel.views.proposal import ProposalCard
 
 ASK = "Diagnose ranks the effects of the library."
 
@@ -28,6 +29,8 @@ class _Discover:
         self.picture: dict[str, Any] = {}
         self.ranked: list[dict[str, Any]] = []
         self.found: dict[str, Any] = {}
+        self.said = ""
+        self.proposal = ProposalCard(self)
 
     # layout
     def build(self) -> None:
@@ -42,6 +45,7 @@ class _Discover:
             with ui.element("div").classes("fp-two"):
                 self.build_ranking()
                 self.build_effect()
+            self.proposal.build()
         self.folder.on_value_change(self.put_away)
         self.page.client.on_delete(self.seat.cancel)
         ui.timer(0.05, self.page.act(self.list), once=True)
@@ -76,7 +80,8 @@ class _Discover:
             self.bar = ui.linear_progress(0.0, show_value=False).props(
                 "aria-label=Progress rounded"
             )
-            self.status = ui.label("Open a campaign.").classes("fp-quiet").props("role=status")
+            self.status = ui.label("").classes("fp-quiet").props("role=status")
+            self.say("Open a campaign.")
 
     def build_error(self) -> None:
         with self.page.card("Error against the floor from repeats"):
@@ -192,14 +197,14 @@ class _Discover:
 
     # drawing
     def say(self, text: str) -> None:
+        self.said = text
         self.status.set_text(text)
 
     def refresh(self) -> None:
         text, share = self.seat.progress
         self.bar.set_value(round(share, 2))
         self.cancel_button.set_enabled(self.seat.busy)
-        if text:
-            self.say(f"{text} …")
+        self.status.set_text(f"{text} …" if text else self.said)
 
     def put_away(self) -> None:
         """Nothing is open, and nothing that was said of another campaign stays."""
@@ -208,6 +213,7 @@ class _Discover:
         for text in (self.next_text, self.effect_name, self.map_text, self.in_model):
             text.set_text("")
         self.verdict.set_text(ASK)
+        self.proposal.put_away()
         self.say("Open the campaign.")
         self.next_button.set_visibility(False)
         self.list_box.clear()
