@@ -22,6 +22,8 @@ from pathlib import Path
 from flatplank_analysis.cli.failures import told
 
 GROUP = "flatplank.verbs"
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Work is shared out among processes; threads of small matrices only wait for each other."""
 
 
 def verbs() -> dict[str, EntryPoint]:
@@ -49,6 +51,8 @@ def listing(known: dict[str, EntryPoint]) -> str:
 def main(argv: list[str] | None = None) -> int:
     """Run one verb; bad input becomes one line on stderr."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
     known = verbs()
     if not arguments or arguments[0] in ("help", "-h", "--help"):
         return guard("help", lambda: print(listing(known)) or 0)
