@@ -73,12 +73,19 @@ def test_what_is_in_no_library_is_said_to_be_unknown_and_where_it_is():
     assert "second step position" in result["next_run"]["what"]
 
 
-def test_few_runs_and_no_repeats_are_not_decidable():
+def test_few_runs_are_not_decidable():
     few = session_of(Truth(seed=26, slips=(0.0, 0.02), repeats=2))
     assert few.diagnose().verdict == verdict.UNDECIDED
+
+
+def test_runs_without_repeats_stand_on_a_lower_bound():
     single = session_of(Truth(seed=27, repeats=1))
     result = single.diagnose().to_dict()
-    assert result["verdict"] == verdict.UNDECIDED and "repeats" in result["reason"]
+    assert result["verdict"] == verdict.AT_FLOOR and result["floor_is_lower_bound"]
+    assert (
+        result["floor_from"].startswith("noise at rest")
+        and result["verdict_at_most"] == verdict.PARTLY
+    )
     json.dumps(result, allow_nan=False)
 
 
