@@ -9,6 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 
 
+def with_unit(name: str, unit: str) -> str:
+    """Label of an axis: the name, and the unit where there is one."""
+    return name if unit in ("", "1", "-") else f"{name} [{unit}]"
+
+
 def plain(value: float, digits: int = 3) -> str:
     """Significant digits; powers of ten only where a plain number would be hard to read."""
     if not 1e-4 <= abs(value) < 1e6:

@@ -18,6 +18,7 @@ from flatplank_analysis.discovery.shortlist import negligible
 from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
+from flatplank_analysis.wording import with_unit
 
 BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
@@ -88,7 +89,7 @@ def map_of(table: Map, names: Sequence[str]) -> Figure:
         table.edges, rows, np.ma.masked_invalid(table.mean), cmap="RdBu_r", vmin=-limit, vmax=limit
     )
     axes.set_yticks(rows[:-1] + 0.5, [short(n) for n in names], fontsize=7)
-    axes.set_xlabel(f"{table.coordinate} [{table.unit}]", fontsize=9)
+    axes.set_xlabel(with_unit(table.coordinate, table.unit), fontsize=9)
     figure.colorbar(mesh, ax=axes, label="measured - model [N]", pad=0.01)
     clean(axes)
     return figure
@@ -148,7 +149,7 @@ def collapse(search: Search, number: int) -> Figure:
     shown = coordinate.values[np.abs(part) > 0.03 * np.abs(part).max()]
     low, high = np.quantile(shown, (0.002, 0.998)) if len(shown) else axes.get_xlim()
     axes.set_xlim(low - 0.3 * (high - low), high + 0.3 * (high - low))
-    axes.set_xlabel(f"{name} [{coordinate.unit}]", fontsize=9)
+    axes.set_xlabel(with_unit(name, coordinate.unit), fontsize=9)
     axes.set_ylabel("Fx: left without it (dots), effect (line) [N]", fontsize=8)
     figure.legend(fontsize=7, frameon=False, ncols=9, loc="outside upper center")
     clean(axes)
@@ -186,7 +187,9 @@ def residual(step: Step) -> Figure:
         axes.plot(coordinate.values[rows[0]], mean[i] - i * gap, lw=0.8, color=BLUE)
     ticks = [-i * gap for i in range(len(mean))]
     axes.set_yticks(ticks, [short(n) for n in runs.condition_names], fontsize=8)
-    axes.set_xlabel(f"{name} [{coordinate.unit}]; {gap:.0f} N between the lines", fontsize=9)
+    axes.set_xlabel(
+        f"{with_unit(name, coordinate.unit)}; {gap:.0f} N between the lines", fontsize=9
+    )
     clean(axes)
     return figure
 

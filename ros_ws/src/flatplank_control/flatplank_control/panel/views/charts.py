@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from flatplank_analysis.wording import with_unit
 from flatplank_control.panel.views.plots import ACTUAL, LINE, REFERENCE, SOFT
 
 COLORS = [
@@ -180,7 +181,7 @@ def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, A
             "data": middles,
             "axisLabel": QUIET,
             "axisTick": {"show": False},
-            "name": f"{m['coordinate']} [{m['unit']}]",
+            "name": with_unit(m["coordinate"], m["unit"]),
             "nameLocation": "middle",
             "nameGap": 26,
             "nameTextStyle": QUIET,

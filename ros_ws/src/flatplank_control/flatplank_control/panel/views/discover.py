@@ -10,7 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
-from flatplank_analysis.wording import sized
+from flatplank_analysis.wording import sized, with_unit
 from flatplank_control.panel.desk import Seat
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
@@ -239,7 +239,7 @@ class _Discover:
         self.condition.set_options(
             names, value=self.condition.value if self.condition.value in names else worst
         )
-        over = {m["coordinate"]: f"{m['coordinate']} [{m['unit']}]" for m in picture["maps"]}
+        over = {m["coordinate"]: with_unit(m["coordinate"], m["unit"]) for m in picture["maps"]}
         self.coordinate.set_options(over, value=next(iter(over), None))
         self.draw_curve()
         self.draw_map()
