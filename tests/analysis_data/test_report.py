@@ -208,7 +208,7 @@ def test_verb_fit_writes_a_tire_that_verb_tire_reads(folder, tmp_path, capsys):
     capsys.readouterr()
     assert tire_verb.main([str(out), "--fz", "3700", "--kappa", "0.01", "--json"]) == 0
     state = _json(capsys)
-    keys = {"fx", "fy", "mz", "mx", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
+    keys = {"fx", "fy", "mz", "mx", "my", "re", "a", "sigma_x", "sigma_y", "kx", "ky"}
     assert set(state) == keys
     assert state["fx"] == pytest.approx(900.0, rel=0.05)
     assert state["re"] == pytest.approx(RADIUS, rel=2e-3)

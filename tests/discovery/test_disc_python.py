@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import pkgutil
 import re
 import subprocess
 import sys
@@ -201,3 +202,8 @@ def test_the_page_runs(tmp_path, monkeypatch):
     assert names["model"].effects == ["road_play"]
     told = names["diagnosis"].effects.iloc[0]
     assert "road_play" in [told["name"], *told["class"]]
+
+
+def test_no_function_has_the_name_of_a_package():
+    """Once such a package was imported, it would stand in the place of the function."""
+    assert not {m.name for m in pkgutil.iter_modules(fp.__path__)} & set(fp.__all__)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Analysis of flat plank measurements: bags -> tables -> models -> comparison -> report.
 
-For notebooks and scripts: `load`, `fit`, `diagnose`, `report` and `sweeps` (docs/python.md). They
-are imported when they are asked for: nodes import this package, too, and need none of it.
+For notebooks and scripts: `load`, `fit`, `diagnose`, `write_report` and `sweeps` (docs/python.md).
+They are imported when they are asked for: nodes import this package, too, and need none of it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from flatplank_analysis.api.diagnosis import Diagnosed, diagnose
     from flatplank_analysis.api.model import Comparison, Model, fit
-    from flatplank_analysis.api.report import report
+    from flatplank_analysis.api.report import write_report
     from flatplank_analysis.api.runs import Run, load
     from flatplank_analysis.api.sweeps import Sweeps, sweeps
     from flatplank_analysis.errors import FlatplankError
@@ -28,14 +28,14 @@ __all__ = [
     "diagnose",
     "fit",
     "load",
-    "report",
     "sweeps",
+    "write_report",
 ]
 _HOMES = {
     "api.runs": ("Run", "load"),
     "api.model": ("Comparison", "Model", "fit"),
     "api.diagnosis": ("Diagnosed", "diagnose"),
-    "api.report": ("report",),
+    "api.report": ("write_report",),
     "api.sweeps": ("Sweeps", "sweeps"),
     "errors": ("FlatplankError",),
 }

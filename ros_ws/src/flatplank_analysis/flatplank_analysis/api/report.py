@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def report(
+def write_report(
     runs: pd.DataFrame,
     folder: str | os.PathLike[str],
     tire: str | os.PathLike[str] | None = None,
