@@ -13,8 +13,14 @@ import yaml
 from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import add, confirm, effects, propose
+from flatplank_analysis.data import Campaign
 from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.errors import FlatplankError
+from flatplank_analysis.proposal.propose import propose as of_session
+from flatplank_analysis.proposal.propose import refuted
+from flatplank_analysis.tirebase.data import from_tables
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
 
 pytestmark = pytest.mark.timeout(900)  # whole searches: a busy machine takes minutes
 
@@ -156,3 +162,24 @@ def test_a_column_without_effect_is_proposed_as_none(tmp_path, capsys):
     assert propose.main([str(tmp_path)]) == 0
     assert capsys.readouterr().out.startswith("nothing to propose")
     assert not list(tmp_path.glob("*.py"))
+
+
+def test_a_campaign_at_the_floor_is_searched_too():
+    """What turns with the wheel is scatter among repeats for a library that is empty."""
+    data = from_tables(campaign(Truth(seed=74, slips=FEW, runout=2e-4)))
+    result = of_session(Session(Campaign("made", []), data, TireModel(data), {})).to_dict()
+    assert result["diagnosis"] == "at floor", result
+    assert result["verdict"] == "proposed" and result["coordinate"] == "wheel angle", result
+    assert result["refit"]["rmse"] < 0.5 * result["refit"]["rmse_before"]
+
+
+@pytest.mark.parametrize(
+    ("interval", "gain", "why"),
+    [
+        ([-1.0, 2.0], 0.2, "its interval covers zero"),
+        ([1.0, 2.0], -0.1, "left-out conditions are no better with it"),
+        ([1.0, 2.0], 0.2, ""),
+    ],
+)
+def test_a_sentence_must_stand_its_refit(interval, gain, why):
+    assert refuted({"interval": interval, "held_out_gain": gain}) == why

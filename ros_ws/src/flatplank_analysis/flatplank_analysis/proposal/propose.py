@@ -105,7 +105,7 @@ def of_diagnosis(
     began = time.perf_counter()
     if result.search is None or result.verdict == verdict.UNDECIDED:
         return Proposal(NOTHING, f"not decidable: {result.reason}", result)
-    only = _columns(session) if result.verdict in (verdict.AT_FLOOR, *_NAMED) else None
+    only = _columns(session) if result.verdict in _NAMED else None
     if only == []:
         return Proposal(NOTHING, f"{result.verdict}: {result.reason}", result)
     step = _cleaned(session, result.search.last)
@@ -118,6 +118,10 @@ def of_diagnosis(
         return Proposal(NOTHING, why, result, outcome)
     assert outcome.best is not None
     made = _written(session, result, outcome, outcome.best, model)
+    against = refuted(made.numbers or {})
+    if against and made.sentence is not None:
+        why = f"{result.verdict}, and the best sentence does not stand its refit"
+        return Proposal(NOTHING, f"{why}: {made.sentence.words()} ({against})", result, outcome)
     return replace(made, seconds=time.perf_counter() - began)
 
 
@@ -161,6 +165,15 @@ def _refused(outcome: Outcome, state: State, result: Diagnosis) -> str:
         if outcome.best.found.chi2 >= law.chi2:
             return f"{result.verdict}: {result.reason}"
     return ""
+
+
+def refuted(numbers: dict[str, Any]) -> str:
+    """What the refit of everything says against a sentence that the search had passed."""
+    low, high = numbers["interval"]
+    if low <= 0.0 <= high:
+        return "its interval covers zero"
+    gain = numbers["held_out_gain"]
+    return "left-out conditions are no better with it" if gain <= 0.0 else ""
 
 
 def _written(
