@@ -54,7 +54,7 @@ def loaded(setting: str, value: float) -> str:
 def simulated(setting: str, value: float) -> str:
     """What the services of the simulated bench say."""
     served: dict[str, Callable] = {}
-    node = SimpleNamespace(serve=lambda _kind, name, call: served.update({name: call}))
+    node = SimpleNamespace(add_service=lambda _kind, name, call: served.update({name: call}))
     OperatorServices(node, lambda *_: None, lambda: 0)
     (service,) = [name for name, (key, *_) in VALUES.items() if key == setting][:1]
     response = SimpleNamespace(accepted=None, reason="", cycle=0)

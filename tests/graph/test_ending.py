@@ -43,28 +43,38 @@ def test_every_node_ends_in_order_however_often_it_is_interrupted(
     assert "Traceback" not in log.read_text()
 
 
-HANGS = """
-import ctypes
+ENDS_BADLY = """
+import ctypes, sys
 import rclpy
 from flatplank_hw.nodes import encoders
 
-def never_ends():  # compiled code that keeps the interpreter for itself, as Fast DDS does
-    print("hangs", flush=True)
+def hangs():  # compiled code that keeps the interpreter for itself, as Fast DDS does
     ctypes.PyDLL(None).sleep(600)
 
-rclpy.try_shutdown = never_ends
+def crashes():
+    ctypes.string_at(0)
+
+def aborts():
+    ctypes.CDLL(None).abort()
+
+def end():
+    print(sys.argv[1], flush=True)
+    globals()[sys.argv[1]]()
+
+rclpy.try_shutdown = end
 raise SystemExit(encoders.main())
 """
 
 
-def test_a_node_whose_middleware_does_not_end_ends_all_the_same(tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", ["hangs", "crashes", "aborts"])
+def test_a_node_whose_middleware_does_not_end_well_ends_all_the_same(how, tmp_path: Path) -> None:
     listens = tmp_path / "listens"
     environment = os.environ | loopback(next_domain()) | {STARTED: str(listens)}
-    command = [sys.executable, "-c", HANGS]
+    command = [sys.executable, "-c", ENDS_BADLY, how]
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as node:
         while not listens.exists():
             assert node.poll() is None
             time.sleep(0.05)
         node.send_signal(signal.SIGTERM)
         said, _ = node.communicate()
-    assert (node.returncode, said) == (0, "hangs\n")
+    assert (node.returncode, said) == (0, f"{how}\n")

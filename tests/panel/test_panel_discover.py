@@ -106,7 +106,7 @@ def test_two_analysts_do_not_disturb_each_other(analyst, visitor, challenge, oth
     assert analysts() == searching and status(analyst).endswith("…")
     shows(analyst, "made_up")
     wait_for(lambda: searching - analysts(), 30.0, "A has laid its search away")
-    assert status(analyst) == "Open the campaign."
+    wait_for(lambda: status(analyst) == "Open the campaign.", 30.0, "A has nothing open")
     shows(analyst, "challenge")
     analyst.click("Open")
     wait_for(lambda: "beyond the floor" in status(analyst), 120.0, "A is back")

@@ -54,7 +54,7 @@ def served() -> set[str]:
     for path in SHELLS:
         text = path.read_text(encoding="utf-8")
         name = NAMES.get(path.stem, path.stem)
-        for own in re.findall(r'self\.serve\(\s*\w+,\s*"([~/][\w/]+)"', text):
+        for own in re.findall(r'self\.add_service\(\s*\w+,\s*"([~/][\w/]+)"', text):
             found.add(own.replace("~", f"/{name}"))
         prefix = "/simulated_plant" if path.stem == "operator_services" else f"/{name}"
         found |= {f"{prefix}/{own}" for own in BY_TABLE.get(path.stem, ())}
