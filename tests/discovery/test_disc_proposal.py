@@ -174,12 +174,14 @@ def test_a_campaign_at_the_floor_is_searched_too():
 
 
 @pytest.mark.parametrize(
-    ("interval", "gain", "why"),
+    ("interval", "gain", "after", "why"),
     [
-        ([-1.0, 2.0], 0.2, "its interval covers zero"),
-        ([1.0, 2.0], -0.1, "left-out conditions are no better with it"),
-        ([1.0, 2.0], 0.2, ""),
+        ([-1.0, 2.0], 0.2, 8.0, "its interval covers zero"),
+        ([1.0, 2.0], -0.1, 8.0, "left-out conditions are no better with it"),
+        ([1.0, 2.0], 0.01, 9.9, "it takes 1.4 N out of the error, 3.0 N count"),
+        ([1.0, 2.0], 0.2, 8.0, ""),
     ],
 )
-def test_a_sentence_must_stand_its_refit(interval, gain, why):
-    assert refuted({"interval": interval, "held_out_gain": gain}) == why
+def test_a_sentence_must_stand_its_refit(interval, gain, after, why):
+    numbers = {"interval": interval, "held_out_gain": gain, "rmse": after}
+    assert refuted(numbers | {"rmse_before": 10.0, "floor_before": 10.0}, at_floor=True) == why

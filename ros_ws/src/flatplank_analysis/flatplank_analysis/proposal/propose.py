@@ -118,7 +118,7 @@ def of_diagnosis(
         return Proposal(NOTHING, why, result, outcome)
     assert outcome.best is not None
     made = _written(session, result, outcome, outcome.best, model)
-    against = refuted(made.numbers or {})
+    against = refuted(made.numbers or {}, result.verdict == verdict.AT_FLOOR)
     if against and made.sentence is not None:
         why = f"{result.verdict}, and the best sentence does not stand its refit"
         return Proposal(NOTHING, f"{why}: {made.sentence.words()} ({against})", result, outcome)
@@ -167,13 +167,21 @@ def _refused(outcome: Outcome, state: State, result: Diagnosis) -> str:
     return ""
 
 
-def refuted(numbers: dict[str, Any]) -> str:
-    """What the refit of everything says against a sentence that the search had passed."""
+def refuted(numbers: dict[str, Any], at_floor: bool = False) -> str:
+    """What the refit of everything says against a sentence that the search had passed.
+
+    at_floor: of an error that was at the floor it must take what is of consequence.
+    """
     low, high = numbers["interval"]
     if low <= 0.0 <= high:
         return "its interval covers zero"
-    gain = numbers["held_out_gain"]
-    return "left-out conditions are no better with it" if gain <= 0.0 else ""
+    if numbers["held_out_gain"] <= 0.0:
+        return "left-out conditions are no better with it"
+    taken = numbers["rmse_before"] ** 2 - numbers["rmse"] ** 2
+    least = invariants.WORTH * numbers["floor_before"]
+    if at_floor and taken <= least**2:
+        return f"it takes {max(taken, 0.0) ** 0.5:.1f} N out of the error, {least:.1f} N count"
+    return ""
 
 
 def _written(
