@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import resource
-from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,7 @@ from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.parallel import worker_pool
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
@@ -76,7 +75,7 @@ def diagnose(count: int, design: str) -> dict[str, Any]:
 
 def measure(count: int, design: str = "plain") -> dict[str, Any]:
     """One search in a process of its own, whose memory is that of nothing else."""
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+    with worker_pool(1) as pool:
         return pool.submit(diagnose, count, design).result()
 
 

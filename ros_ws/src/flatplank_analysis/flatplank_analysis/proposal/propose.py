@@ -118,8 +118,9 @@ def of_diagnosis(
         return Proposal(NOTHING, why, result, outcome)
     assert outcome.best is not None
     made = _written(session, result, outcome, outcome.best, model)
-    against = refuted(made.numbers or {}, result.verdict == verdict.AT_FLOOR)
-    if against and made.sentence is not None:
+    assert made.numbers is not None and made.sentence is not None
+    against = refuted(made.numbers, result.verdict == verdict.AT_FLOOR)
+    if against:
         why = f"{result.verdict}, and the best sentence does not stand its refit"
         return Proposal(NOTHING, f"{why}: {made.sentence.words()} ({against})", result, outcome)
     return replace(made, seconds=time.perf_counter() - began)
