@@ -46,3 +46,12 @@ def test_the_tour_names_what_is_in_its_files() -> None:
     for name, link in stations:
         code = (page.parent / link).read_text(encoding="utf-8")
         assert re.search(rf"\b(def|class) {name}\b", code), f"{name} is not in {link}"
+
+
+def test_nothing_rests_on_a_page_that_is_not_here():
+    """Numbered sections in capitals were pages of the design; a user has none of them."""
+    cited = re.compile(r"\b(DISCOVERY|PROPOSE|REFERENCE|HOUSE|DESIGN)( section)? \d")
+    folders = ("ros_ws/src", "validation", "examples", "docs")
+    files = [p for f in folders for ext in ("py", "md") for p in (ROOT / f).rglob(f"*.{ext}")]
+    assert len(files) > 500
+    assert [str(p) for p in files if cited.search(p.read_text(encoding="utf-8"))] == []

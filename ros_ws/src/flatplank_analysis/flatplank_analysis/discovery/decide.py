@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Is an effect real? Tests at the refit (DISCOVERY 6-8); see `heldout` for left-out conditions.
+"""Is an effect real? Tests at the refit; see `heldout` for left-out conditions.
 
 A whitened test alone names something false in a fifth to a third of all campaigns, because tires
 and machines scatter from run to run. So the drop is divided by the dispersion of the effect's

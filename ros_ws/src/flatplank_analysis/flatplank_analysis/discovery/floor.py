@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The floor from repeats, and what of the residual is beyond it (DISCOVERY 2)."""
+"""The floor from repeats, and what of the residual is beyond it."""
 
 from __future__ import annotations
 

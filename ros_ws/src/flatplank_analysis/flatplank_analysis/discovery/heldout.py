@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error in conditions that did not fix the sizes of the effects (DISCOVERY 7).
+"""The error in conditions that did not fix the sizes of the effects.
 
 The sizes come from the other conditions; the base is fitted to all, since leaving out the largest
 slip would test how the law extrapolates. Priors and ranges hold as in the fit: a base that is

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The run that would tell two effects apart (DISCOVERY 12)."""
+"""The run that would tell two effects apart."""
 
 from __future__ import annotations
 

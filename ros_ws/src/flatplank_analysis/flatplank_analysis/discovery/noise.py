@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Noise model from repeat differences, and whitening with it (DISCOVERY 3).
+"""Noise model from repeat differences, and whitening with it.
 
 Covariance over time = filtered white part + exponentials of several time constants + a level
 that differs from run to run, all weights >= 0; besides, the model's stiff directions (a gain, an

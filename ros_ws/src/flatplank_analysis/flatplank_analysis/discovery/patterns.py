@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bumps and waves over a place that a model leaves in its first channel (DISCOVERY 4).
+"""Bumps and waves over a place that a model leaves in its first channel.
 
 The mean over all conditions hides what acts for half a metre under one sign of a setting, and a
 stretch of 5 cm hides what is long and low. So bumps of several widths and waves of many periods,

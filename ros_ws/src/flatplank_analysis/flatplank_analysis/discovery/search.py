@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forward search with real refits, backward elimination after each step (DISCOVERY 10)."""
+"""Forward search with real refits, backward elimination after each step."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The verdict of a search and everything that is told with it (DISCOVERY 11)."""
+"""The verdict of a search and everything that is told with it."""
 
 from __future__ import annotations
 

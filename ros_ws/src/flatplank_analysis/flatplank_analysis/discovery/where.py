@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the residual is: energy over coordinates, local events, periods (DISCOVERY 4)."""
+"""Where the residual is: energy over coordinates, local events, periods."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whitened fit beside the plain one: decisions and sizes come from it.
 
-The fit that is drawn, with its error, is a plain least-squares fit (DISCOVERY 3). Where runs
+The fit that is drawn, with its error, is a plain least-squares fit. Where runs
 scatter, the plain fit follows those with the largest forces; the whitened one gives every run the
 weight that it deserves, so its sizes are two to three times sharper. One linear step from the
 plain fit finds its place only roughly: as many units of chi2 off as weak effects bring.

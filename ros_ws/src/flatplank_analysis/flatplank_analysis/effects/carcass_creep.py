@@ -16,7 +16,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 class CarcassCreep(TireEffect):
     """Part of the deflection comes late: a spring and a damper in series with the carcass.
 
-    Source: REFERENCE 6, the tire itself
+    Source: the tire itself, not the thesis's machine
     """
 
     identifier = "carcass_creep"
@@ -24,7 +24,7 @@ class CarcassCreep(TireEffect):
     kind = "tire"
     coordinate = "time"
     law = True
-    source = "REFERENCE 6, the tire itself"
+    source = "the tire itself, not the thesis's machine"
     what = "Rubber creeps: the deflection goes on under a constant force."
     check = "The same run at 0.0015 m/s; hold the standing tire under a force."
     removes = "Nothing: it belongs to the tire."

@@ -13,7 +13,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 class CarcassSoftening(TireEffect):
     """The deflection of the carcass grows faster than the force.
 
-    Source: REFERENCE 6, the tire itself
+    Source: the tire itself, not the thesis's machine
     """
 
     identifier = "carcass_softening"
@@ -21,7 +21,7 @@ class CarcassSoftening(TireEffect):
     kind = "tire"
     coordinate = "distance since the step"
     law = True
-    source = "REFERENCE 6, the tire itself"
+    source = "the tire itself, not the thesis's machine"
     what = "A carcass is not a straight spring: large forces deflect it more."
     check = "Stiffness test of the standing tire to large forces."
     removes = "Nothing: it belongs to the tire."

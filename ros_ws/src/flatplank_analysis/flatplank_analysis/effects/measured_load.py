@@ -18,14 +18,14 @@ class MeasuredLoad(TireEffect):
     """A share of the measured change of load never reaches the tire: the load is nearer to
     nominal.
 
-    Source: DISCOVERY 1: the base feeds the measured load to the tire
+    Source: the base feeds the measured load to the tire
     """
 
     identifier = "measured_load"
     title = "The measured load variation is not felt by the tire"
     kind = "sensor"
     coordinate = "load"
-    source = "DISCOVERY 1: the base feeds the measured load to the tire"
+    source = "the base feeds the measured load to the tire"
     what = (
         "The load channel shows changes that the tire does not feel (crosstalk, bending of "
         "the hub)."

@@ -22,14 +22,14 @@ class MeshRipple(TireEffect):
     """The plank runs ahead and back with the period of a tooth or a pinion turn; the encoder
     on the pinion does not see it.
 
-    Source: thesis 3.1; the plank encoder sits on the pinion (REFERENCE 6)
+    Source: thesis 3.1; the plank encoder sits on the pinion
     """
 
     identifier = "mesh_ripple"
     title = "Speed ripple of rack and pinion"
     kind = "machine"
     coordinate = "plank position"
-    source = "thesis 3.1; the plank encoder sits on the pinion (REFERENCE 6)"
+    source = "thesis 3.1; the plank encoder sits on the pinion"
     what = (
         "Tooth errors and an eccentric pinion move the plank ahead and back while the pinion "
         "turns evenly. It is the same in every run, at zero slip too."

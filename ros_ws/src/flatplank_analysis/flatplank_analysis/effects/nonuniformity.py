@@ -16,14 +16,14 @@ from flatplank_analysis.effects.waves import wave
 class NonUniformity1(TireEffect):
     """The rolling tire makes a force that waves 1 time per turn and grows with the load.
 
-    Source: tire uniformity practice; REFERENCE 6
+    Source: tire uniformity practice
     """
 
     identifier = "nonuniformity_1"
     title = "Non-uniformity of the tire, order 1"
     kind = "tire"
     coordinate = "wheel angle"
-    source = "tire uniformity practice; REFERENCE 6"
+    source = "tire uniformity practice"
     what = (
         "The tire is not even around its circumference: tangential and radial force wave with "
         "the wheel angle while it rolls under load."
@@ -54,14 +54,14 @@ class NonUniformity1(TireEffect):
 class NonUniformity2(TireEffect):
     """The rolling tire makes a force that waves 2 times per turn and grows with the load.
 
-    Source: tire uniformity practice; REFERENCE 6
+    Source: tire uniformity practice
     """
 
     identifier = "nonuniformity_2"
     title = "Non-uniformity of the tire, order 2"
     kind = "tire"
     coordinate = "wheel angle"
-    source = "tire uniformity practice; REFERENCE 6"
+    source = "tire uniformity practice"
     what = (
         "The tire is not even around its circumference: tangential and radial force wave with "
         "the wheel angle while it rolls under load."
@@ -92,14 +92,14 @@ class NonUniformity2(TireEffect):
 class NonUniformity3(TireEffect):
     """The rolling tire makes a force that waves 3 times per turn and grows with the load.
 
-    Source: tire uniformity practice; REFERENCE 6
+    Source: tire uniformity practice
     """
 
     identifier = "nonuniformity_3"
     title = "Non-uniformity of the tire, order 3"
     kind = "tire"
     coordinate = "wheel angle"
-    source = "tire uniformity practice; REFERENCE 6"
+    source = "tire uniformity practice"
     what = (
         "The tire is not even around its circumference: tangential and radial force wave with "
         "the wheel angle while it rolls under load."

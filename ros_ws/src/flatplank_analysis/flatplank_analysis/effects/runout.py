@@ -16,14 +16,14 @@ from flatplank_analysis.effects.waves import wave
 class RunOut1(TireEffect):
     """The rolling radius waves 1 time per turn: slip and load wave with it.
 
-    Source: REFERENCE 6: run-out turns with the start angle
+    Source: thesis 3.1: run-out turns with the start angle
     """
 
     identifier = "runout_1"
     title = "Run-out of wheel and tire, order 1"
     kind = "machine"
     coordinate = "wheel angle"
-    source = "REFERENCE 6: run-out turns with the start angle"
+    source = "thesis 3.1: run-out turns with the start angle"
     what = (
         "Rim or tire run out of true: the rolling radius changes with the wheel angle, and "
         "with it the slip; the fixed axle height turns it into load."
@@ -66,14 +66,14 @@ class RunOut1(TireEffect):
 class RunOut2(TireEffect):
     """The rolling radius waves 2 times per turn: slip and load wave with it.
 
-    Source: REFERENCE 6: run-out turns with the start angle
+    Source: thesis 3.1: run-out turns with the start angle
     """
 
     identifier = "runout_2"
     title = "Run-out of wheel and tire, order 2"
     kind = "machine"
     coordinate = "wheel angle"
-    source = "REFERENCE 6: run-out turns with the start angle"
+    source = "thesis 3.1: run-out turns with the start angle"
     what = (
         "Rim or tire run out of true: the rolling radius changes with the wheel angle, and "
         "with it the slip; the fixed axle height turns it into load."
@@ -116,14 +116,14 @@ class RunOut2(TireEffect):
 class RunOut3(TireEffect):
     """The rolling radius waves 3 times per turn: slip and load wave with it.
 
-    Source: REFERENCE 6: run-out turns with the start angle
+    Source: thesis 3.1: run-out turns with the start angle
     """
 
     identifier = "runout_3"
     title = "Run-out of wheel and tire, order 3"
     kind = "machine"
     coordinate = "wheel angle"
-    source = "REFERENCE 6: run-out turns with the start angle"
+    source = "thesis 3.1: run-out turns with the start angle"
     what = (
         "Rim or tire run out of true: the rolling radius changes with the wheel angle, and "
         "with it the slip; the fixed axle height turns it into load."

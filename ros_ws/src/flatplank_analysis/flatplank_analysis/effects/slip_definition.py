@@ -13,14 +13,14 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 class SlipDefinition(TireEffect):
     """Slip over the travel of the road or over the rolled distance.
 
-    Source: DISCOVERY 1; the base has it as its parameter denom
+    Source: the base has it as its parameter denom
     """
 
     identifier = "slip_definition"
     title = "Definition of the slip"
     kind = "tire"
     coordinate = "slip level"
-    source = "DISCOVERY 1; the base has it as its parameter denom"
+    source = "the base has it as its parameter denom"
     what = "Theoretical slip kappa/(1 + kappa) or practical slip kappa: a choice of the model."
     check = "Nothing to check on the machine."
     removes = "The base fits it already."

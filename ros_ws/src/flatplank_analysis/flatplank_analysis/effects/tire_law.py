@@ -17,7 +17,7 @@ LEVELS = (
 class FreeLaw(TireEffect):
     """A free correction of the steady force over the contact slip, driving and braking apart.
 
-    Source: thesis 7.2: look-up table of the steady force; DISCOVERY 1
+    Source: thesis 7.2: look-up table of the steady force
     """
 
     identifier = "tire_law"
@@ -25,7 +25,7 @@ class FreeLaw(TireEffect):
     kind = "tire"
     coordinate = "slip level"
     law = True
-    source = "thesis 7.2: look-up table of the steady force; DISCOVERY 1"
+    source = "thesis 7.2: look-up table of the steady force"
     what = (
         "The machine is fine; the symmetric force law of the base is not the law of this "
         "tire. A table of the steady force may swallow a drive/brake asymmetry, so it is the "

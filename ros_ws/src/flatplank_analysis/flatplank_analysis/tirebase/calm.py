@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A measured channel without its noise, as an input of a model.
 
-The noise of an input makes every size too small, in all runs alike, and no repeat shows it
-(DISCOVERY 1). What a channel does in the same way in many runs is kept: the mean of its
+The noise of an input makes every size too small, in all runs alike, and no repeat shows it.
+What a channel does in the same way in many runs is kept: the mean of its
 condition, the profile over the plank, what goes with the wheel angle. What only one run shows is
 taken for noise, but for the level and the slow drift of a load that was set by hand.
 """

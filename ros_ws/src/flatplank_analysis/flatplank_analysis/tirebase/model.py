@@ -26,7 +26,7 @@ _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
 
 class TireModel:
-    """Contact-patch model of DISCOVERY 1 in x and y; knows the hooks of `TireEffect`."""
+    """Contact-patch model in x and y; knows the hooks of `TireEffect`."""
 
     form = Form(mean=0.0012, stretch=0.0045, bump=0.002, wave=0.0006)
     """the most on thirteen plants of other form (bristles of the bench, of the blind kit, of the

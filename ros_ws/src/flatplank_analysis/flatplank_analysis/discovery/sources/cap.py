@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a verdict may say at most on the floor that it stands on (PROPOSE 5)."""
+"""What a verdict may say at most on the floor that it stands on."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The defects of the machine, one file each (REFERENCE: thesis chapter 3)."""
+"""The defects of the machine, by the part that has them (thesis, chapter 3)."""
 
 from flatplank_sim.plant.defects.base import Defect, Site
 from flatplank_sim.plant.defects.registry import build_defects, defects, describe

@@ -20,7 +20,7 @@ class CarcassCreep(Defect):
     share: float = size(0.15, "-", "delayed over elastic deflection", (0.0, 2.0))
     time: float = size(5.0, "s", "constant of the creep", (0.01, 1000.0))
 
-    source = "REFERENCE section 6"
+    source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "fz", "lvdt_volts", "fy"})
 
@@ -74,7 +74,7 @@ class CarcassSoftening(Defect):
 
     per_metre: float = size(15.0, "1/m", "softening", (0.0, 200.0))
 
-    source = "REFERENCE section 6"
+    source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "fz", "lvdt_volts", "fy"})
 
@@ -92,7 +92,7 @@ class Conicity(Defect):
 
     camber: float = size(0.01, "rad", "own camber", (-0.2, 0.2))
 
-    source = "REFERENCE section 6"
+    source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fy"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
@@ -110,7 +110,7 @@ class PlySteer(Defect):
 
     angle: float = size(0.003, "rad", "own side slip angle", (-0.1, 0.1))
 
-    source = "REFERENCE section 6"
+    source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fy"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
@@ -151,7 +151,7 @@ class TireNonuniformity(Defect):
     phase: float = size(0.7, "rad", "wheel angle of the peaks")
     rolling: float = size(1e-6, "m/N", "rolling radius per radial force", (-1e-4, 1e-4))
 
-    source = "REFERENCE section 6; thesis 5.6 (three start angles)"
+    source = "thesis 5.6 (three start angles)"
     touches = frozenset({"fz", "fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy"})
 
