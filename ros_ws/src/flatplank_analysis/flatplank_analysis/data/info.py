@@ -68,7 +68,7 @@ def _condition(tire: str, measurement: str, *numbers: float) -> Condition:
 
 @dataclass(frozen=True)
 class RunInfo:
-    """Run record of one measurement (DESIGN 4); SI except where the name says otherwise."""
+    """Run record of one measurement; SI except where the name says otherwise."""
 
     file: str = ""
     tire: str = ""

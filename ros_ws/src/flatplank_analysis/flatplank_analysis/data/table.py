@@ -13,7 +13,7 @@ import numpy as np
 from flatplank_analysis.data.info import RunInfo
 from flatplank_analysis.errors import FlatplankError
 
-#: the columns of DESIGN 4 and their units
+#: the columns of a measurement table and their units
 STANDARD_COLUMNS: Mapping[str, str] = MappingProxyType(
     {
         "time": "s",
