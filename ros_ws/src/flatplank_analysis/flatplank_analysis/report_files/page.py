@@ -170,9 +170,10 @@ def _cards(result: CampaignResult) -> list[dict[str, str]]:
     if nominal is not None:
         cards.append(_small_slip(nominal))
         if nominal.carcass is not None:
-            fit = nominal.carcass
-            text = f"{number(1e-3 * fit.c_cx.value)} ± {number(1e-3 * fit.c_cx.std_error, 2)} kN/m"
-            cards.append({"value": text, "label": "carcass stiffness c_cx"})
+            c_cx = nominal.carcass.without_bias()["c_cx"]
+            text = f"{number(1e-3 * c_cx.value)} ± {number(1e-3 * c_cx.std_error, 2)} kN/m"
+            label = "carcass stiffness c_cx, without the model's bias"
+            cards.append({"value": text, "label": label})
         for model in nominal.models.values():
             mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
             cards.append({"value": f"{number(mean, 3)} N", "label": f"mean RMSE, {model.title}"})
