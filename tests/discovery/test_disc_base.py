@@ -32,8 +32,8 @@ def _run(kappa, step=0.0015, length=2.5, **changes):
     one = np.ones((1, n))
     force = np.zeros((2, 1, n))
     kernel.sweep(
-        ds, dw, one * step / 0.03, one * LOAD, one, _params(**changes), np.array([LOAD]), 0.03,
-        np.ones((2, 1), dtype=bool), force, 0, 1,
+        kernel.blocks_of(np.arange(1)), True, True, ds, dw, one * step / 0.03, one * LOAD, one,
+        _params(**changes), np.array([LOAD]), 0.03, force, None,
     )  # fmt: skip
     return np.cumsum(ds[0]), force[0, 0]
 
@@ -55,7 +55,7 @@ def test_steady_force_is_the_law(kappa):
 
 def test_slope_of_the_law_is_its_derivative():
     for k in (-0.08, -0.02, 0.004, 0.03, 0.2):
-        args = (STIFF, 1.05 * LOAD, 2.7, 0.05, 0.6)
+        args = (STIFF, 1.05 * LOAD, 2.7, 0.05, 0.2)
         h = 1e-7
         up, down = kernel.steady(k + h, *args)[0], kernel.steady(k - h, *args)[0]
         assert kernel.steady(k, *args)[1] == pytest.approx((up - down) / (2 * h), rel=1e-4)
@@ -77,9 +77,10 @@ def test_play_holds_the_force_at_zero_for_the_gap():
     one = np.ones((1, n))
     force = np.zeros((2, 1, n))
     p = _params(play=6e-4, play_rest=-1.0, play_soft=2.0)
+    blocks = kernel.blocks_of(np.arange(1))
     kernel.sweep(
-        ds, dw, one * 0.05, one * LOAD, one, p, np.array([LOAD]), 0.03,
-        np.ones((2, 1), dtype=bool), force, 0, 1,
+        blocks, True, True, ds, dw, one * 0.05, one * LOAD, one, p, np.array([LOAD]), 0.03, force,
+        None,
     )  # fmt: skip
     fx = force[0, 0]
     flat = np.sum(np.abs(fx[100:]) < 3.0) * 6e-6

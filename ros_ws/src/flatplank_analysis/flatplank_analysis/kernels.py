@@ -13,14 +13,17 @@ from flatplank_analysis.tirebase import kernel as tirebase
 def compile_all() -> None:
     """As the set-up does, so that the first diagnosis does not wait for it."""
     none, node, pair = np.zeros(0), np.zeros((0, 1)), np.zeros((2, 0, 1))
-    block = np.zeros((2, 0, tirebase.WIDTH))
-    todo = np.zeros((2, 0), dtype=bool)
-    tirebase.sweep(
-        node, pair, node, node, node, block, none, 1.0, todo, pair.copy(), np.int64(0), np.int64(0)
-    )
-    tirebase.one_node(
-        tirebase.rest(block), none, np.zeros((2, 0)), none, none, none, block, none, 1.0
-    )
+    params = np.zeros((2, 0, tirebase.WIDTH))
+    blocks = tirebase.blocks_of(np.arange(0))
+    states = tirebase.rest(blocks, params, none)
+    for across in (None, 1):
+        tirebase.sweep(
+            blocks, True, True, node, pair, node, node, node, params, none, 1.0, pair.copy(),
+            across,
+        )  # fmt: skip
+        tirebase.one_node(
+            states, blocks, node, pair, node, node, node, 1.0, pair.copy(), across
+        )  # fmt: skip
     cube = np.zeros((0, 1, 1))
     lost_motion.distance(cube, node, cube.copy())
     if models.compiled is not None:

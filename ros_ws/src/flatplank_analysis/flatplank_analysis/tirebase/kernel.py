@@ -13,12 +13,20 @@ bristles run through the contact with the wheel. While the carcass deflects, the
 run through with the whole wheel, so it is dw, not the slip of the patch, that stands beside ds.
 
 The carcass feels the change of the steady force, so load and friction enter with their rate.
+
+An element is one run of one lane. Elements are computed in blocks of `WIDE`, whose numbers lie
+side by side in a table: one row per number, one column per element. Loops over the columns have
+no branches, so the compiler computes several elements at once.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numba import njit
+from numba import carray, njit
+
+from flatplank_analysis.tirebase.vector import FAST, INLINE, choose, exponential, pointer, power
 
 #: columns of the parameter block, one row per lane and run
 NAMES = (
@@ -35,301 +43,399 @@ NAMES = (
     PLAY_REST, MEMORY, TURN, FEEL, SWING, ROTATE, LAW,
 ) = range(30)  # fmt: skip
 WIDTH = len(NAMES)
+#: further rows of a block: constants, state, inputs of a node, what a node works with
+(
+    FLEX, BEND, THETA_SHARE, NOMINAL, OTHER_STIFF, OTHER_PEAK, OTHER_FEEL, OTHER_ASYM_PEAK,
+    OTHER_ASYM_STIFF, OTHER_SLIDE,
+    SLIP, FORCE, DEFLECTED, CREPT, SLOPE, RATE,
+    DS, DW, DT, LOAD, FRICTION, ACROSS,
+    AT, SIGMA, LATE, THETA, LENGTH, BEYOND, STIFF_NOW, PEAK_NOW, SPEED_RATIO, STIFF_ACROSS,
+    PEAK_ACROSS, AIM, WAY, NEW_FORCE, NEW_DEFLECTED, NEW_SLOPE, PATCH, LAST, MOVE, LOW, HIGH,
+) = range(WIDTH, WIDTH + 43)  # fmt: skip
+ROWS = HIGH + 1
+WIDE = 8
+"""elements of a block: one register of a processor with 512 bits, two of 256"""
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
 """contact slips of the free law; negative first, falling, then positive, rising"""
-
-FAST = dict(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-"""no checks for division by zero; what is not finite is found by the engine"""
-
 SLIDING = 0.08
 """adhesion share that is left to a sliding patch"""
+NEWTON, CLOSE = 60, 1e-6
+"""steps at most, and the change of the slip with which they end: what follows is proportional"""
+FAR = 1.0e3
+"""slip beyond all that are looked for"""
 
 
-@njit(**FAST)
-def saturation(x, shape, fall, rounding):
+@njit(**INLINE)
+def saturation(x, shape, fall, bend):
     """Force over its peak at x = K|k|/peak, its slope, and the part of it that sticks.
 
     Saturation 1 - (1 - y/n)^n: n = 3 is the brush with a parabolic pressure, n = 2 with a uniform
     one; `fall` lets the force drop beyond the peak. What sticks is slope times slip, as in a
     brush; the rest slides. Outside the patch models the curve is one family, not a physical
-    claim.
+    claim. `bend` takes out the term of second order.
     """
-    # `rounding` takes out the term of second order: 1 starts like a sine, 0 like a brush
-    b = rounding * (shape - 1.0) / (2.0 * shape)
-    y = x + b * x * x / (1.0 + 0.5 * x)
-    dy = 1.0 + b * x * (2.0 + 0.5 * x) / (1.0 + 0.5 * x) ** 2
-    if y < shape:
-        t = 1.0 - y / shape
-        slope = t ** (shape - 1.0)
-        level = 1.0 - slope * t
-    else:
-        slope = 0.0
-        level = 1.0
+    under = 1.0 + 0.5 * x
+    y = x + bend * x * x / under
+    dy = 1.0 + bend * x * (2.0 + 0.5 * x) / (under * under)
+    t = max(1.0 - y / shape, 0.0)
+    slope = power(max(t, 1e-290), shape - 1.0)
+    slope = choose(t > 0.0, slope, 0.0)
+    level = 1.0 - slope * t
     n2 = shape * shape
-    bend = y * y / (y * y + n2)
-    dbend = 2.0 * y * n2 / (y * y + n2) ** 2
-    factor = 1.0 - fall * bend
-    return level * factor, dy * (slope * factor - level * fall * dbend), y * slope * factor
+    over = 1.0 / (y * y + n2)
+    factor = 1.0 - fall * y * y * over
+    drop = level * fall * 2.0 * y * n2 * over * over
+    return level * factor, dy * (slope * factor - drop), y * slope * factor
 
 
-@njit(**FAST)
-def steady(k, stiff, peak, shape, fall, rounding):
+@njit(**INLINE)
+def steady(k, stiff, peak, shape, fall, bend):
     """Steady force [N] at contact slip k and its slope dF/dk, without slip across."""
-    level, slope, _ = saturation(stiff * abs(k) / peak, shape, fall, rounding)
-    return (peak * level if k >= 0.0 else -peak * level), stiff * slope
+    level, slope, _ = saturation(stiff * abs(k) / peak, shape, fall, bend)
+    force = peak * level
+    return choose(k >= 0.0, force, -force), stiff * slope
 
 
-@njit(**FAST)
-def shared(k, across, stiff, peak, stiff_across, peak_across, p):
-    """Steady force [N] at contact slip k beside a slip `across`, on one friction ellipse.
+@njit(**INLINE)
+def shared(k, stiff, peak, bent_across, way_across, shape, fall, bend, swing, rotate):
+    """Steady force [N] at contact slip k beside a slip across, on one friction ellipse.
 
     What sticks pulls along the bent rubber. What slides turns from there into the direction of the
     slip: by the share `swing` at once, the rest with the size of the slip (`rotate`).
     """
-    bent, bent_across = stiff * k / peak, stiff_across * across / peak_across
-    x = (bent * bent + bent_across * bent_across) ** 0.5
-    if x == 0.0:
-        return 0.0
-    level, _, stuck = saturation(x, p[SHAPE], p[FALL], p[ROUND])
-    way, way_across = k / peak, across / peak_across
-    along = way / (way * way + way_across * way_across) ** 0.5
-    late = p[ROTATE] * x * x
-    share = (p[SWING] + late) / (1.0 + late) * (level - stuck)
-    return peak * ((level - share) * bent / x + share * along)
+    bent, way = stiff * k / peak, k / peak
+    x = math.sqrt(bent * bent + bent_across * bent_across)
+    level, _, stuck = saturation(x, shape, fall, bend)
+    along = way / math.sqrt(way * way + way_across * way_across)
+    late = rotate * x * x
+    share = (swing + late) / (1.0 + late) * (level - stuck)
+    force = peak * ((level - share) * bent / x + share * along)
+    return choose(x > 0.0, force, 0.0)
 
 
-@njit(**FAST)
-def free_law(k, p):
-    """Factor on the force at a contact slip and its slope: straight pieces over |k|."""
-    first = LAW if k < 0.0 else LAW + 4
-    any_law = False
-    for i in range(4):
-        if p[first + i] != 0.0:
-            any_law = True
-    if not any_law:
-        return 1.0, 0.0
+@njit(**INLINE)
+def piece(size, near, far, low, high):
+    """What a straight piece of the law adds from slip `near` to `far`, and its slope."""
+    slope = (high - low) / (far - near)
+    inside = min(max(size, near), far) - near
+    # a slip at the far end belongs to the next piece
+    return slope * inside, choose(size >= near, choose(size < far, slope, 0.0), 0.0)
+
+
+@njit(**INLINE)
+def free_law(k, h3, h2, h1, h0):
+    """Factor on the force at a contact slip and its slope: straight pieces over |k|; heights from
+    the smallest slip to the largest."""
     size = abs(k)
-    # heights from the largest slip to the smallest
-    if k < 0.0:
-        h0, h1, h2, h3 = p[LAW], p[LAW + 1], p[LAW + 2], p[LAW + 3]
-    else:
-        h3, h2, h1, h0 = p[LAW + 4], p[LAW + 5], p[LAW + 6], p[LAW + 7]
-    if size >= LAW_LEVELS[0]:
-        return 1.0 + h0, 0.0
-    if size < LAW_LEVELS[3]:
-        return 1.0 + h3, 0.0
-    if size >= LAW_LEVELS[1]:
-        a, b, ha, hb = LAW_LEVELS[1], LAW_LEVELS[0], h1, h0
-    elif size >= LAW_LEVELS[2]:
-        a, b, ha, hb = LAW_LEVELS[2], LAW_LEVELS[1], h2, h1
-    else:
-        a, b, ha, hb = LAW_LEVELS[3], LAW_LEVELS[2], h3, h2
-    slope = (hb - ha) / (b - a)
-    sign = -1.0 if k < 0.0 else 1.0
-    return 1.0 + ha + slope * (size - a), slope * sign
+    a, slope_a = piece(size, LAW_LEVELS[3], LAW_LEVELS[2], h3, h2)
+    b, slope_b = piece(size, LAW_LEVELS[2], LAW_LEVELS[1], h2, h1)
+    c, slope_c = piece(size, LAW_LEVELS[1], LAW_LEVELS[0], h1, h0)
+    slope = slope_a + slope_b + slope_c
+    return 1.0 + h3 + a + b + c, choose(k < 0.0, -slope, slope)
 
 
-@njit(**FAST)
-def strengths(k, load, friction, p, nominal, speed_ratio):
-    """Slip stiffness and peak force [N] with load, friction, asymmetry, sliding speed taken in."""
-    peak = p[PEAK] * friction * load
-    stiff = p[STIFF] * (1.0 + p[FEEL] * (load / nominal - 1.0))
-    if k < 0.0:
-        peak *= 1.0 - p[ASYM_PEAK]
-        stiff *= 1.0 - p[ASYM_STIFF]
-    if p[SLIDE] != 0.0:
-        ratio = abs(k) * speed_ratio / 0.05
-        peak *= 1.0 - p[SLIDE] * ratio / (1.0 + ratio)
-    return stiff, peak
+@njit(**INLINE)
+def slipping(k, peak, slide, speed_ratio):
+    """Peak force that is left at the speed of sliding."""
+    ratio = abs(k) * speed_ratio / 0.05
+    return peak * (1.0 - slide * ratio / (1.0 + ratio))
 
 
-@njit(**FAST)
-def tire_force(k, load, friction, p, nominal, speed_ratio, across, other):
-    """Force and slope at a contact slip; across: the slip in the other direction, whose numbers
-    are `other`."""
-    stiff, peak = strengths(k, load, friction, p, nominal, speed_ratio)
-    if across == 0.0:
-        force, slope = steady(k, stiff, peak, p[SHAPE], p[FALL], p[ROUND])
-    else:
-        more = strengths(across, load, friction, other, nominal, speed_ratio)
-        force = shared(k, across, stiff, peak, more[0], more[1], p)
-        near = shared(k + 1e-6, across, stiff, peak, more[0], more[1], p)
-        slope = (near - force) * 1e6
-    change, turn = free_law(k, p)
-    return force * change, slope * change + force * turn
+@njit(**INLINE)
+def in_play(force, play, at, soft):
+    """Place in the play of the bench at a force [m], and its slope."""
+    x = (force - at) / soft
+    root = math.sqrt(1.0 + x * x)
+    return 0.5 * play * x / root, 0.5 * play / (soft * root * root * root)
 
 
-@njit(**FAST)
-def whole_slip(k, across, p, other):
-    """Size of the slip of which |k| is a part, in units of this direction."""
-    if across == 0.0:
-        return abs(k)
-    scale = other[STIFF] * p[PEAK] / (p[STIFF] * other[PEAK])
-    return (k * k + (scale * across) ** 2) ** 0.5
-
-
-@njit(**FAST)
-def deflection(force, p):
-    """Deflection of carcass and play at a force [m], and its slope."""
-    c = p[CARCASS]
-    soft = 1.0 + p[SOFTEN] * abs(force) / 4000.0
-    value = force * soft / c
-    slope = (2.0 * soft - 1.0) / c
-    if p[PLAY] != 0.0:
-        x = (force - p[PLAY_AT]) / p[PLAY_SOFT]
-        root = (1.0 + x * x) ** 0.5
-        value += 0.5 * p[PLAY] * x / root
-        slope += 0.5 * p[PLAY] / (p[PLAY_SOFT] * root * root * root)
-    return value, slope
-
-
-@njit(**FAST)
-def start_deflection(p):
-    """Deflection at standstill: the plank rests somewhere in its play."""
-    value, _ = deflection(0.0, p)
-    return value + 0.5 * p[PLAY] * p[PLAY_REST]
-
-
-@njit(**FAST)
+@njit(**INLINE)
 def patch_length(k, whole, theta, half):
     """Relaxation length of the patch (7.17), (7.18) [m]; whole: size of the slip."""
-    near = whole / (1.0 + k) if k > -0.5 else 2.0 * whole
+    under = 1.0 + max(k, -0.5)
     # a smooth lower limit: with (7.18) as it is a sliding patch would vibrate from node to node
-    free = 1.0 - theta * near
-    m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + (free * free + 0.04) ** 0.5)
-    return m * half / (1.0 + max(k, -0.5))
+    free = 1.0 - theta * whole / under
+    m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + math.sqrt(free * free + 0.04))
+    return m * half / under
 
 
 @njit(**FAST)
-def advance(old, ds, dw, dt, load, friction, p, nominal, ratio, across, other):
-    """State (slip, force, deflection, creep, slope of the law, patch rate) after one node.
+def set_up(flat, params, other, nominal, elements):
+    """Constants of a block, and its state at standstill without force.
 
-    across: slip in the other direction, as far as the two share the friction; other: the numbers
-    of that direction.
+    flat (ROWS * WIDE,); params and other (elements of all blocks, WIDTH): the numbers in this
+    direction and across; elements (WIDE,): which are in the block.
     """
-    k0, f0, x0, creep0, slope0, r0 = old
-    if p[LOSS_BRAKE] != 0.0 or p[LOSS_DRIVE] != 0.0:
-        loss = p[LOSS_BRAKE] * min(f0, 0.0) + p[LOSS_DRIVE] * max(f0, 0.0)
-        load = load * (1.0 + loss / nominal)
-    dw = dw - (p[GIVE] * f0 + p[FOLLOW] * f0 / (f0 * f0 + 900.0) ** 0.5) * ds
-    creep = creep0
-    if p[CREEP] != 0.0:
-        aim = p[CREEP] * f0 / p[CARCASS]
-        creep = aim + (creep0 - aim) * np.exp(-dt / p[CREEP_TIME])
-        dw = dw - (creep - creep0)
-    ds = max(ds + p[DENOM] * dw, 0.0)
-    alpha, gamma = p[MEMORY] / 6.0, p[MEMORY] / 12.0
-    # (7.19) with the tread stiffness tied to the slip stiffness
-    theta = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * friction * nominal)
-    half = p[HALF] * (1.0 + 0.6 * (load / nominal - 1.0))
-    sigma = patch_length(k0, whole_slip(k0, across, p, other), theta, half)
-    late = 0.5
-    if ds > 0.0:
-        late = max(0.5, 1.0 - (sigma + max(slope0, 0.0) / p[CARCASS]) / ds)
-    fk, xk, slope = f0, x0, slope0
-    low, high = -1.0e3, 1.0e3
-    t = 2.0 * sigma
-    # first guess: the law and the patch go on as they went
-    under = alpha * t + late * ds
-    rise = gamma * t * t + 0.5 * late * ds * t
-    patch = (late * ds * ds * k0 - ds * t * r0) / under
-    stiff = (rise + late * late * ds * ds) / under
-    k1 = k0 + (dw - patch) / (stiff + max(slope0, 0.0) / p[CARCASS])
-    # safeguarded Newton: the left side grows with k1 as long as the law does not fall steeply
-    for _ in range(60):
-        t = sigma + patch_length(k1, whole_slip(k1, across, p, other), theta, half)
-        under = alpha * t + late * ds
-        rise = gamma * t * t + 0.5 * late * ds * t
-        patch = (
-            rise * (k1 - k0) - ds * t * r0 + late * ds * ds * (late * k1 + (1.0 - late) * k0)
-        ) / under
-        fk, slope = tire_force(k1, load, friction, p, nominal, ratio, across, other)
-        xk, flex = deflection(fk, p)
-        miss = patch + xk - x0 - dw
-        if miss > 0.0:
-            high = k1
-        else:
-            low = k1
+    w = table(flat)
+    w[:, :] = 0.0
+    for i in range(WIDE):
+        e = elements[i]
+        p, o = params[e], other[e]
+        for row in range(WIDTH):
+            w[row, i] = p[row]
+        w[FLEX, i] = 1.0 / p[CARCASS]
+        # `round` takes out the term of second order: 1 starts like a sine, 0 like a brush
+        w[BEND, i] = p[ROUND] * (p[SHAPE] - 1.0) / (2.0 * p[SHAPE])
+        # (7.19) with the tread stiffness tied to the slip stiffness
+        w[THETA_SHARE, i] = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * nominal[e])
+        w[NOMINAL, i] = nominal[e]
+        w[OTHER_STIFF, i], w[OTHER_PEAK, i] = o[STIFF], o[PEAK]
+        w[OTHER_FEEL, i], w[OTHER_SLIDE, i] = o[FEEL], o[SLIDE]
+        w[OTHER_ASYM_STIFF, i], w[OTHER_ASYM_PEAK, i] = o[ASYM_STIFF], o[ASYM_PEAK]
+        # the plank rests somewhere in its play
+        rest, _ = in_play(0.0, p[PLAY], p[PLAY_AT], p[PLAY_SOFT])
+        w[DEFLECTED, i] = rest + 0.5 * p[PLAY] * p[PLAY_REST]
+
+
+@njit(**INLINE)
+def table(flat):
+    """A block as a table; its width is known when this is compiled."""
+    return carray(pointer(flat.ctypes.data), (ROWS, WIDE), np.float64)
+
+
+@njit(**FAST)
+def begin(flat, across):
+    """What is known of a node before its slip, and a first guess of that."""
+    w = table(flat)
+    for i in range(WIDE):
+        f0, x_soft, nominal = w[FORCE, i], max(w[SLOPE, i], 0.0) * w[FLEX, i], w[NOMINAL, i]
+        loss = w[LOSS_BRAKE, i] * min(f0, 0.0) + w[LOSS_DRIVE, i] * max(f0, 0.0)
+        ratio = w[LOAD, i] / nominal * (1.0 + loss / nominal)
+        friction, way = w[FRICTION, i], w[DS, i]
+        pulled = w[GIVE, i] * f0 + w[FOLLOW, i] * f0 / math.sqrt(f0 * f0 + 900.0)
+        dw = w[DW, i] - pulled * way
+        aim = w[CREEP, i] * f0 * w[FLEX, i]
+        crept = aim + (w[CREPT, i] - aim) * exponential(-w[DT, i] / w[CREEP_TIME, i])
+        dw = dw - (crept - w[CREPT, i])
+        w[CREPT, i] = crept
+        ds = max(way + w[DENOM, i] * dw, 0.0)
+        theta = w[THETA_SHARE, i] / friction
+        half = w[HALF, i] * (1.0 + 0.6 * (ratio - 1.0))
+        k0 = w[SLIP, i]
+        whole = abs(k0)
+        if across is not None:
+            beside = w[ACROSS, i]
+            stiff_across = w[OTHER_STIFF, i] * (1.0 + w[OTHER_FEEL, i] * (ratio - 1.0))
+            peak_across = w[OTHER_PEAK, i] * friction * ratio * nominal
+            back = choose(beside < 0.0, 1.0, 0.0)
+            stiff_across = stiff_across * (1.0 - back * w[OTHER_ASYM_STIFF, i])
+            peak_across = peak_across * (1.0 - back * w[OTHER_ASYM_PEAK, i])
+            peak_across = slipping(beside, peak_across, w[OTHER_SLIDE, i], w[SPEED_RATIO, i])
+            scale = w[OTHER_STIFF, i] * w[PEAK, i] / (w[STIFF, i] * w[OTHER_PEAK, i])
+            beyond = (scale * beside) ** 2
+            whole = math.sqrt(k0 * k0 + beyond)
+            w[STIFF_ACROSS, i], w[PEAK_ACROSS, i] = stiff_across, peak_across
+            w[BEYOND, i] = beyond
+        sigma = patch_length(k0, whole, theta, half)
+        late = max(0.5, 1.0 - (sigma + x_soft) / ds)
+        # the law and the patch go on as they went
+        t = 2.0 * sigma
+        under = w[MEMORY, i] / 6.0 * t + late * ds
+        rise = w[MEMORY, i] / 12.0 * t * t + 0.5 * late * ds * t
+        patch = (late * ds * ds * k0 - ds * t * w[RATE, i]) / under
         stiff = (rise + late * late * ds * ds) / under
-        trial = k1 - miss / (stiff + max(slope, 0.0) * flex)
+        w[AT, i] = k0 + (dw - patch) / (stiff + x_soft)
+        w[AIM, i] = dw
+        w[WAY, i] = ds
+        w[SIGMA, i], w[LATE, i], w[THETA, i], w[LENGTH, i] = sigma, late, theta, half
+        w[STIFF_NOW, i] = w[STIFF, i] * (1.0 + w[FEEL, i] * (ratio - 1.0))
+        w[PEAK_NOW, i] = w[PEAK, i] * friction * ratio * nominal
+        w[LOW, i], w[HIGH, i], w[MOVE, i] = -FAR, FAR, 1.0
+
+
+@njit(**FAST)
+def newton(flat, across):
+    """One step towards the slip of each element that still moves: safeguarded Newton, the left
+    side grows with the slip as long as the law does not fall steeply. The largest move.
+    """
+    w = table(flat)
+    for i in range(WIDE):
+        k, k0, ds, late = w[AT, i], w[SLIP, i], w[WAY, i], w[LATE, i]
+        whole = abs(k)
+        if across is not None:
+            whole = math.sqrt(k * k + w[BEYOND, i])
+        t = w[SIGMA, i] + patch_length(k, whole, w[THETA, i], w[LENGTH, i])
+        under = 1.0 / (w[MEMORY, i] / 6.0 * t + late * ds)
+        rise = w[MEMORY, i] / 12.0 * t * t + 0.5 * late * ds * t
+        ahead = late * ds * ds * (late * k + (1.0 - late) * k0)
+        patch = (rise * (k - k0) - ds * t * w[RATE, i] + ahead) * under
+        back = choose(k < 0.0, 1.0, 0.0)
+        stiff = w[STIFF_NOW, i] * (1.0 - back * w[ASYM_STIFF, i])
+        peak = w[PEAK_NOW, i] * (1.0 - back * w[ASYM_PEAK, i])
+        shape, fall, bend = w[SHAPE, i], w[FALL, i], w[BEND, i]
+        peak = slipping(k, peak, w[SLIDE, i], w[SPEED_RATIO, i])
+        force, slope = steady(k, stiff, peak, shape, fall, bend)
+        if across is not None:
+            way_y = w[ACROSS, i] / w[PEAK_ACROSS, i]
+            bent_y = w[STIFF_ACROSS, i] * way_y
+            turn = w[SWING, i], w[ROTATE, i]
+            both = shared(k, stiff, peak, bent_y, way_y, shape, fall, bend, *turn)
+            near = shared(k + 1e-6, stiff, peak, bent_y, way_y, shape, fall, bend, *turn)
+            turned = (near - both) * 1e6
+            alone = w[ACROSS, i] == 0.0
+            force = choose(alone, force, both)
+            slope = choose(alone, slope, turned)
+        p0, p1, p2, p3 = w[LAW, i], w[LAW + 1, i], w[LAW + 2, i], w[LAW + 3, i]
+        p4, p5, p6, p7 = w[LAW + 4, i], w[LAW + 5, i], w[LAW + 6, i], w[LAW + 7, i]
+        h3 = choose(k < 0.0, p3, p4)
+        h2 = choose(k < 0.0, p2, p5)
+        h1 = choose(k < 0.0, p1, p6)
+        h0 = choose(k < 0.0, p0, p7)
+        change, bent = free_law(k, h3, h2, h1, h0)
+        slope = slope * change + force * bent
+        force = force * change
+        soft = 1.0 + w[SOFTEN, i] * abs(force) / 4000.0
+        deflected, flex = force * soft * w[FLEX, i], (2.0 * soft - 1.0) * w[FLEX, i]
+        place, rate = in_play(force, w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i])
+        deflected, flex = deflected + place, flex + rate
+        miss = patch + deflected - w[DEFLECTED, i] - w[AIM, i]
+        rigid = (rise + late * late * ds * ds) * under
+        trial = k - miss / (rigid + max(slope, 0.0) * flex)
+        low, high, before = w[LOW, i], w[HIGH, i], w[MOVE, i]
+        high = choose(miss > 0.0, k, high)
+        low = choose(miss > 0.0, low, k)
         # halve only between two known ends; a miss of exactly zero is no reason to leave
-        if (trial < low or trial > high) and low > -1.0e3 and high < 1.0e3:
-            trial = 0.5 * (low + high)
-        move = trial - k1
-        k1 = trial
-        if abs(move) < 1e-6:
-            # the last step is so small that everything follows its slope
-            fk += slope * move
-            xk += slope * flex * move
-            patch += stiff * move
+        halve = choose(trial < low, 1.0, 0.0)
+        halve = choose(trial > high, 1.0, halve)
+        halve = choose(low > -FAR, halve, 0.0)
+        halve = choose(high < FAR, halve, 0.0)
+        middle = 0.5 * (low + high)
+        trial = choose(halve > 0.0, middle, trial)
+        move = trial - k
+        # an element that has come to rest stays as it is
+        going = abs(before) >= CLOSE
+        # the last step is so small that everything follows its slope
+        new_force, new_deflected = force + slope * move, deflected + slope * flex * move
+        new_patch = patch + rigid * move
+        old_force, old_deflected = w[NEW_FORCE, i], w[NEW_DEFLECTED, i]
+        old_patch, old_slope, old_t = w[PATCH, i], w[NEW_SLOPE, i], w[LAST, i]
+        w[LOW, i], w[HIGH, i] = low, high
+        w[AT, i] = choose(going, trial, k)
+        w[MOVE, i] = choose(going, move, before)
+        w[NEW_FORCE, i] = choose(going, new_force, old_force)
+        w[NEW_DEFLECTED, i] = choose(going, new_deflected, old_deflected)
+        w[NEW_SLOPE, i] = choose(going, slope, old_slope)
+        w[PATCH, i] = choose(going, new_patch, old_patch)
+        w[LAST, i] = choose(going, t, old_t)
+    largest = 0.0
+    for i in range(WIDE):
+        largest = max(largest, abs(w[MOVE, i]))
+    return largest
+
+
+@njit(**FAST)
+def end(flat):
+    """Take over what was found at a node."""
+    w = table(flat)
+    for i in range(WIDE):
+        k, k0, late, ds = w[AT, i], w[SLIP, i], w[LATE, i], w[WAY, i]
+        over = w[PATCH, i] - ds * (late * k + (1.0 - late) * k0)
+        w[RATE, i] = w[RATE, i] - 0.5 * (k - k0) + over / w[LAST, i]
+        w[SLIP, i] = k
+        w[FORCE, i], w[DEFLECTED, i] = w[NEW_FORCE, i], w[NEW_DEFLECTED, i]
+        w[SLOPE, i] = w[NEW_SLOPE, i]
+
+
+@njit(**FAST)
+def node(flat, across):
+    """One node of a block, whose inputs are in it."""
+    begin(flat, across)
+    for _ in range(NEWTON):
+        if newton(flat, across) < CLOSE:
             break
-    r1 = r0 - 0.5 * (k1 - k0) + (patch - ds * (late * k1 + (1.0 - late) * k0)) / t
-    return k1, fk, xk, creep, slope, r1
+    end(flat)
 
 
 @njit(**FAST)
-def one_node(state, ds, dw, dt, load, friction, params, nominal, speed):
-    """One node of all elements in x (axis 0 index 0) and y (1).
+def inputs(flat, n, axis, elements, ds, dw, dt, load, friction, speed):
+    """Put the inputs of a node into a block; arrays (elements, samples), dw (2, e, s)."""
+    w = table(flat)
+    for i in range(WIDE):
+        e = elements[i]
+        w[DS, i], w[DW, i], w[DT, i] = ds[e, n], dw[axis, e, n], dt[e, n]
+        w[LOAD, i], w[FRICTION, i] = load[e, n], friction[e, n]
+    for i in range(WIDE):
+        ratio = abs(w[DS, i]) / w[DT, i] / speed
+        w[SPEED_RATIO, i] = choose(w[DT, i] > 0.0, ratio, 0.0)
 
-    state (6, 2, elements) is updated in place; dw (2, elements); params (2, elements, WIDTH).
+
+@njit(**FAST)
+def beside(flat, other):
+    """Put the slip in the other direction into a block, as far as the two share the friction."""
+    w, o = table(flat), table(other)
+    for i in range(WIDE):
+        w[ACROSS, i] = w[COMBINE, i] * o[SLIP, i]
+
+
+@njit(**FAST)
+def through(flat, along, n, elements, dw):
+    """The rubber goes through the contact with the wheel, in both directions."""
+    w, x = table(flat), table(along)
+    for i in range(WIDE):
+        slip = dw[0, elements[i], n] - x[GIVE, i] * x[FORCE, i] * w[DS, i]
+        w[DS, i] = w[DS, i] + w[TURN, i] * slip
+
+
+@njit(**FAST)
+def both_nodes(x, y, n, do_x, do_y, elements, ds, dw, dt, load, friction, speed, across):
+    """One node of a block along (x) and across (y) the wheel plane, or one of them."""
+    if do_y:
+        inputs(y, n, 1, elements, ds, dw, dt, load, friction, speed)
+        through(y, x, n, elements, dw)
+    if do_x:
+        inputs(x, n, 0, elements, ds, dw, dt, load, friction, speed)
+        beside(x, y)
+        node(x, across)
+    if do_y:
+        beside(y, x)
+        node(y, across)
+
+
+@njit(**FAST)
+def sweep(blocks, do_x, do_y, ds, dw, dt, load, friction, params, nominal, speed, force, across):
+    """All nodes of some blocks.
+
+    blocks (blocks, WIDE): see `blocks_of`; do_x, do_y: the directions that are wanted; ds, dt,
+    load, friction (elements, samples), dw and force (2, elements, samples), params (2, elements,
+    WIDTH). across is None where no element has slip across: it costs as much again.
     """
-    for e in range(ds.shape[0]):
-        rate = abs(ds[e]) / dt[e] / speed if dt[e] > 0.0 else 0.0
-        ky = state[0, 1, e]
-        slip = dw[0, e] - params[0, e][GIVE] * state[1, 0, e] * ds[e]
-        for axis in range(2):
-            p = params[axis, e]
-            kc = ky if axis == 0 else state[0, 0, e]
-            other = params[1 - axis, e]
-            old = (
-                state[0, axis, e], state[1, axis, e], state[2, axis, e],
-                state[3, axis, e], state[4, axis, e], state[5, axis, e],
-            )  # fmt: skip
-            way = ds[e] + p[TURN] * slip if axis == 1 else ds[e]
-            new = advance(
-                old, way, dw[axis, e], dt[e], load[e], friction[e], p, nominal[e], rate,
-                p[COMBINE] * kc, other,
-            )  # fmt: skip
-            for i in range(6):
-                state[i, axis, e] = new[i]
-
-
-@njit(**FAST)
-def rest(params):
-    """State at standstill without force, shape (6, 2, elements)."""
-    state = np.zeros((6, 2, params.shape[1]))
-    for axis in range(2):
-        for e in range(params.shape[1]):
-            state[2, axis, e] = start_deflection(params[axis, e])
-    return state
-
-
-@njit(**FAST)
-def sweep(ds, dw, dt, load, friction, params, nominal, speed, todo, force, first, last):
-    """All nodes of elements first..last; inputs (elements, samples), dw and force (2, e, s).
-
-    todo (2, elements) says which directions are wanted; they need each other only where the
-    slips are combined.
-    """
-    for e in range(first, last):
-        px, py = params[0, e], params[1, e]
-        both = px[COMBINE] != 0.0 or py[COMBINE] != 0.0 or py[TURN] * px[GIVE] != 0.0
-        do_x = todo[0, e] or both
-        do_y = todo[1, e] or both
-        x = (0.0, 0.0, start_deflection(px), 0.0, 0.0, 0.0)
-        y = (0.0, 0.0, start_deflection(py), 0.0, 0.0, 0.0)
+    x, y = np.empty(ROWS * WIDE), np.empty(ROWS * WIDE)
+    for b in range(blocks.shape[0]):
+        elements = blocks[b]
+        set_up(x, params[0], params[1], nominal, elements)
+        set_up(y, params[1], params[0], nominal, elements)
         for n in range(ds.shape[1]):
-            step, s, w, mu = dt[e, n], ds[e, n], load[e, n], friction[e, n]
-            rate = abs(s) / step / speed if step > 0.0 else 0.0
-            # the rubber goes through the contact with the wheel, in both directions
-            way = s + py[TURN] * (dw[0, e, n] - px[GIVE] * x[1] * s)
-            if do_x:
-                x = advance(
-                    x, s, dw[0, e, n], step, w, mu, px, nominal[e], rate, px[COMBINE] * y[0], py
-                )
-                force[0, e, n] = x[1]
-            if do_y:
-                y = advance(
-                    y, way, dw[1, e, n], step, w, mu, py, nominal[e], rate, py[COMBINE] * x[0], px
-                )
-                force[1, e, n] = y[1]
+            both_nodes(x, y, n, do_x, do_y, elements, ds, dw, dt, load, friction, speed, across)
+            for i in range(WIDE):
+                if do_x:
+                    force[0, elements[i], n] = x[FORCE * WIDE + i]
+                if do_y:
+                    force[1, elements[i], n] = y[FORCE * WIDE + i]
+
+
+@njit(**FAST)
+def one_node(states, blocks, ds, dw, dt, load, friction, speed, force, across):
+    """One node of all blocks in both directions; states (2, blocks, ROWS * WIDE), see `rest`;
+    ds, dt, load, friction (elements, 1), dw and force (2, elements, 1)."""
+    for b in range(blocks.shape[0]):
+        x, y, elements = states[0, b], states[1, b], blocks[b]
+        both_nodes(x, y, 0, True, True, elements, ds, dw, dt, load, friction, speed, across)
+        for i in range(WIDE):
+            force[0, elements[i], 0] = x[FORCE * WIDE + i]
+            force[1, elements[i], 0] = y[FORCE * WIDE + i]
+
+
+@njit(**FAST)
+def rest(blocks, params, nominal):
+    """State at standstill without force (2, blocks, ROWS * WIDE)."""
+    states = np.empty((2, blocks.shape[0], ROWS * WIDE))
+    for b in range(blocks.shape[0]):
+        for axis in range(2):
+            set_up(states[axis, b], params[axis], params[1 - axis], nominal, blocks[b])
+    return states
+
+
+def blocks_of(elements: np.ndarray) -> np.ndarray:
+    """Elements in blocks (blocks, WIDE); the last one is repeated where some are missing."""
+    missing = -len(elements) % WIDE
+    return np.concatenate([elements, elements[-1:].repeat(missing)]).reshape(-1, WIDE)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -177,19 +177,20 @@ class TireModel:
         nominal = np.tile(d.nominal, lanes)
         block = params.reshape(2, count, kernel.WIDTH)
         force = np.empty((2, count, samples))
+        across = 1 if block[..., kernel.COMBINE].any() else None
         if any(effect.overrides("node") for effect, _ in own):
-            self._slow(own, (lanes, runs), ds, dw, dt, load, friction, block, nominal, force)
+            given = ds, dw, dt, load, friction
+            self._slow(own, (lanes, runs), given, block, nominal, force, across)
         else:
             todo = _todo(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
-            order = np.repeat(todo, runs, axis=1)
-            cuts = np.linspace(0, count, 1 + 4 * THREADS).astype(int)
 
-            def part(first: int, last: int) -> None:
+            def part(blocks: np.ndarray, do_x: bool, do_y: bool) -> None:
                 kernel.sweep(
-                    ds, dw, dt, load, friction, block, nominal, SPEED, order, force, first, last
-                )
+                    blocks, do_x, do_y, ds, dw, dt, load, friction, block, nominal, SPEED, force,
+                    across,
+                )  # fmt: skip
 
-            jobs = [_POOL.submit(part, a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+            jobs = [_POOL.submit(part, *job) for job in _jobs(todo, params)]
             for job in jobs:
                 job.result()
             shaped = force.reshape(2, lanes, runs, samples)
@@ -197,27 +198,28 @@ class TireModel:
                 shaped[axis, ~todo[axis]] = shaped[axis, 0]
         return force.reshape(2, lanes, runs, samples)
 
-    def _slow(self, own, shape, ds, dw, dt, load, friction, block, nominal, force) -> None:
+    def _slow(self, own, shape, given, block, nominal, force, across) -> None:
         """Node by node, with the effects that want to know the last force."""
-        state = kernel.rest(block)
+        ds, dw, dt, load, friction = given
+        blocks = kernel.blocks_of(np.arange(len(ds)))
+        states = kernel.rest(blocks, block, nominal)
+        last = np.zeros((2, len(ds), 1))
         active = [e.with_values(v, 1) for e, v in own if e.overrides("node")]
         nodes = [Node(self.data) for _ in active]
         for n in range(ds.shape[1]):
             now = [ds[:, n], dw[0, :, n], dw[1, :, n], load[:, n], friction[:, n]]
             for effect, node in zip(active, nodes, strict=True):
                 node.index = n
-                node.force_x, node.force_y = (f.reshape(shape).copy() for f in state[1])
+                node.force_x, node.force_y = (f.reshape(shape).copy() for f in last)
                 names = ("travel", "slip", "lateral", "load", "friction")
                 for name, value in zip(names, now, strict=True):
                     setattr(node, name, value.reshape(shape).copy())
                 _act(type(effect), effect.node, node, names, shape)
                 now = [np.reshape(getattr(node, k), -1) for k in names]
-            travel, slip, lateral, w, mu = (np.ascontiguousarray(a) for a in now)
-            both = np.stack([slip, lateral])
-            kernel.one_node(
-                state, travel, both, np.ascontiguousarray(dt[:, n]), w, mu, block, nominal, SPEED
-            )
-            force[:, :, n] = state[1]
+            travel, slip, lateral, w, mu = (np.ascontiguousarray(a)[:, None] for a in now)
+            both, time = np.stack([slip, lateral]), np.ascontiguousarray(dt[:, n : n + 1])
+            kernel.one_node(states, blocks, travel, both, time, w, mu, SPEED, last, across)
+            force[:, :, n] = last[:, :, 0]
 
     def _signal(self, base: dict, force: np.ndarray, deep: list) -> list[np.ndarray]:
         rolling = base["fx_offset"][:, None, None] * self._moving
@@ -248,6 +250,26 @@ def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -
         found = np.shape(getattr(argument, name))
         if found != shape:
             raise fault(effect, hook, f"'{name}' has shape {found}, not {shape}")
+
+
+def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bool, bool]]:
+    """Blocks of elements and the directions in which they are wanted, for the threads.
+
+    Where the directions need each other, by friction or by a drive that gives way, both are.
+    """
+    runs = params.shape[2]
+    give = params[0, ..., kernel.GIVE] * params[1, ..., kernel.TURN]
+    coupled = params[..., kernel.COMBINE].any(axis=(0, 2)) | give.any(axis=1)
+    alone = ~coupled
+    for wanted, do_x, do_y in (
+        (coupled & todo.any(axis=0), True, True),
+        (alone & todo[0], True, False),
+        (alone & todo[1], False, True),
+    ):
+        blocks = kernel.blocks_of(np.flatnonzero(np.repeat(wanted, runs)))
+        for part in np.array_split(blocks, 4 * THREADS):
+            if len(part):
+                yield part, do_x, do_y
 
 
 def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
