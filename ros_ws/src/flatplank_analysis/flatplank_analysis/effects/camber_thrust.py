@@ -13,10 +13,7 @@ from flatplank_analysis.effects.base import Motion, TireEffect
 
 @dataclass(frozen=True)
 class CamberThrust(TireEffect):
-    """Camber acts like a slip angle.
-
-    Source: thesis 6.3, figures 6.16 and 6.17
-    """
+    """Camber acts like a slip angle."""
 
     identifier = "camber_thrust"
     title = "Camber thrust"

@@ -14,10 +14,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class CarcassCreep(TireEffect):
-    """Part of the deflection comes late: a spring and a damper in series with the carcass.
-
-    Source: the tire itself, not the thesis's machine
-    """
+    """Part of the deflection comes late: a spring and a damper in series with the carcass."""
 
     identifier = "carcass_creep"
     title = "Creep of the carcass"

@@ -13,10 +13,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class CarcassLoad(TireEffect):
-    """The carcass gets stiffer or softer with the nominal load.
-
-    Source: thesis figure 7.24
-    """
+    """The carcass gets stiffer or softer with the nominal load."""
 
     identifier = "carcass_load"
     title = "Carcass stiffness depends on the load"

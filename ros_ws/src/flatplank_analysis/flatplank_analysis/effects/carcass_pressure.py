@@ -13,10 +13,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class CarcassPressure(TireEffect):
-    """The carcass gets stiffer with the pressure.
-
-    Source: thesis figure 7.24
-    """
+    """The carcass gets stiffer with the pressure."""
 
     identifier = "carcass_pressure"
     title = "Carcass stiffness depends on the pressure"

@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class CarcassSoftening(TireEffect):
-    """The deflection of the carcass grows faster than the force.
-
-    Source: the tire itself, not the thesis's machine
-    """
+    """The deflection of the carcass grows faster than the force."""
 
     identifier = "carcass_softening"
     title = "The carcass softens with the force"

@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class CombinedSlip(TireEffect):
-    """Longitudinal and lateral slip share the friction.
-
-    Source: thesis 6.3: friction ellipse, figures 6.12 and 6.13
-    """
+    """Longitudinal and lateral slip share the friction."""
 
     identifier = "combined_slip"
     title = "Combined slip"

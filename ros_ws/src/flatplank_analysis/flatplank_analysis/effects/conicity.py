@@ -13,8 +13,6 @@ from flatplank_analysis.effects.base import Signal, TireEffect
 class Conicity(TireEffect):
     """The tire is a cone: a lateral force that grows with the load and does not change with
     the direction.
-
-    Source: tire uniformity practice (ISO 8855 terms)
     """
 
     identifier = "conicity"

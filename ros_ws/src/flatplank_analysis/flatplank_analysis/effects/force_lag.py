@@ -12,10 +12,7 @@ from flatplank_analysis.effects.delays import lagged
 
 @dataclass(frozen=True)
 class ForceLag(TireEffect):
-    """A first-order low-pass sits in the longitudinal force channel.
-
-    Source: thesis 3.2: analogue filters of the measurement hub
-    """
+    """A first-order low-pass sits in the longitudinal force channel."""
 
     identifier = "force_lag"
     title = "Lag of the force signal"

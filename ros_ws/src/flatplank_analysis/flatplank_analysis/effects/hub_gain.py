@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Signal, TireEffect
 
 @dataclass(frozen=True)
 class HubGain(TireEffect):
-    """The longitudinal force is read too large by a factor.
-
-    Source: thesis Appendix A
-    """
+    """The longitudinal force is read too large by a factor."""
 
     identifier = "hub_gain"
     title = "Gain of the Fx channel"

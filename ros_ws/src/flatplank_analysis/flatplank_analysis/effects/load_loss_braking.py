@@ -14,10 +14,7 @@ from flatplank_analysis.effects.base import Signal, Tire, TireEffect
 
 @dataclass(frozen=True)
 class LoadLossBraking(TireEffect):
-    """The axle height is fixed: braking takes load off the tire.
-
-    Source: thesis table 6.3: -3.6 % of load at -10 % of slip
-    """
+    """The axle height is fixed: braking takes load off the tire."""
 
     identifier = "load_loss_braking"
     title = "Load loss when braking"

@@ -15,10 +15,7 @@ from flatplank_analysis.effects.waves import periods
 
 @dataclass(frozen=True)
 class LoadUndulation(TireEffect):
-    """The plank is not level: the load on the tire waves with the plank position.
-
-    Source: thesis 6.3, figure 6.6: support bearings and plank undulation
-    """
+    """The plank is not level: the load on the tire waves with the plank position."""
 
     identifier = "load_undulation"
     title = "Load undulation over the plank that the hub does not see"

@@ -17,8 +17,6 @@ from flatplank_analysis.tirebase.parameters import LEAST_LOAD, moving_load
 class MeasuredLoad(TireEffect):
     """A share of the measured change of load never reaches the tire: the load is nearer to
     nominal.
-
-    Source: the base feeds the measured load to the tire
     """
 
     identifier = "measured_load"

@@ -21,8 +21,6 @@ SHORTEST = 80.0
 class MeshRipple(TireEffect):
     """The plank runs ahead and back with the period of a tooth or a pinion turn; the encoder
     on the pinion does not see it.
-
-    Source: thesis 3.1; the plank encoder sits on the pinion
     """
 
     identifier = "mesh_ripple"

@@ -4,125 +4,63 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.effects.base import Signal, TireEffect
+from flatplank_analysis.effects.base import Signal
+from flatplank_analysis.effects.turning_force import TurningForce
 from flatplank_analysis.effects.waves import wave
 
 
 @dataclass(frozen=True)
-class NonUniformity1(TireEffect):
-    """The rolling tire makes a force that waves 1 time per turn and grows with the load.
+class NonUniformity(TurningForce):
+    """The rolling tire makes a force that waves over the turn and grows with the load."""
 
-    Source: tire uniformity practice
-    """
+    kind = "tire"
+    source = "tire uniformity practice"
+    what = (
+        "The tire is not even around its circumference: tangential and radial force wave with "
+        "the wheel angle while it rolls under load."
+    )
+    check = (
+        "Turn the tire on the rim by 180 deg: the wave goes with the tire. Unloaded turn: no wave."
+    )
+    removes = "A more even tire; measure at all start angles and take the mean."
+    per_turn: ClassVar[int]
+    """waves in a turn of the wheel"""
+
+    def signal(self, signal: Signal) -> None:
+        data = signal.data
+        grow = (data.nominal / np.median(data.nominal))[:, None] * (data.position > 0.0005)
+        turn, order = data.wheel_turn, self.per_turn
+        signal.fx = signal.fx + grow * wave(turn, order, self.fx_cos, self.fx_sin)
+        signal.fz = signal.fz + grow * wave(turn, order, self.fz_cos, self.fz_sin)
+
+
+@dataclass(frozen=True)
+class NonUniformity1(NonUniformity):
+    """One wave in a turn of the wheel."""
 
     identifier = "nonuniformity_1"
     title = "Non-uniformity of the tire, order 1"
-    kind = "tire"
-    coordinate = "wheel angle"
-    source = "tire uniformity practice"
-    what = (
-        "The tire is not even around its circumference: tangential and radial force wave with "
-        "the wheel angle while it rolls under load."
-    )
-    check = (
-        "Turn the tire on the rim by 180 deg: the wave goes with the tire. Unloaded turn: no wave."
-    )
-    removes = "A more even tire; measure at all start angles and take the mean."
-    main = "fx_cos"
-
-    fx_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fx_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fz_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-    fz_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-
-    @classmethod
-    def size(cls, values: dict[str, float]) -> float:
-        return float(np.hypot(values["fx_cos"], values["fx_sin"]))
-
-    def signal(self, signal: Signal) -> None:
-        data = signal.data
-        grow = (data.nominal / np.median(data.nominal))[:, None] * (data.position > 0.0005)
-        signal.fx = signal.fx + grow * wave(data.wheel_turn, 1, self.fx_cos, self.fx_sin)
-        signal.fz = signal.fz + grow * wave(data.wheel_turn, 1, self.fz_cos, self.fz_sin)
+    per_turn = 1
 
 
 @dataclass(frozen=True)
-class NonUniformity2(TireEffect):
-    """The rolling tire makes a force that waves 2 times per turn and grows with the load.
-
-    Source: tire uniformity practice
-    """
+class NonUniformity2(NonUniformity):
+    """Two waves in a turn."""
 
     identifier = "nonuniformity_2"
     title = "Non-uniformity of the tire, order 2"
-    kind = "tire"
-    coordinate = "wheel angle"
-    source = "tire uniformity practice"
-    what = (
-        "The tire is not even around its circumference: tangential and radial force wave with "
-        "the wheel angle while it rolls under load."
-    )
-    check = (
-        "Turn the tire on the rim by 180 deg: the wave goes with the tire. Unloaded turn: no wave."
-    )
-    removes = "A more even tire; measure at all start angles and take the mean."
-    main = "fx_cos"
-
-    fx_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fx_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fz_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-    fz_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-
-    @classmethod
-    def size(cls, values: dict[str, float]) -> float:
-        return float(np.hypot(values["fx_cos"], values["fx_sin"]))
-
-    def signal(self, signal: Signal) -> None:
-        data = signal.data
-        grow = (data.nominal / np.median(data.nominal))[:, None] * (data.position > 0.0005)
-        signal.fx = signal.fx + grow * wave(data.wheel_turn, 2, self.fx_cos, self.fx_sin)
-        signal.fz = signal.fz + grow * wave(data.wheel_turn, 2, self.fz_cos, self.fz_sin)
+    per_turn = 2
 
 
 @dataclass(frozen=True)
-class NonUniformity3(TireEffect):
-    """The rolling tire makes a force that waves 3 times per turn and grows with the load.
-
-    Source: tire uniformity practice
-    """
+class NonUniformity3(NonUniformity):
+    """Three waves in a turn: the same at all three start angles."""
 
     identifier = "nonuniformity_3"
     title = "Non-uniformity of the tire, order 3"
-    kind = "tire"
-    coordinate = "wheel angle"
-    source = "tire uniformity practice"
-    what = (
-        "The tire is not even around its circumference: tangential and radial force wave with "
-        "the wheel angle while it rolls under load."
-    )
-    check = (
-        "Turn the tire on the rim by 180 deg: the wave goes with the tire. Unloaded turn: no wave."
-    )
-    removes = (
-        "A more even tire; measure at all start angles and take the mean (order 3 stays in it)."
-    )
-    main = "fx_cos"
-
-    fx_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fx_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fz_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-    fz_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-
-    @classmethod
-    def size(cls, values: dict[str, float]) -> float:
-        return float(np.hypot(values["fx_cos"], values["fx_sin"]))
-
-    def signal(self, signal: Signal) -> None:
-        data = signal.data
-        grow = (data.nominal / np.median(data.nominal))[:, None] * (data.position > 0.0005)
-        signal.fx = signal.fx + grow * wave(data.wheel_turn, 3, self.fx_cos, self.fx_sin)
-        signal.fz = signal.fz + grow * wave(data.wheel_turn, 3, self.fz_cos, self.fz_sin)
+    per_turn = 3
+    removes = f"{NonUniformity.removes[:-1]} (order 3 stays in it)."

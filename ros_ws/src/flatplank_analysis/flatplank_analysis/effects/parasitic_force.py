@@ -5,25 +5,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from flatplank_analysis.discovery.parameters import param
-from flatplank_analysis.effects.base import Signal, Tire, TireEffect
+from flatplank_analysis.effects.base import Signal, Tire
+from flatplank_analysis.effects.turning_force import TurningForce
 from flatplank_analysis.effects.waves import wave
 
 
 @dataclass(frozen=True)
-class ParasiticForce(TireEffect):
+class ParasiticForce(TurningForce):
     """Once per turn of the wheel, the same at every slip and load, in the forces that the hub
     shows.
-
-    Source: thesis Appendix C: about 300 N before, 15-25 N after the correction
     """
 
     identifier = "parasitic_force"
     title = "Parasitic force of the preloaded shaft"
     kind = "machine"
-    coordinate = "wheel angle"
     source = "thesis Appendix C: about 300 N before, 15-25 N after the correction"
     what = (
         "The shaft is bent or the flexplates are preloaded: the hub feels a force that turns "
@@ -31,16 +26,6 @@ class ParasiticForce(TireEffect):
     )
     check = "Turn the unloaded wheel three times and look at the forces."
     removes = "The parasitic filter with a fresh three-turn run; a longer flexplate drum."
-    main = "fx_cos"
-
-    fx_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fx_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
-    fz_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-    fz_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
-
-    @classmethod
-    def size(cls, values: dict[str, float]) -> float:
-        return float(np.hypot(values["fx_cos"], values["fx_sin"]))
 
     def tire(self, tire: Tire) -> None:
         # the load channel shows a force that the tire does not feel

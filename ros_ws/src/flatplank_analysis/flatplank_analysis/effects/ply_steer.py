@@ -13,8 +13,6 @@ from flatplank_analysis.effects.base import Motion, TireEffect
 class PlySteer(TireEffect):
     """The belt steers: a lateral force at zero slip angle that turns with the direction of
     travel.
-
-    Source: tire uniformity practice (ISO 8855 terms)
     """
 
     identifier = "ply_steer"

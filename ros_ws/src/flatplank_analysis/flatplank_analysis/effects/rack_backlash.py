@@ -9,22 +9,20 @@ import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.effects.base import Motion, Tire, TireEffect
+from flatplank_analysis.effects.base import Motion, Tire
+from flatplank_analysis.effects.gap import Gap
 from flatplank_analysis.effects.lost_motion import lost_motion
 
 
 @dataclass(frozen=True)
-class RackBacklash(TireEffect):
+class RackBacklash(Gap):
     """The plank goes along with the tire until the teeth have crossed the gap: after a change of
     the slip, or, where the bearings hold it, once the force is beyond their friction.
-
-    Source: thesis 6.3: about 0.64 mm, together with the drive the plateau of 0.75 mm
     """
 
     identifier = "rack_backlash"
     title = "Backlash of rack and pinion"
     kind = "machine"
-    coordinate = "slip travel"
     source = "thesis 6.3: about 0.64 mm, together with the drive the plateau of 0.75 mm"
     what = (
         "The teeth of rack and pinion cross their gap when the force on the plank changes: "
@@ -34,14 +32,6 @@ class RackBacklash(TireEffect):
     check = "Second encoder on the plank itself; dial gauge on the plank while the pinion is held."
     removes = "Adjust the engagement of the pinion, or a second, preloaded pinion."
 
-    gap: float = param(
-        0.0,
-        unit="m",
-        bounds=(0.0, 3e-3),
-        screen=3e-4,
-        matters=1e-4,
-        note="lost motion of the plank",
-    )
     rest: float = param(
         0.0,
         unit="1",
@@ -66,10 +56,6 @@ class RackBacklash(TireEffect):
     @classmethod
     def held(cls) -> tuple[str, ...]:
         return ("held_fast",)
-
-    @classmethod
-    def starts(cls) -> tuple[float, ...]:
-        return (1.0, 2.5)
 
     def motion(self, motion: Motion) -> None:
         motion.travel += lost_motion(motion, self.gap * (1.0 - self.held_fast))

@@ -21,7 +21,7 @@ from flatplank_analysis.errors import FlatplankError
 
 GROUP = "flatplank.effects"
 _USER = "flatplank_user_effects_"
-_NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays", "channels"}
+_NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays"}
 
 
 def effects_in(module: ModuleType) -> list[type[Effect]]:
@@ -44,6 +44,7 @@ def _shipped() -> tuple[type[Effect], ...]:
         if item.name not in _NOT_EFFECTS:
             module = importlib.import_module(f"flatplank_analysis.effects.{item.name}")
             found += effects_in(module)
+    found.sort(key=lambda effect: effect.identifier)
     for point in sorted(entry_points(group=GROUP), key=lambda p: p.name):
         found += _from_entry(point)
     return tuple(found)

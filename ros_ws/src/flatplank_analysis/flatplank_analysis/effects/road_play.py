@@ -9,20 +9,17 @@ import numpy as np
 
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.effects.base import Tire, TireEffect
+from flatplank_analysis.effects.base import Tire
+from flatplank_analysis.effects.gap import Gap
 
 
 @dataclass(frozen=True)
-class RoadPlay(TireEffect):
-    """The plank slides through its play while the force passes zero.
-
-    Source: thesis 3.1 and 7.2: 1.15 mm of longitudinal play, cut to 0.05 mm later
-    """
+class RoadPlay(Gap):
+    """The plank slides through its play while the force passes zero."""
 
     identifier = "road_play"
     title = "Play of the road in x"
     kind = "machine"
-    coordinate = "slip travel"
     source = "thesis 3.1 and 7.2: 1.15 mm of longitudinal play, cut to 0.05 mm later"
     what = (
         "The plank can slide by the gap between its drive and its stop. The force of the tire "
@@ -34,23 +31,13 @@ class RoadPlay(TireEffect):
         "locked. A driving step out of a driving preload shows no dead travel."
     )
     removes = "Shim or preload the coupling between plank and rack; or keep the force on one side."
-    main = "gap"
 
-    gap: float = param(
-        0.0,
-        unit="m",
-        bounds=(0.0, 3e-3),
-        screen=3e-4,
-        matters=1e-4,
-        note="free travel of the plank",
-    )
     rest: float = param(
         0.0,
         unit="1",
         bounds=(-1.0, 1.0),
         note="where in the gap a run starts: -1 braking side, +1 driving side",
     )
-
     at: float = param(
         0.0,
         unit="N",
@@ -65,10 +52,6 @@ class RoadPlay(TireEffect):
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
         return 2
-
-    @classmethod
-    def starts(cls) -> tuple[float, ...]:
-        return (1.0, 2.5)
 
     def tire(self, tire: Tire) -> None:
         tire.x.play += self.per_run.gap

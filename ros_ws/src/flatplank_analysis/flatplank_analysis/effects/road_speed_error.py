@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Motion, TireEffect
 
 @dataclass(frozen=True)
 class RoadSpeedError(TireEffect):
-    """The road is faster or slower than its encoder says: the same slip offset in all runs.
-
-    Source: thesis 6.3: 0.03092 against 0.03096 m/s is -0.13 % of slip
-    """
+    """The road is faster or slower than its encoder says: the same slip offset in all runs."""
 
     identifier = "road_speed_error"
     title = "Mean error of the road speed"

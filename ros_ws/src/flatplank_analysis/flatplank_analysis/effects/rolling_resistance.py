@@ -13,10 +13,7 @@ from flatplank_analysis.effects.base import Signal, TireEffect
 
 @dataclass(frozen=True)
 class RollingResistance(TireEffect):
-    """A braking force in proportion to the load while the tire rolls.
-
-    Source: thesis 6.3: small negative force at free rolling
-    """
+    """A braking force in proportion to the load while the tire rolls."""
 
     identifier = "rolling_resistance"
     title = "Rolling resistance"

@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class SlidingFriction(TireEffect):
-    """The friction depends on the speed with which the rubber slides.
-
-    Source: thesis 2.3; with one plank speed it cannot be told from the force law
-    """
+    """The friction depends on the speed with which the rubber slides."""
 
     identifier = "sliding_friction"
     title = "Friction falls with the sliding speed"

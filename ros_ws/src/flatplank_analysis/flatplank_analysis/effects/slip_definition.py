@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class SlipDefinition(TireEffect):
-    """Slip over the travel of the road or over the rolled distance.
-
-    Source: the base has it as its parameter denom
-    """
+    """Slip over the travel of the road or over the rolled distance."""
 
     identifier = "slip_definition"
     title = "Definition of the slip"

@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class SpeedDroop(TireEffect):
-    """The plank loses speed in proportion to the longitudinal force, unseen by its encoder.
-
-    Source: thesis table 6.3: about 0.08 % per kN
-    """
+    """The plank loses speed in proportion to the longitudinal force, unseen by its encoder."""
 
     identifier = "speed_droop"
     title = "The plank drive yields to the force"

@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class SteeringPlay(TireEffect):
-    """The steering angle follows the pull of the tire through its play.
-
-    Source: thesis 3.1: 0.2 deg of play
-    """
+    """The steering angle follows the pull of the tire through its play."""
 
     identifier = "steering_play"
     title = "Play of the steering"

@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Motion, TireEffect
 
 @dataclass(frozen=True)
 class SteeringZero(TireEffect):
-    """The steering angle is off by a constant.
-
-    Source: thesis Table I.1: Fy = 0 at 1.0 deg
-    """
+    """The steering angle is off by a constant."""
 
     identifier = "steering_zero"
     title = "Zero error of the steering angle"

@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class SupportPlayY(TireEffect):
-    """The support slides sideways through its play while the lateral force passes zero.
-
-    Source: thesis 3.1: 3 mm in y
-    """
+    """The support slides sideways through its play while the lateral force passes zero."""
 
     identifier = "support_play_y"
     title = "Play of the support in y"

@@ -13,10 +13,7 @@ from flatplank_analysis.effects.base import Signal, TireEffect
 
 @dataclass(frozen=True)
 class SupportPlayZ(TireEffect):
-    """The axle drops or rises by its play when the longitudinal force changes sides.
-
-    Source: thesis 3.1: 1.3 mm in z
-    """
+    """The axle drops or rises by its play when the longitudinal force changes sides."""
 
     identifier = "support_play_z"
     title = "Play of the support in z"

@@ -12,10 +12,7 @@ from flatplank_analysis.effects.delays import shifted
 
 @dataclass(frozen=True)
 class TimeSkew(TireEffect):
-    """Force and motion are stamped by clocks that differ by a constant.
-
-    Source: thesis 3.2: two computers log force and motion
-    """
+    """Force and motion are stamped by clocks that differ by a constant."""
 
     identifier = "time_skew"
     title = "Skew between force and motion recording"

@@ -15,10 +15,7 @@ LEVELS = (
 
 @dataclass(frozen=True)
 class FreeLaw(TireEffect):
-    """A free correction of the steady force over the contact slip, driving and braking apart.
-
-    Source: thesis 7.2: look-up table of the steady force
-    """
+    """A free correction of the steady force over the contact slip, driving and braking apart."""
 
     identifier = "tire_law"
     title = "The force law is of another form"

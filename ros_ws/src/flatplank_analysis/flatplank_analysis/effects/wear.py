@@ -13,10 +13,7 @@ from flatplank_analysis.effects.base import Tire, TireEffect
 
 @dataclass(frozen=True)
 class Wear(TireEffect):
-    """The friction drops from run to run.
-
-    Source: thesis 3.1: the sandpaper wears during a campaign
-    """
+    """The friction drops from run to run."""
 
     identifier = "wear"
     title = "Wear of the road surface over the runs"

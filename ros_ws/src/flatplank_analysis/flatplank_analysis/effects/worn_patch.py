@@ -17,10 +17,7 @@ BEFORE, AFTER = 0.1, 0.2
 
 @dataclass(frozen=True)
 class WornPatch(TireEffect):
-    """Less friction at one place of the plank; grows with the slip.
-
-    Source: thesis 3.1: worn sandpaper at 0.15, 2.35 and 3.90 m
-    """
+    """Less friction at one place of the plank; grows with the slip."""
 
     identifier = "worn_patch"
     title = "Worn patch of the road surface"

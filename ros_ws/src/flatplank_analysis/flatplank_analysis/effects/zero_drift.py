@@ -11,10 +11,7 @@ from flatplank_analysis.effects.base import Signal, TireEffect
 
 @dataclass(frozen=True)
 class ZeroDrift(TireEffect):
-    """The zero of Fx creeps with time during every run.
-
-    Source: thesis 3.1: warming-up of the bridge amplifiers
-    """
+    """The zero of Fx creeps with time during every run."""
 
     identifier = "zero_drift"
     title = "Drift of the zero during a run"

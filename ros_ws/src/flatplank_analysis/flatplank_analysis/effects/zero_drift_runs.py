@@ -13,10 +13,7 @@ from flatplank_analysis.effects.base import Signal, TireEffect
 
 @dataclass(frozen=True)
 class ZeroDriftRuns(TireEffect):
-    """The zero of Fx creeps from run to run.
-
-    Source: thesis 3.1
-    """
+    """The zero of Fx creeps from run to run."""
 
     identifier = "zero_drift_runs"
     title = "Drift of the zero over the runs"
