@@ -12,13 +12,12 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from flatplank_hw.ethercat.master import BusClient, BusError
 from flatplank_hw.ethercat.programs import environment
 from flatplank_sim.emulator.control import Control
-from flatplank_sim.namespace import EMULATOR, MASTER, BenchNamespace
+from flatplank_sim.namespace import EMULATOR, MASTER, BenchNamespace, Closed
 
 REPLY_TIMEOUT_MS = 12.0
 """how late an answer may be: emulator and master share a computer that has other work"""
@@ -73,7 +72,7 @@ class EmulatorProcess:
         self._folder.cleanup()
 
 
-class EmulatedBus:
+class EmulatedBus(Closed):
     """Namespace and emulator; `client()` gives a `BusClient` that fits."""
 
     def __init__(
@@ -132,14 +131,3 @@ class EmulatedBus:
         """End the emulator and let the namespace go."""
         self.emulator.close()
         self.namespace.close()
-
-    def __enter__(self) -> EmulatedBus:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

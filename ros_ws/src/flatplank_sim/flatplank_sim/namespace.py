@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from types import TracebackType
+from typing import TypeVar
 
 MASTER, EMULATOR = "veth0", "veth1"
 _HOLD = (
@@ -19,11 +19,28 @@ _HOLD = (
 )
 
 
+Self = TypeVar("Self", bound="Closed")
+
+
 class NamespaceError(ValueError):
     """No namespace can be had here: one line with the reason."""
 
 
-class BenchNamespace:
+class Closed:
+    """Is closed at the end of a `with` block."""
+
+    def close(self) -> None:
+        """Let go what is held."""
+        raise NotImplementedError
+
+    def __enter__(self: Self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class BenchNamespace(Closed):
     """Holds the namespace open by a process that waits for the end of its input."""
 
     def __init__(self) -> None:
@@ -53,14 +70,3 @@ class BenchNamespace:
     def close(self) -> None:
         """Let it go; what still runs inside keeps it alive."""
         self._holder.communicate()
-
-    def __enter__(self) -> BenchNamespace:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

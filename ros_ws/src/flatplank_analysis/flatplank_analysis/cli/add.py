@@ -4,32 +4,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
-from flatplank_analysis.cli import common, loop
-from flatplank_analysis.discovery.modelfile import save_unchanged
+from flatplank_analysis.cli import change
+from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import sized
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`flatplank add EFFECT [DIR] [--model FILE] [--json]`."""
-    arguments = loop.loop_parser("add", __doc__, effect=True).parse_args(argv)
-    return common.guarded("add", lambda: _run(arguments))
+    return change.run("add", __doc__, argv, Session.add, _words)
 
 
-def _run(arguments) -> int:
-    session, model, path = loop.open_for_change(arguments)
-    loop.progress("refit of everything", 0.3)
-    changed, _, numbers = session.add(model, arguments.effect)
-    loop.progress_done()
-    save_unchanged(changed, path)
-    if arguments.json:
-        common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
-        return 0
-    print(
-        f"{arguments.effect}: {sized(numbers['size'], numbers['interval'], numbers['unit'])}\n"
+def _words(effect: str, numbers: dict[str, Any], path: Path) -> str:
+    lines = [
+        f"{effect}: {sized(numbers['size'], numbers['interval'], numbers['unit'])}",
         f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N, "
-        f"held out {numbers['held_out']:.1f} N, floor {numbers['floor']:.1f} N; written to {path}"
-    )
-    for doubt in numbers["doubts"]:
-        print(f"doubt: {doubt}")
-    return 0
+        f"held out {numbers['held_out']:.1f} N, floor {numbers['floor']:.1f} N; written to {path}",
+    ]
+    return "\n".join([*lines, *(f"doubt: {doubt}" for doubt in numbers["doubts"])])
