@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -40,7 +41,8 @@ class Steps:
             self.made += 1
         waiting = None
         if job == "decide" and self.made < 2:
-            waiting = {"number": self.made + 1, "what": "w", "plan": f"batch {self.made + 1}"}
+            plan = f"batch {self.made + 1}"
+            waiting = {"number": self.made + 1, "what": "w", "plan": plan, "minutes": 6.0}
         return {
             "entries": [], "waiting": waiting, "ended": "decided", "reason": "r", "left": 30.0,
         }  # fmt: skip
@@ -88,7 +90,7 @@ def test_each_batch_waits_until_it_is_approved(tmp_path):
         of.begin("page", WISH, each=True)
         await _until(lambda: of.asking)
         assert steps.asked == ["decide"]
-        assert of.progress == ("waiting to be approved; 30 min left", 0.0)
+        assert of.progress == ("waiting to be approved; 36 min left", 0.0)
         with pytest.raises(ValueError, match="under way"):
             of.begin("other", WISH, each=True)
         of.approve("page")
@@ -157,18 +159,19 @@ def test_it_is_found_on_the_twin_by_mouse(visitor, data: Path, pictures):
     who.choose("Where", "on the twin")
     who.fill("Plant file (below the data folder)", "machine.yaml")
     who.click("Begin or go on")
-    waits(who, "1. six runs to begin with")
+    waits(who, 1)
+    who.said("six runs to begin with: three slips")
     who.said("nothing is known yet; 43 of 60 min left")
     assert not list(folder.glob("*.parquet"))
     looked_after(who)
     who.click("Approve")
     wait_for(lambda: list(folder.glob("*.parquet")), 300.0, "a run is made")
     who.click("Stop safely")
-    wait_for(lambda: "stopped" in status(who), 30.0, status(who))
+    wait_for(lambda: "stopped" in status(who), 30.0, "it is stopped")
     who.click("Begin or go on")
-    waits(who, "1. six runs to begin with")
+    waits(who, 1)
     who.click("Approve")
-    waits(who, "2. ")
+    waits(who, 2)
     assert "e = 1 so far" in (who.page.get_by_text("so far; decoys").text_content() or "")
     looked_after(who)
     for width in (1280, 390):
@@ -188,16 +191,16 @@ def test_it_is_found_on_the_twin_by_mouse(visitor, data: Path, pictures):
     assert not who.errors
 
 
-def waits(who, batch: str) -> None:
+def waits(who, number: int) -> None:
     """A batch waits to be approved."""
+    batch = who.page.get_by_text(re.compile(rf"^{number}\. ")).first
 
     def shown() -> bool:
         refused = who.page.locator(".q-notification").all_text_contents()
         assert not refused, refused
-        return "waiting to be approved" in status(who) and who.button("Approve").is_enabled()
+        return batch.is_visible() and who.button("Approve").is_enabled()
 
-    wait_for(shown, 600.0, f"{batch} waits")
-    who.said(batch)
+    wait_for(shown, 600.0, f"batch {number} waits")
 
 
 def status(who) -> str:

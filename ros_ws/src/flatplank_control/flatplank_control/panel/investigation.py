@@ -67,6 +67,8 @@ class Investigation:
         if not self.busy:
             return self.said, 0.0
         text, share, left = *self._doing, self.told["left"]
+        if self._asking:
+            left += self.told["waiting"]["minutes"]
         if self._on_bench:
             p = self.operator.link.state.progress
             text, share = p.prompt or p.step or "begun", p.share

@@ -252,6 +252,7 @@ def proposed(drawn: Mapping[str, Any]) -> dict[str, Any]:
 def error_of_loop(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error of an investigation and its floor over the minutes of the bench."""
     options = axes("bench time [min]", "RMS error of Fx [N]")
+    options["xAxis"]["min"] = 0
     options["yAxis"] |= {"min": 0, "scale": False}
     told = [e for e in entries if e["error"] is not None]
     lines = (

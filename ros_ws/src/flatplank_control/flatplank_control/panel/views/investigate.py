@@ -174,7 +174,9 @@ class _Investigate:
         self.code.set_text(told.get("code", ""))
         self.code.set_visibility(bool(told.get("code")))
         with self.found:
-            for effect in told.get("effects", ()):
+            effects = told.get("effects", ())
+            self.found.set_visibility(bool(effects or told.get("proposal")))
+            for effect in effects:
                 ui.label(f"{effect['title']}: {effect['size']}").classes("fp-rank-title")
                 for a in effect["advice"]:
                     ui.label(f"{a['name']}, check: {a['check']}").classes("fp-quiet")
