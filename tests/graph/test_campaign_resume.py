@@ -69,7 +69,10 @@ def resumed(folder: Path, monkeypatch, text: str, kill_in: int) -> None:
             measure(text, simulated=True, folder=str(data), say=Kill(bench, kill_in))
         bench.processes.start_node("measurement_runner")
         bench.client.wait_connected(bench.processes)
-        measure(text, simulated=True, folder=str(data), resume=True)
+        said: list[str] = []
+        measure(text, simulated=True, folder=str(data), resume=True, say=said.append)
+    assert any("interrupted" in line for line in said), said
+    assert not [line for line in said if "nothing is being recorded" in line], said
     journal = Journal(data / "resumed.journal.jsonl", plan.name, plan.digest)
     assert all(journal.finished(run.key) for run in plan.runs)
     assert all(

@@ -10,8 +10,10 @@ import sys
 
 import pytest
 from bench_graph import graph
+from inv_fresh import fresh_challenge, investigated
 
 from flatplank_analysis.investigation.evidence import ALPHA
+from flatplank_sim.sealed.seal import PLANT
 
 pytestmark = [pytest.mark.graph, pytest.mark.long, pytest.mark.timeout(7200)]
 VERB = "import sys; from flatplank_control.cli.investigate import main; main(sys.argv[1:])"
@@ -34,3 +36,9 @@ def test_what_is_hidden_is_found_confirmed_and_reported(tmp_path, monkeypatch):
     page = (folder / "investigation" / "index.html").read_text()
     assert "nothing is known yet" in page
     assert page.count("<svg") == 2
+
+
+def test_what_a_fresh_seed_hides_is_found_confirmed_and_reported(tmp_path, monkeypatch):
+    challenge = fresh_challenge(tmp_path / "challenge")
+    with graph(tmp_path, monkeypatch, plant_file=str(challenge / PLANT)):
+        investigated(tmp_path / "data", challenge)

@@ -153,10 +153,27 @@ def test_a_class_is_asked_about_as_long_as_the_verdict_names_it(drop, monkeypatc
     near, far = inquiry._between(search, None)
     assert near.text == "to separate a from near"
     for question, share in ((near, 0.2), (far, 0.99)):
-        assert question.needed == limit / 2.0
-        assert question.open == pytest.approx((1.0 - share) * limit / 2.0)
+        # twice what the verdict asks for: by a hair nothing is decided
+        assert question.needed == limit
+        assert question.open == pytest.approx((2.0 - share) * limit / 2.0)
     assert near.gain((RUN,)) == pytest.approx(4.0 - 0.03 * 50.0)
     assert far.gain((RUN,)) == 0.0
+
+
+def test_a_pair_that_could_only_be_told_apart_by_a_hair_is_not_pursued(monkeypatch):
+    # 0.4 short of the limit, and ten runs would bring 0.5 each: that would decide, not clearly
+    decision = SimpleNamespace(drop=100.0, dispersion=1.0, residue=0.0, term=_term("a"))
+    limit = indifferent(decision, 100.0)
+    rival = SimpleNamespace(name="b", term=_term("b"), excess=limit - 0.8)
+    found = [SimpleNamespace(decision=decision, told=[rival])]
+    search = SimpleNamespace(last=SimpleNamespace(found=found))
+    monkeypatch.setattr(inquiry.Pair, "of", lambda _search, _index, term: term)
+    for each, pursued in ((0.5, False), (2.0, True)):
+        gains = lambda pair, _p, each=each: lambda _runs: each if pair else 0.0  # noqa: E731
+        monkeypatch.setattr(inquiry, "_gain", gains)
+        asked = [*inquiry._between(search, None)]
+        choice = choose(asked, [NEAR], minutes(once_more=6.0), 60.0)
+        assert (choice.candidate is NEAR) is pursued
 
 
 def _term(name: str) -> SimpleNamespace:

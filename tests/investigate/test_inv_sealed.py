@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import pytest
+from inv_fresh import fresh_challenge, investigated
 
 from flatplank_sim.plant import PlantConfig
 from flatplank_sim.plant.yamlconfig import PlantConfigError
@@ -28,3 +29,10 @@ def test_a_damaged_one_is_told_in_a_line(tmp_path):
         path.write_text(text)
         with pytest.raises(PlantConfigError, match=r"plant.yaml: sealed: is damaged; make the"):
             PlantConfig.load("toyo", file=path)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(7200)
+def test_what_a_fresh_seed_hides_is_found_and_confirmed_on_the_twin(tmp_path):
+    challenge = fresh_challenge(tmp_path / "challenge")
+    investigated(tmp_path / "data", challenge, "--sim", "--plant", str(challenge / PLANT))

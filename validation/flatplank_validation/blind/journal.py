@@ -7,10 +7,10 @@ import gzip
 import hashlib
 import json
 import subprocess
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import as_completed
 from dataclasses import asdict
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +126,7 @@ def run(
     missing = [c for c in cases if c.key not in known]
     done = len(cases) - len(missing)
     with path.open("a", encoding="utf-8") as stream:
-        for entry in _solved(missing, seed, jobs):
+        for entry in solved(partial(solve, seed=seed), missing, jobs):
             stream.write(json.dumps(entry) + "\n")
             stream.flush()
             known[entry["key"]] = entry
@@ -135,13 +135,15 @@ def run(
     return [known[c.key] for c in cases]
 
 
-def _solved(cases: list[Case], seed: int, jobs: int) -> Iterator[dict[str, Any]]:
+def solved(
+    work: Callable[[Any], dict[str, Any]], cases: Sequence[Any], jobs: int
+) -> Iterator[dict[str, Any]]:
+    """Entries as they are ready: of `jobs` processes, or of this one."""
     if jobs <= 1:
-        for case in cases:
-            yield solve(case, seed)
+        yield from map(work, cases)
         return
     with worker_pool(jobs) as pool:
-        waiting = [pool.submit(solve, case, seed) for case in cases]
+        waiting = [pool.submit(work, case) for case in cases]
         try:
             for job in as_completed(waiting):
                 yield job.result()

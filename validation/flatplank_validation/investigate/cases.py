@@ -8,6 +8,7 @@ import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -28,7 +29,7 @@ from flatplank_analysis.investigation.settings import (
 )
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP
 from flatplank_sim.sealed.menu import MENU
-from flatplank_validation.blind.journal import JUDGED, code_version, commit, read
+from flatplank_validation.blind.journal import JUDGED, code_version, commit, read, solved
 from flatplank_validation.investigate.fast import FastBench
 
 NULL = "nothing"
@@ -201,19 +202,25 @@ def alarm(entry: Mapping[str, Any]) -> bool:
 
 
 def run(
-    cases: Sequence[Case], seed: int, minutes: float, path: Path, say: Callable[[str], None]
+    cases: Sequence[Case],
+    seed: int,
+    minutes: float,
+    path: Path,
+    say: Callable[[str], None],
+    jobs: int = 1,
 ) -> list[dict[str, Any]]:
-    """What is not in the journal yet is solved; entries of all these cases."""
+    """What is not in the journal yet is solved, in processes; entries of all these cases."""
     path.parent.mkdir(parents=True, exist_ok=True)
     known = of_this_code(path, seed)
-    for number, case in enumerate(cases, 1):
-        if case.key in known:
-            continue
-        entry = solve(case, seed, minutes)
+    missing = [c for c in cases if c.key not in known]
+    done = len(cases) - len(missing)
+    for entry in solved(partial(solve, seed=seed, minutes=minutes), missing, jobs):
         with path.open("a", encoding="utf-8") as stream:
             stream.write(json.dumps(entry) + "\n")
-        known[case.key] = entry
-        say(f"{number}/{len(cases)} {case.key}: {entry['verdict']}, {entry['minutes']:.0f} min")
+        known[entry["key"]] = entry
+        done += 1
+        told = f"{entry['verdict']}, {entry['minutes']:.0f} min"
+        say(f"{done}/{len(cases)} {entry['key']}: {told}")
     return [known[c.key] for c in cases]
 
 

@@ -39,6 +39,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--minutes", type=float, default=MINUTES, help="budget of a loop")
     p.add_argument("--evidence", type=int, metavar="N", help="only e-values, of N nulls")
     p.add_argument("--seed", type=int, default=SEED)
+    p.add_argument("--jobs", type=int, default=1, help="processes")
     p.add_argument("--journal", type=Path, help="default: .cache/blind/investigate.jsonl")
     p.add_argument("--no-run", action="store_true", help="only from what the journal has")
     p.add_argument(
@@ -87,7 +88,7 @@ def main(argv: list[str]) -> int:
         known = of_this_code(path, o.seed, o.any_code)
         entries = [known[c.key] for c in cases if c.key in known]
     else:
-        entries = run(cases, o.seed, o.minutes, path, say)
+        entries = run(cases, o.seed, o.minutes, path, say, o.jobs)
     if o.write:
         header = {"command": " ".join(["./flatplank bench-investigate", *argv]), "seed": o.seed}
         write_atomic(o.write, head_of(o.write, TITLE) + page(entries, header))

@@ -31,6 +31,9 @@ TOLD_APART = NEEDED / 2.0
 """log likelihood ratio at which an effect is real, or a place is told from another"""
 SEEN = NEEDED / 2.0
 """the same of an effect of the size that matters, at which it would have been seen"""
+CLEAR = 2.0
+"""times what the verdict asks for: a pair that runs could separate by a hair is not pursued, for
+what decides by a hair is the form of the models, not the machine"""
 FEW_CONDITIONS = 4
 """conditions below which nothing is said to be absent"""
 ANOTHER_STEP = 0.3
@@ -73,14 +76,14 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
 
 def _between(search: Search, predictor: Predictor):
     """Each effect and each of those that could stand in for it; answered where the verdict no
-    longer names the rival beside the effect."""
+    longer names the rival beside the effect, asked where it would not name it by far."""
     explained = sum(f.decision.drop for f in search.last.found)
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
         drop = _gain(Pair.of(search, i, None), predictor)
         for rival in found.told:
             apart = _gain(Pair.of(search, i, rival.term), predictor)
-            needed = indifferent(found.decision, explained) / 2.0
+            needed = CLEAR * indifferent(found.decision, explained) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
             text = f"to separate {name} from {rival.name}"
             yield Question(text, min(excess, needed), needed, _beyond(apart, drop))

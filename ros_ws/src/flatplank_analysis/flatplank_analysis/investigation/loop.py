@@ -103,7 +103,7 @@ def ask(
 
 
 class Loop:
-    """One investigation; `run` goes on until its end."""
+    """One investigation; `run` goes on until its end, `decide` and `measure` one step at a time."""
 
     def __init__(
         self,
@@ -116,25 +116,41 @@ class Loop:
     ) -> None:
         self.bench, self.log, self.minutes, self.say, self.how = bench, log, minutes, say, how
         self.at_end = at_end
-        self._diagnosed: tuple[tuple[str, ...], Session, Diagnosis] | None = None
+        self.diagnosed: tuple[tuple[str, ...], Session, Diagnosis] | None = None
+        """files, and what they say"""
 
     def run(self) -> dict[str, Any]:
-        """The event that ended it; with more minutes than before it goes on after its end."""
+        """The event that ended it."""
+        self.begin()
+        if b := self.waiting:
+            self.say(f"batch {b['number']} goes on: {b['what']}, {b['reason']}")
+        while not self.ended:
+            if self.waiting:
+                self.measure()
+            else:
+                self.decide()
+        return self.log.events[-1]
+
+    def begin(self) -> None:
+        """Minutes into the log; with more than before it goes on after its end."""
         if not self.log.events:
             event = {"event": BEGIN, "minutes": self.minutes, "files": self.bench.files()}
             self.log.write(event)
         elif self.log.events[-1]["event"] == END and self.minutes > budget(self.log.events):
             self.log.write({"event": BEGIN, "minutes": self.minutes})
-        if (b := self.log.events[-1])["event"] == BATCH:
-            self.say(f"batch {b['number']} goes on: {b['what']}, {b['reason']}")
-        while (last := self.log.events[-1])["event"] != END:
-            if last["event"] == BATCH:
-                self._measure(last)
-            else:
-                self._decide()
-        return last
 
     # what the log says
+    @property
+    def waiting(self) -> dict[str, Any] | None:
+        """The batch that was chosen and has no answer yet."""
+        last = self.log.events[-1]
+        return last if last["event"] == BATCH else None
+
+    @property
+    def ended(self) -> bool:
+        """Whether the end was written."""
+        return bool(self.log.events[-1]["event"] == END)
+
     @property
     def files(self) -> tuple[str, ...]:
         """Runs that the last answer rests on."""
@@ -171,16 +187,17 @@ class Loop:
     def diagnosis(self) -> tuple[Session, Diagnosis]:
         """Of the runs so far; made once."""
         files = self.files
-        if self._diagnosed is None or self._diagnosed[0] != files:
+        if self.diagnosed is None or self.diagnosed[0] != files:
             session = self.bench.session(files)
-            self._diagnosed = files, session, session.diagnose()
-        return self._diagnosed[1:]
+            self.diagnosed = files, session, session.diagnose()
+        return self.diagnosed[1:]
 
-    def _decide(self) -> None:
+    def decide(self) -> None:
+        """Choose the next batch, or to end."""
         choice, verdict = self._choice()
         number = len(self._of(BATCH)) + 1
         if choice.candidate is None:
-            proposal = self.at_end(*self._diagnosed[1:]) if self._diagnosed else None
+            proposal = self.at_end(*self.diagnosed[1:]) if self.diagnosed else None
             self.log.write(
                 {
                     "event": END, "why": choice.stop, "reason": choice.reason,
@@ -221,8 +238,10 @@ class Loop:
             return Choice(None, why, stop="budget spent")
         return Choice(seed, "nothing is known yet", price)
 
-    def _measure(self, batch: Mapping[str, Any]) -> None:
-        before = self.files
+    def measure(self) -> None:
+        """Have the batch made that was chosen, and diagnose."""
+        batch, before = self.waiting, self.files
+        assert batch is not None
         bet = None
         if before:
             _, result = self.diagnosis()
@@ -253,7 +272,7 @@ class Loop:
         if session is None:
             return {"answer": "no good run: handed back", "effects": []}
         result = session.diagnose()
-        self._diagnosed = files, session, result
+        self.diagnosed = files, session, result
         decoys = decoys_of(result.search) if result.search else Decoys()
         told = result.to_dict()
         return {

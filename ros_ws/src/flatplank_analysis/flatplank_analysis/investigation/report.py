@@ -42,7 +42,7 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
         decoys=decoy_words(told["batches"]),
         limit=f"{1.0 / ALPHA:.0f}",
         proposal=proposal_of(told["proposal"]) if told["proposal"] else "",
-        code=_code(told["proposal"]),
+        code=code_of(told["proposal"]),
         diagnosis=f"{DIAGNOSIS}/index.html"
         if (folder / DIAGNOSIS / "index.html").exists()
         else "",
@@ -77,7 +77,7 @@ def _setting(s: Mapping[str, Any]) -> str:
     return f"slip {100 * s['kappa']:+g} %, start {s['start']}"
 
 
-def _code(proposal: Mapping[str, Any] | None) -> str:
+def code_of(proposal: Mapping[str, Any] | None) -> str:
     """The file of a proposal, when it is there."""
     path = Path((proposal or {}).get("file", ""))
     return path.read_text(encoding="utf-8") if path.is_file() else ""

@@ -13,27 +13,18 @@ from typing import Any
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.cli.arguments import Parser
-from flatplank_analysis.discovery import verdict
-from flatplank_analysis.discovery.modelfile import write_atomic
-from flatplank_analysis.discovery.report.page import write_report
-from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.investigation.loop import Loop
 from flatplank_analysis.investigation.notebook import summary, text_of
-from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
-from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
-from flatplank_analysis.tirebase.session import Session
 from flatplank_control.cli.keys import Keys
 from flatplank_control.cli.run import KEYS, on_key
-from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
-from flatplank_control.investigate.executors import on_graph, on_twin, tell
-from flatplank_control.investigate.journal import DiskLog
-from flatplank_control.runner.campaign.tires import TireEntry, known_tires
+from flatplank_control.investigate.bench import Execute
+from flatplank_control.investigate.executors import on_twin
+from flatplank_control.investigate.journal import NAME
+from flatplank_control.investigate.opening import NOTEBOOK, keep, open_loop
+from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
 from flatplank_control.runner.steps import PlanFailed
-from flatplank_hw.params import nearest
 
 STOPPED = 130
-NOTEBOOK = "investigation.txt"
 
 
 def parser() -> argparse.ArgumentParser:
@@ -63,21 +54,17 @@ def _run(o: argparse.Namespace) -> int:
         raise FlatplankError(f"--minutes {o.minutes:g}", "investigate", "give 1 to 99999")
     loop.require_folder(o.folder)
     folder = o.folder.resolve()
-    log = DiskLog(folder)
-    bench = CampaignBench(folder, tire_of(o.tire, folder), _executor(o, folder), tuple(o.effects))
-    if log.events:
-        print(f"going on after {len(log.events)} events of {log.path}", file=sys.stderr)
 
     def say(text: str) -> None:
         print(text, file=sys.stderr if o.json else sys.stdout, flush=True)
 
-    def at_end(session: Session, result: Diagnosis) -> dict[str, Any] | None:
-        if result.search is not None:
-            write_report(result, folder / REPORT / DIAGNOSIS, str(folder))
-        return proposed(session, result, folder)
-
+    execute = _executor(o, folder)
+    flow = open_loop(folder, o.minutes, execute, o.tire, tuple(o.effects), say)
+    events = flow.log.events
+    if events:
+        print(f"going on after {len(events)} events of {folder / NAME}", file=sys.stderr)
     try:
-        Loop(bench, log, o.minutes, say, at_end=at_end).run()
+        flow.run()
     except (PlanFailed, ValueError) as error:
         print(f"flatplank investigate: {error}", file=sys.stderr)
         return 1
@@ -88,39 +75,23 @@ def _run(o: argparse.Namespace) -> int:
             file=sys.stderr,
         )
         return STOPPED
-    write_atomic(folder / NOTEBOOK, text_of(log.events) + "\n")
-    page = write_notebook(log.events, folder / REPORT, str(folder))
+    page = keep(flow, folder)
     if o.json:
-        print(json.dumps(summary(log.events), indent=1))
+        print(json.dumps(summary(events), indent=1))
     else:
-        print(text_of(log.events))
+        print(text_of(events))
         print(f"notebook: {folder / NOTEBOOK}, as a page: {page}")
     return 0
 
 
-def tire_of(name: str, folder: Path) -> TireEntry:
-    """As named, else as the runs of the folder say, else the first one that is known."""
-    known = known_tires()
-    if not name and folder.exists() and any(folder.iterdir()):
-        from flatplank_analysis.data import Campaign
-
-        name = Campaign.load(folder).tire if (folder / "campaign.yaml").exists() else ""
-    name = name or next(iter(known))
-    if name not in known:
-        raise FlatplankError(
-            f"unknown tire '{name}'{nearest(name, known)}", str(folder), "name it: --tire"
-        )
-    return known[name]
-
-
 def _executor(o: argparse.Namespace, folder: Path) -> Execute:
     if o.sim:
-        return on_twin(folder, o.preset, o.plant, o.seed, o.jobs)
+        return on_twin(folder, o.preset, o.plant, o.seed, o.jobs, tell)
     if o.preset or o.plant:
         raise FlatplankError("--preset and --plant", "investigate", "go with --sim only")
     if sys.stdin.isatty():
         tell("keys: " + ", ".join(f"{k} {what}" for k, what in KEYS.items()))
-    return on_graph(folder, not o.lab, listen)
+    return on_graph(folder, not o.lab)
 
 
 @contextmanager
@@ -130,14 +101,31 @@ def listen(client: Any, journal: Path) -> Iterator[Callable[[], None]]:
         yield lambda: on_key(keys, client, journal)
 
 
-def proposed(session: Session, result: Diagnosis, folder: Path) -> dict[str, Any] | None:
-    """What the grammar of effects says to what no library explains, and its file."""
-    if result.verdict not in (verdict.NONE, verdict.PARTLY):
-        return None
-    made = of_diagnosis(session, result)
-    if made.verdict != PROPOSED or made.sentence is None:
-        return {"verdict": made.verdict, "reason": made.reason}
-    path = folder / f"{made.name}.py"
-    if not path.exists():  # somebody may have changed it by hand
-        write_atomic(path, made.text)
-    return {"verdict": made.verdict, "reason": made.sentence.words(), "file": str(path)}
+def on_graph(folder: Path, simulated: bool) -> Execute:
+    """The runner of the running bench makes the batches, while an operator may have wishes."""
+
+    def execute(plan: CampaignPlan, text: str, left: float) -> None:
+        from flatplank_control.nodes.client import BenchClient
+
+        journal = folder / f"{plan.name}{SUFFIX}"
+
+        said = [""]
+
+        def hear(f) -> None:
+            line = f.prompt or f.step
+            if line != said[0] or f.prompt:  # what is asked again is said again
+                said[0] = line
+                tell(f"{line}; {left + f.time_left / 60.0:.0f} min left")
+
+        with BenchClient() as client, listen(client, journal) as idle:
+            client.measure(
+                text, simulated=simulated, folder=str(folder), resume=True, hear=hear,
+                idle=idle,
+            )  # fmt: skip
+
+    return execute
+
+
+def tell(line: str) -> None:
+    """Progress goes beside what a program reads."""
+    print(line, file=sys.stderr, flush=True)

@@ -264,8 +264,9 @@ class PanelNode:
     def _on_feedback(self, message: Any) -> None:
         f = message.feedback
         self.state.progress = Progress(
-            True, f.step, f.prompt, f.measurement, f.measurements, f.progress
-        )
+            True, f.step, f.prompt, f.measurement, f.measurements, f.progress,
+            time_left=f.time_left,
+        )  # fmt: skip
 
     def _on_result(self, future: Any) -> None:
         result = future.result().result

@@ -17,6 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import Asking
 from flatplank_control.nodes.bench_samples import BenchSamples
+from flatplank_control.recording.errors import NOTHING
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import TRIGGER_AT
@@ -148,7 +149,8 @@ class RosBench:
     async def end(self, status: str, why: str) -> list[str]:
         """Whatever happened: nothing is driven any more and the bag is closed with `status`.
 
-        Nobody is waited for: the operator is told, and no wish interrupts. What was refused.
+        Nobody is waited for: the operator is told, and no wish interrupts. What was refused,
+        but for a bag that is closed already.
         """
         refused = []
         prompt, interrupt = self.prompt, self.interrupt
@@ -157,7 +159,8 @@ class RosBench:
             try:
                 await self.do(step)
             except S.PlanFailed as refusal:
-                refused.append(str(refusal))
+                if not str(refusal).endswith(NOTHING):
+                    refused.append(str(refusal))
         self.prompt, self.interrupt = prompt, interrupt
         self._stopped = False
         return refused

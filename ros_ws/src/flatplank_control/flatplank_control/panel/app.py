@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from nicegui import Client, app, background_tasks, core, ui
@@ -13,9 +14,10 @@ from nicegui import Client, app, background_tasks, core, ui
 from flatplank_control.panel.access import Guard
 from flatplank_control.panel.charge import PATIENCE
 from flatplank_control.panel.desk import Desk
+from flatplank_control.panel.investigation import Investigation
 from flatplank_control.panel.live import EVENT, PUSH_HZ, Live
 from flatplank_control.panel.operator import Operator
-from flatplank_control.panel.views import bench, discover, runs, shell
+from flatplank_control.panel.views import bench, discover, investigate, runs, shell
 from flatplank_control.panel.views.page import Page
 
 STATIC = Path(__file__).parent / "static"
@@ -25,10 +27,12 @@ SUPERVISE_HZ = 5
 def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "") -> None:
     """Run until the process is told to end."""
     live = Live(operator.link.state)
+    investigation = Investigation(desk, operator)
     tabs: dict[str, Callable[[Page], None]] = {
         "Bench": bench.build,
         "Runs": runs.build,
         "Discover": discover.build,
+        "Investigate": partial(investigate.build, investigation=investigation),
     }
     app.add_static_files("/assets", STATIC, max_cache_age=0)
     app.add_middleware(Guard, host=host, token=token)

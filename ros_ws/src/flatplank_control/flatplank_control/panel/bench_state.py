@@ -81,6 +81,8 @@ class Progress:
     share: float = 0.0
     message: str = ""
     bags: list[str] = field(default_factory=list)
+    time_left: float = 0.0
+    """[s]"""
 
 
 class BenchState:

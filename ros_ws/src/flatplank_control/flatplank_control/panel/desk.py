@@ -25,10 +25,12 @@ class Desk:
         self.data = data
         self.looking = Analysis(log)
         self.thinking = Analysis(log)
+        self.investigating = Analysis(log)
 
     def close(self) -> None:
         self.looking.close()
         self.thinking.close()
+        self.investigating.close()
 
     def folder(self, folder: str) -> Path:
         """A folder below the data folder that is there."""

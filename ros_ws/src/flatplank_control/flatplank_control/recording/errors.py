@@ -4,3 +4,7 @@
 
 class RecordingError(ValueError):
     """What happened, where, and what to do."""
+
+
+NOTHING = "nothing is being recorded; start first"
+"""refusal to stop or discard"""

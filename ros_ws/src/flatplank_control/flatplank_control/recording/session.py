@@ -16,7 +16,7 @@ from flatplank_control.recording import run_message
 from flatplank_control.recording.bag_writer import BagWriter, TopicSpec
 from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
-from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.errors import NOTHING, RecordingError
 from flatplank_control.recording.merge import TopicBlock, unroll
 from flatplank_control.recording.naming import free_name
 from flatplank_control.recording.run_record import RunRecord
@@ -177,7 +177,7 @@ class RecordingSession:
         """
         bag = self._bag
         if bag is None or self.record is None:
-            raise RecordingError("nothing is being recorded; start first")
+            raise RecordingError(NOTHING)
         self.record.with_changes(status=status)
         if fill is not None and self.state is State.RECORDING:
             self._guarded(bag.flush)
@@ -187,7 +187,7 @@ class RecordingSession:
     def discard(self) -> Path:
         """Stop and delete the bag; returns where it was."""
         if self._bag is None or self.record is None:
-            raise RecordingError("nothing is being recorded; start first")
+            raise RecordingError(NOTHING)
         bag, self._bag = self._bag, None
         self.record = self.record.with_changes(status="discarded")
         self.state = State.IDLE

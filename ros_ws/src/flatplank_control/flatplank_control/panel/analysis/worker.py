@@ -30,6 +30,9 @@ JOBS = {
     "confirm": "proposing",
     "report": "thinking",
     "simulate": "simulating",
+    "investigation": "investigating",
+    "decide": "investigating",
+    "measure": "investigating",
     "turns": "identifying",
     "identify": "identifying",
 }

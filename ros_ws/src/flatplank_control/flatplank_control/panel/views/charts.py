@@ -249,6 +249,41 @@ def proposed(drawn: Mapping[str, Any]) -> dict[str, Any]:
     return options
 
 
+def error_of_loop(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Error of an investigation and its floor over the minutes of the bench."""
+    options = axes("bench time [min]", "RMS error of Fx [N]")
+    options["xAxis"]["min"] = 0
+    options["yAxis"] |= {"min": 0, "scale": False}
+    told = [e for e in entries if e["error"] is not None]
+    lines = (
+        ("tire alone", "error_alone", COLORS[7], "dotted"),
+        ("with what was found", "error", COLORS[0], "solid"),
+        ("floor", "floor", COLORS[1], "dashed"),
+    )
+    options["series"] = [
+        line(name, [[e["until"], _round(e[key])] for e in told], color, type=dash)
+        | {"showSymbol": True, "symbol": "circle", "symbolSize": 6}
+        for name, key, color, dash in lines
+    ]
+    options["legend"] = LEGEND
+    return options
+
+
+def evidence_of_loop(entries: Sequence[Mapping[str, Any]], limit: float) -> dict[str, Any]:
+    """E-value of an investigation over the minutes, and where it is enough."""
+    options = axes("bench time [min]", "log10 of the e-value")
+    told = [[0.0, 0.0]] + [[e["until"], e["so_far"]] for e in entries if e["so_far"] is not None]
+    logs = [[m, round(min(max(v / math.log(10.0), -6.0), 30.0), 2)] for m, v in told]
+    enough = round(math.log10(limit), 2)
+    options["series"] = [
+        line("e-value", logs, COLORS[0], type="solid")
+        | {"step": "end", "showSymbol": True, "symbol": "circle", "symbolSize": 6},
+        line("enough", [[m, enough] for m, _ in (logs[0], logs[-1])], COLORS[1], type="dashed"),
+    ]
+    options["legend"] = LEGEND
+    return options
+
+
 def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error after every step, fitted and held out, with the floor."""
     steps = [h for h in history if h.get("rmse") is not None]
