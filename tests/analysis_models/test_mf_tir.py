@@ -10,8 +10,10 @@ import pytest
 
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.mf import SteadyPoints, fit_magic_formula
+from flatplank_analysis.models.magic_formula import NOT_OF, SECTION_OF
 from flatplank_analysis.models.shipped import SHIPPED, shipped_tir
 from flatplank_analysis.models.tir import check_tir, format_tir, parse_tir, read_tir, write_tir
+from flatplank_analysis.models.tir_whole import HEAD, RANGES, whole
 from flatplank_analysis.models.tire_state import tire_state
 
 TEXT = """[MDI_HEADER]
@@ -256,3 +258,59 @@ def test_a_fit_starts_from_a_file_of_6_x() -> None:
     with pytest.raises(FlatplankError, match="is of Magic Formula 5.2, fits are of 6.1") as error:
         fit_magic_formula(points, parse_tir(OLD_TEXT, "old.tir"))
     assert "FITTYP 60 to 62" in str(error.value) and "old.tir" in str(error.value)
+
+
+def _as_simple_readers_do(text: str) -> dict[str, dict[str, float | str]]:
+    """Sections of KEY = VALUE, split at the first '=', '$' begins a comment; no key twice."""
+    sections: dict[str, dict[str, float | str]] = {}
+    for line in (line.strip() for line in text.splitlines()):
+        if line.startswith("["):
+            assert line.endswith("]") and line[1:-1] not in sections
+            here = sections.setdefault(line[1:-1], {})
+        elif line and line[0] not in "!$":
+            key, value = (part.strip() for part in line.split("$")[0].split("="))
+            assert value and key == key.upper() and key not in here
+            here[key] = value.strip("'") if value[0] == "'" else float(value)
+    return sections
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_whole_file_leaves_nothing_to_the_defaults_of_other_programs(
+    name: str, tmp_path: Path
+) -> None:
+    """Programs take other values for what is not given, or refuse the file."""
+    tir = shipped_tir(name)
+    ranges = {"fz": (1800.0, 5600.0), "kappa": (-0.1, 0.1)}
+    write_tir(whole(tir, ranges), tmp_path / "whole.tir")
+    found = _as_simple_readers_do((tmp_path / "whole.tir").read_text())
+    assert {*HEAD, *RANGES} <= found.keys()
+    assert found["UNITS"] == {"LENGTH": "meter", "FORCE": "newton", "ANGLE": "radians",
+                              "MASS": "kg", "TIME": "second"}  # fmt: skip
+    assert found["MODEL"]["FITTYP"] == 61.0 and found["MODEL"]["TYRESIDE"] == "LEFT"
+    for key, section in SECTION_OF.items():
+        unknown = math.isnan(tir.values.get(key, getattr(tir.coefficients, key)))
+        if not (key in NOT_OF[tir.law] or section.startswith("FLATPLANK") or unknown):
+            nominal = {"INFLPRES": tir.coefficients.NOMPRES}
+            wanted = nominal.get(key, getattr(tir.coefficients, key))
+            assert found[section][key] == pytest.approx(wanted), key
+    assert found["VERTICAL_FORCE_RANGE"] == {"FZMIN": 1800.0, "FZMAX": 5600.0}
+    assert found["SLIP_ANGLE_RANGE"] == {"ALPMIN": -1.5, "ALPMAX": 1.5}
+    again = read_tir(tmp_path / "whole.tir")
+    assert format_tir(whole(again)) == format_tir(whole(tir, ranges))
+    states = [tire_state(t, 3000, 0.03, 0.02).to_json() for t in (again, tir)]
+    assert states[0] == states[1]
+
+
+def test_a_template_without_numbers_is_told_from_a_tire() -> None:
+    empty = parse_tir(TEXT).replaced({"PDX1": 0.0, "PKY1": 0.0})
+    said = " | ".join(empty.warnings())
+    assert "PDX1 = 0: Fx is zero but" in said and "PKY1 = 0: Fy is zero but" in said
+    assert "is zero but" not in " | ".join(parse_tir(TEXT).warnings())
+
+
+def test_a_whole_file_of_other_units_is_the_same_tire(tmp_path: Path) -> None:
+    given = parse_tir(FIELD).replaced({"VERTICAL_STIFFNESS": 2e5})
+    write_tir(whole(given, {"fz": (1000.0, 5000.0)}), tmp_path / "whole.tir")
+    again = read_tir(tmp_path / "whole.tir")
+    assert again.sections["VERTICAL_FORCE_RANGE"]["FZMAX"].value == "5.0"
+    assert tire_state(again, 3000, 0.03, 0.02).fx == tire_state(given, 3000, 0.03, 0.02).fx

@@ -12,15 +12,19 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.cli import tire as tire_verb
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.magic_formula import (
     DEFAULTS,
     OLD,
     SWITCHES,
     Coefficients,
+    combined,
     operating_point,
+    pure,
     resistance,
     steady,
     steady_forces,
+    turn_slip,
 )
 from flatplank_analysis.models.magic_formula import moment as moments
 from flatplank_analysis.models.magic_formula import structure as shape
@@ -257,3 +261,90 @@ def test_a_switch_is_an_option_is_kept_in_the_file_and_changes_forces(
     write_tir(tir.replaced({name: value}), file)
     assert tire_verb.main([str(file), *at]) == 0
     assert json.loads(capsys.readouterr().out) == other
+
+
+TURNING = BOOK | {
+    "TAN_ALPHA": 1, "PKY7": 0.1, "QDZ9": 0.02, "PDXP1": 0.4, "PDXP2": 0.1, "PDXP3": 0.3,
+    "PKYP1": 1.2, "PDYP1": 0.4, "PDYP2": 0.1, "PDYP3": 0.2, "PDYP4": 0.3, "PHYP1": 1.1,
+    "PHYP2": 0.15, "PHYP3": 0.05, "PHYP4": -4, "PECP1": 0.5, "QDTP1": 10, "QCRP1": 0.2,
+    "QCRP2": 0.1, "QBRP1": 0.1, "QDRP1": 0.8,
+}  # fmt: skip
+TURNING_ROWS = [
+    # fz, kappa, alpha, phi; zeta_1, 2, 3, zeta_4 - 1, 5, 6, 7, zeta_8 - 1 of another program
+    (3000.0, 0.05, 0.0, 0.1, 0.999925281538, 0.999457839066, 0.999999304524, 0.00489107084907,
+     0.954207921543, 0.999995085924, 0.937125540177, -3.24253467786),
+    (4000.0, 0.0, 0.08, -0.2, 0.999685645091, 0.998484297499, 0.999988872556, -0.010483156646,
+     0.847235868239, 0.99998034413, 0.918673586351, 7.85777934315),
+    (6000.0, -0.1, -0.05, 0.5, 0.997841831739, 0.993371545617, 0.999565610176, 0.0316288620785,
+     0.537832171662, 0.999877169822, 0.890509374021, -23.5474111522),
+    (5000.0, 0.02, 0.1, 1.5, 0.981916866278, 0.963687721476, 0.96654815207, 0.0943308813029,
+     0.208001795646, 0.998896155092, 0.898430264828, -64.878240214),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("row", TURNING_ROWS)
+def test_factors_of_turn_slip_are_those_of_another_program(row: tuple[float, ...]) -> None:
+    c = Coefficients(TURNING)
+    o = operating_point(c, *row[:3], 0.0, 220000, 16.7)
+    spin = turn_slip.spin_of(c, o, row[3], 0.3)
+    upright = pure.cornering_stiffness(c, o) * turn_slip.stiffness_y(c, o, spin)
+    found = [
+        turn_slip.peak_x(c, o, spin),
+        turn_slip.peak_y(c, o, spin),
+        turn_slip.stiffness_y(c, o, spin),
+        turn_slip.shift_y(c, o, spin, pure.camber_stiffness(c, o), upright, 0.0),
+        turn_slip.trail(c, o, spin),
+        turn_slip.residual_slope(c, o, spin),
+        *turn_slip.residual(c, o, spin, pure.lateral(c, o).mu_y, combined.weight_y(c, o)),
+    ]
+    assert [float(v) for v in found] == pytest.approx(row[4:], rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_turn_slip_against_the_formulas_spelt_out(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    values = _everything(rng) | {"PHYP1": 1.1, "QDRP1": 0.8, "QCRP1": 0.2, "PECP1": 0.4}
+    c = Coefficients(values)
+    for _ in range(20):
+        point = [rng.uniform(1500, 7000), *rng.uniform(-0.2, 0.2, 2), rng.uniform(-0.1, 0.1)]
+        point += [rng.uniform(1.6e5, 2.8e5), 16.7]
+        o, curvature = operating_point(c, *point), float(rng.uniform(-0.5, 0.5))
+        radius = float(shape.rolling(c, o, 16.7)[0])
+        found = steady(c, o, curvature)
+        wanted = mf_scalar.forces(values, *point, turn=(curvature, radius))
+        for name in ("fx", "fy", "mz"):
+            assert float(getattr(found, name)) == pytest.approx(wanted[name], rel=1e-9), name
+
+
+def test_a_small_camber_is_the_same_with_turn_slip_and_without() -> None:
+    """A wheel that turns left spins its contact as one that leans to the right."""
+    flat = TURNING | {"PHYP3": 0.0, "PKY7": 0.0, "QDZ9": 0.0, "TAN_ALPHA": 0}
+    here = [
+        tire_state(Coefficients(flat), 4000, gamma=1e-5, vx=16.7, turn_slip=t) for t in (None, 0.0)
+    ]
+    ratio = flat["UNLOADED_RADIUS"] / here[0].re
+    assert here[1].fy == pytest.approx(ratio * here[0].fy, rel=1e-3)
+    assert here[1].mz == pytest.approx(ratio * here[0].mz, rel=1e-3)
+    left = tire_state(Coefficients(flat), 4000, vx=16.7, turn_slip=0.05)
+    # pushed out of the curve, and turned back
+    assert left.fy < 0.0 and left.mz < 0.0
+
+
+def test_without_load_a_turning_wheel_has_no_force() -> None:
+    state = tire_state(Coefficients(TURNING), 0.0, 0.05, 0.05, 0.02, vx=16.7, turn_slip=0.3)
+    assert (state.fx, state.fy, state.mz) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_turn_slip_is_an_option_of_files_that_have_it(tmp_path, capsys) -> None:
+    given = {k: v for k, v in TURNING.items() if k in turn_slip.COEFFICIENTS}
+    write_tir(shipped_tir().replaced(given), tmp_path / "mine.tir")
+    told = []
+    for more in ([], ["--turn-slip", "0.2"]):
+        words = [str(tmp_path / "mine.tir"), "--fz", "3700", "--alpha", "0.02", "--json", *more]
+        assert tire_verb.main(words) == 0
+        told.append(json.loads(capsys.readouterr().out))
+    assert told[0]["fx"] != told[1]["fx"]
+    with pytest.raises(FlatplankError, match="PHYP1, PHYP2, QCRP1, QDRP1 missing or zero"):
+        tire_state(shipped_tir(), 3700, turn_slip=0.2)
+    with pytest.raises(FlatplankError, match=r"5.2 has no turn slip"):
+        tire_state(Coefficients(BOOK, OLD), 3700, turn_slip=0.2)

@@ -64,7 +64,7 @@ def test_stiffness_and_peak_of_the_curves_are_those_of_the_tire(tmp_path):
         assert formula.values["D"] == pytest.approx(-peak, rel=0.05)
 
 
-def test_a_sweep_that_stays_small_does_not_say_the_peak(tmp_path):
+def test_a_sweep_that_stays_small_does_not_say_the_peak(tmp_path, capsys):
     columns = bench.recording(cambers=(0.0,), pressures=(83.0,))
     for name in ("alpha", "fy", "mz"):
         columns[name] = columns[name] * 0.25
@@ -73,6 +73,9 @@ def test_a_sweep_that_stays_small_does_not_say_the_peak(tmp_path):
     ).normal(0.0, 12.0, len(columns["fz"]))
     found = study(bench.write_mat(tmp_path / "a.mat", columns))
     assert found.formulas and not any(f.known("D") for f in found.formulas if f)
+    assert main(["sweeps", str(tmp_path / "a.mat")]) == 0
+    rows = [r for r in capsys.readouterr().out.splitlines() if "slip angle" in r and "(" in r]
+    assert len(rows) >= len(found.conditions)
 
 
 def test_the_floor_is_that_of_up_and_down_or_of_a_condition_measured_twice(tmp_path):

@@ -136,7 +136,7 @@ def _campaigns(arguments: argparse.Namespace, settings: FitFile) -> list[Campaig
 def _write_tire(result: object, path: str) -> None:
     if not isinstance(result, MFFit):
         raise FlatplankError("this model has no .tir", "--out", "use --model mf")
-    write_tir(result.tir, path)
+    write_tir(result.file, path)
 
 
 def _conditions(result: ConditionFits) -> None:

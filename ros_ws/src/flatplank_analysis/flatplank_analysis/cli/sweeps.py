@@ -79,7 +79,7 @@ def _tell(found: Study) -> None:
     common.print_rows(header, rows)
     sources = sorted({curve.floor_from for curve in found.curves})
     print(f"\nfloor: from {'; or '.join(sources)}")
-    print("B and BCD per deg of slip angle or % of slip; '-': the sweep does not say it to a half")
+    print("B and BCD per deg of slip angle or % of slip; in brackets: not known to a half")
 
 
 def _cells(formula: Formula | None, swept: str) -> tuple[str, ...]:
@@ -87,7 +87,8 @@ def _cells(formula: Formula | None, swept: str) -> tuple[str, ...]:
         return ("-",) * 6
     per = 1.0 / DEGREES[swept]
     scale = {"B": per, "C": 1.0, "D": 1.0, "E": 1.0}
-    cells = (f"{scale[n] * formula.values[n]:.4g}" if formula.known(n) else "-" for n in NAMES[:4])
+    numbers = {n: f"{scale[n] * formula.values[n]:.4g}" for n in NAMES[:4]}
+    cells = (text if formula.known(n) else f"({text})" for n, text in numbers.items())
     return (*cells, f"{per * formula.stiffness:.4g}", f"{formula.rms:.1f}")
 
 

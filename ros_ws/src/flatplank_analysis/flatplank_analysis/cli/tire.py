@@ -36,6 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--alpha", type=float, default=0.0, help="side slip angle [rad]")
     parser.add_argument("--gamma", type=float, default=0.0, help="camber angle [rad]")
     parser.add_argument("--pressure", type=float, help="[Pa] (default: nominal)")
+    turn = "curvature of the path [1/m], left > 0 (default: without turn slip)"
+    parser.add_argument("--turn-slip", type=float, metavar="CURVATURE", help=turn)
     parser.add_argument("--vx", type=float, default=0.03, help="speed [m/s]")
     for name, text in SWITCHES.items():
         option = f"--{name.lower().replace('_', '-')}"
@@ -47,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     tire = tire.replaced(set_here)
     for warning in tire.warnings(arguments.vx):
         print(f"warning: {warning}", file=sys.stderr)
-    names = ("fz", "kappa", "alpha", "gamma", "pressure", "vx")
+    names = ("fz", "kappa", "alpha", "gamma", "pressure", "vx", "turn_slip")
     state = tire_state(tire, **{name: getattr(arguments, name) for name in names}).to_json()
     if arguments.json:
         common.print_json(state)

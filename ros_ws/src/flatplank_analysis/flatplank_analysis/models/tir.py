@@ -247,6 +247,10 @@ def _warnings(tir: TirFile, vx: float) -> Iterator[str]:
         )
     if c.PKY2 == 0.0:
         yield "PKY2 = 0: the load of the largest cornering stiffness is zero, taken as the limit"
+    for force, needed in (("Fx", ("PCX1", "PDX1", "PKX1")), ("Fy", ("PCY1", "PDY1", "PKY1"))):
+        zero = [key for key in needed if getattr(c, key) == 0.0]
+        if zero:
+            yield f"{', '.join(zero)} = 0: {force} is zero but for its shifts; is it a template?"
     for stiffness, own, length in (
         ("LONGITUDINAL_STIFFNESS", c.PTX1, "sigma_x"),
         ("LATERAL_STIFFNESS", c.PTY1, "sigma_y"),

@@ -40,8 +40,8 @@ UNITS: dict[str, dict[str, float]] = {
 _BY_POWERS: tuple[tuple[dict[str, int], str], ...] = (
     ({"LENGTH": 1}, "UNLOADED_RADIUS WIDTH RIM_RADIUS RIM_WIDTH"),
     ({"LENGTH": 1, "TIME": -1}, "LONGVL VXLOW"),
-    ({"PRESSURE": 1}, "INFLPRES NOMPRES"),
-    ({"FORCE": 1}, "FNOMIN"),
+    ({"PRESSURE": 1}, "INFLPRES NOMPRES PRESMIN PRESMAX"),
+    ({"FORCE": 1}, "FNOMIN FZMIN FZMAX"),
     ({"FORCE": 1, "LENGTH": -1}, "VERTICAL_STIFFNESS LONGITUDINAL_STIFFNESS LATERAL_STIFFNESS"),
     ({"FORCE": 1, "LENGTH": 1}, "YAW_STIFFNESS"),
     ({"FORCE": 1, "TIME": 1, "LENGTH": -1}, "VERTICAL_DAMPING"),

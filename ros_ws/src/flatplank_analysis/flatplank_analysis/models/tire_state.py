@@ -7,7 +7,9 @@ import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from ..errors import FlatplankError
 from .magic_formula import (
+    LATEST,
     Coefficients,
     OperatingPoint,
     moment,
@@ -59,15 +61,22 @@ def tire_state(
     gamma: float = 0.0,
     pressure: float | None = None,
     vx: float = 0.03,
+    turn_slip: float | None = None,
 ) -> TireState:
-    """State at load fz [N], kappa [-], alpha, gamma [rad], pressure [Pa], speed vx [m/s]."""
+    """State at load fz [N], kappa [-], alpha, gamma [rad], pressure [Pa], speed vx [m/s].
+
+    turn_slip: curvature of the path [1/m], positive to the left; None: turn slip is
+    left out.
+    """
     if isinstance(tir, (str, Path)):
         tir = read_tir(tir)
     c = tir.coefficients if isinstance(tir, TirFile) else tir
     o = operating_point(
         c, fz, kappa, alpha, gamma, c.NOMPRES if pressure is None else pressure, vx
     )
-    forces = steady(c, o)
+    if turn_slip is not None:
+        _refuse_without_turn_slip(c)
+    forces = steady(c, o, turn_slip)
     return TireState(
         fx=float(forces.fx),
         fy=float(forces.fy),
@@ -81,6 +90,16 @@ def tire_state(
         kx=float(forces.kxk),
         ky=float(forces.kya),
     )
+
+
+def _refuse_without_turn_slip(c: Coefficients) -> None:
+    if c.law != LATEST:
+        remedy = "leave the turn slip out, or give a file of FITTYP 60 to 62"
+        raise FlatplankError(f"Magic Formula {c.law} has no turn slip", "turn slip", remedy)
+    missing = [k for k in ("PHYP1", "PHYP2", "QCRP1", "QDRP1") if not getattr(c, k)]
+    if missing:
+        what = f"{', '.join(missing)} missing or zero"
+        raise FlatplankError(what, "turn slip", "add to section [TURNSLIP_COEFFICIENTS]")
 
 
 def _resisting(c: Coefficients, o: OperatingPoint, fx: float) -> float:

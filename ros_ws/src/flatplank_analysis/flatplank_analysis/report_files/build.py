@@ -66,7 +66,7 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     for table in tables:
         _put(out / "tables" / f"{table.name}.csv", table.csv())
     if result.magic is not None:
-        write_tir(result.magic.tir, out / "fitted.tir")
+        write_tir(result.magic.file, out / "fitted.tir")
     _put(out / "report.json", json.dumps(result.to_json(), indent=1))
     _put(out / PAGE, render(result, figures, pictures, tables))
     return out / PAGE

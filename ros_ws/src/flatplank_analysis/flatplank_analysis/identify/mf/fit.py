@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import FlatplankError
 from ...models.magic_formula import LATEST, Coefficients
 from ...models.tir import TirFile
+from ...models.tir_whole import whole
 from ..least_squares import Solution
 from ..quality import relative_error
 from ..results import Confusion, Estimate, Fit
@@ -52,8 +53,15 @@ class MFFit:
     """Output -> e_r of (7.28)."""
     skipped: tuple[str, ...] = ()
     """Stages for which there were no data, and why."""
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Quantity -> lowest and highest value of the points, where they differ."""
     cx_source: str = ""
     """Where C_x, and with it the relaxation length, comes from."""
+
+    @property
+    def file(self) -> TirFile:
+        """What is written for other programs."""
+        return whole(self.tir, self.ranges)
 
     @property
     def estimates(self) -> dict[str, Estimate]:
@@ -137,7 +145,7 @@ def fit_magic_formula(
         for k, (p, s) in solved.items()
     }
     told = cx_source if "cx" in fits else _start_cx(tir)
-    return MFFit(tir.replaced(changed), fits, errors, tuple(skipped), told)
+    return MFFit(tir.replaced(changed), fits, errors, tuple(skipped), points.ranges(), told)
 
 
 def _start_cx(tir: TirFile) -> str:

@@ -40,6 +40,11 @@ class SteadyPoints:
         axes = {name: getattr(self, name)[mask] for name in (*AXES, "run")}
         return SteadyPoints(**axes, measured={k: v[mask] for k, v in self.measured.items()})
 
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Axis -> lowest and highest value, where they differ."""
+        ends = {name: (getattr(self, name).min(), getattr(self, name).max()) for name in AXES}
+        return {name: (float(a), float(b)) for name, (a, b) in ends.items() if a < b}
+
     def with_output(self, output: str) -> SteadyPoints:
         """The points at which this output was measured."""
         values = self.measured.get(output)

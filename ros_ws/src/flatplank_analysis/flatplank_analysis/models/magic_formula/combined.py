@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import turn_slip
 from .coefficients import Coefficients
 from .state import OperatingPoint, Value, capped, cos_atan, curve_angle, slip_angle
+from .turn_slip import Spin
 
 
 def weight_x(c: Coefficients, o: OperatingPoint) -> Value:
@@ -24,7 +26,9 @@ def weight_y(c: Coefficients, o: OperatingPoint) -> Value:
     return _weight(c.RCY1, b, e, o.kappa, c.RHY1 + c.RHY2 * o.dfz)
 
 
-def side_force_by_kappa(c: Coefficients, o: OperatingPoint, mu_y: Value) -> Value:
+def side_force_by_kappa(
+    c: Coefficients, o: OperatingPoint, mu_y: Value, spin: Spin | None = None
+) -> Value:
     """S_Vyk (4.E66, 4.E67) [N]: the lateral force that braking and driving bring (plysteer)."""
     if not (np.any(c.RVY1) or np.any(c.RVY2) or np.any(c.RVY3)):
         return 0.0
@@ -34,7 +38,8 @@ def side_force_by_kappa(c: Coefficients, o: OperatingPoint, mu_y: Value) -> Valu
         * (c.RVY1 + c.RVY2 * o.dfz + c.RVY3 * o.gamma)
         * cos_atan(c.RVY4 * slip_angle(c, o))
     )
-    return d * np.sin(c.RVY5 * np.arctan(c.RVY6 * o.kappa)) * c.LVYKA
+    peak = 1.0 if spin is None else turn_slip.peak_y(c, o, spin)
+    return d * np.sin(c.RVY5 * np.arctan(c.RVY6 * o.kappa)) * c.LVYKA * peak
 
 
 def _weight(c: Value, b: Value, e: Value, slip: Value, shift: Value) -> Value:

@@ -11,6 +11,8 @@ import numpy as np
 from . import combined, moment, pure
 from .coefficients import Coefficients
 from .state import OperatingPoint, Value, operating_point
+from .structure import rolling
+from .turn_slip import spin_of
 
 PIECE = 4096
 """Samples in one piece: some forty temporaries of this size fit in the second-level cache."""
@@ -26,13 +28,20 @@ class SteadyForces(NamedTuple):
     kya: Value
 
 
-def steady(c: Coefficients, o: OperatingPoint) -> SteadyForces:
-    """Forces at combined slip at one operating point (any broadcast shape)."""
-    px, py = pure.longitudinal(c, o), pure.lateral(c, o)
+def steady(c: Coefficients, o: OperatingPoint, turn_slip: Value | None = None) -> SteadyForces:
+    """Forces at combined slip at one operating point (any broadcast shape).
+
+    turn_slip: curvature of the path [1/m], positive to the left; None: turn slip is
+    left out.
+    """
+    spin = None
+    if turn_slip is not None:
+        spin = spin_of(c, o, turn_slip, rolling(c, o, o.vx)[0])
+    px, py = pure.longitudinal(c, o, spin), pure.lateral(c, o, spin)
     g_yk = combined.weight_y(c, o)
     fx = px.fx0 * combined.weight_x(c, o)
-    fy = py.fy0 * g_yk + combined.side_force_by_kappa(c, o, py.mu_y)
-    mz = moment.aligning(c, o, py, px.kxk, g_yk, fx, fy)
+    fy = py.fy0 * g_yk + combined.side_force_by_kappa(c, o, py.mu_y, spin)
+    mz = moment.aligning(c, o, py, px.kxk, g_yk, fx, fy, spin)
     return SteadyForces(fx, fy, mz, px.kxk, py.kya)
 
 

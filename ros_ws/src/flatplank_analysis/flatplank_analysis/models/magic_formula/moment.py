@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import turn_slip
 from .coefficients import LATEST, OLD, Coefficients
 from .pure import PureY, lateral
 from .state import (
@@ -26,6 +27,7 @@ from .state import (
     sign,
     slip_angle,
 )
+from .turn_slip import Spin
 
 
 def aligning(
@@ -36,6 +38,7 @@ def aligning(
     g_yk: Value,
     fx: Value,
     fy: Value,
+    spin: Spin | None = None,
 ) -> Value:
     """Mz [Nm] at combined slip: trail times side force, residual moment, arm of Fx."""
     kya = away_from_zero(pure_y.kya)
@@ -45,11 +48,16 @@ def aligning(
     alpha, tilted = slip_angle(c, o), o._replace(gamma=o.gamma * c.LGAZ)
     alpha_r = _equivalent(c, alpha + pure_y.sh_y + pure_y.sv_y / kya, other)
     alpha_t = alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * tilted.gamma
-    fy_prime = WITH_TRAIL[c.law](c, o, pure_y) * g_yk
-    moment = _residual(c, tilted, pure_y) * cos_atan(
-        (c.QBZ9 * c.LKY / c.LMUY + c.QBZ10 * pure_y.b_y * pure_y.c_y) * alpha_r
-    )
-    moment = moment - _trail(c, tilted, alpha_t, _equivalent(c, alpha_t, other)) * fy_prime
+    with_trail = WITH_TRAIL[c.law] if spin is None else _force_without_spin
+    fy_prime = with_trail(c, o, pure_y) * g_yk
+    b_r = c.QBZ9 * c.LKY / c.LMUY + c.QBZ10 * pure_y.b_y * pure_y.c_y
+    trail = _trail(c, tilted, alpha_t, _equivalent(c, alpha_t, other))
+    if spin is None:
+        moment = _residual(c, tilted) * cos_atan(b_r * alpha_r)
+    else:
+        moment = _turning(c, o, spin, b_r * alpha_r, pure_y.mu_y, g_yk)
+        trail = trail * turn_slip.trail(c, o, spin)
+    moment = moment - trail * fy_prime
     if np.any(c.SSZ1) or np.any(c.SSZ2) or np.any(c.SSZ3) or np.any(c.SSZ4):
         arm = c.SSZ1 + c.SSZ2 * fy / c.FNOMIN + (c.SSZ3 + c.SSZ4 * o.dfz) * o.gamma
         moment = moment + c.UNLOADED_RADIUS * arm * c.LS * fx
@@ -67,6 +75,11 @@ def _equivalent(c: Coefficients, angle: Value, other: Value) -> Value:
 def _force_without_camber(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
     """Fy0 at gamma = 0 (4.E74): camber thrust has no trail."""
     return lateral(c, o._replace(gamma=0.0)).fy0 if np.any(o.gamma) else pure_y.fy0
+
+
+def _force_without_spin(c: Coefficients, o: OperatingPoint, _pure_y: PureY) -> Value:
+    """Fy0 at gamma = 0 and phi = 0 (4.E74)."""
+    return lateral(c, o._replace(gamma=0.0)).fy0
 
 
 def _whole_force(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
@@ -92,7 +105,18 @@ def _trail(c: Coefficients, o: OperatingPoint, alpha_t: Value, alpha_eq: Value) 
     return d_t * np.cos(curve_angle(c.QCZ1, b_t, e_t, alpha_eq)) * cos_course(o)
 
 
-def _residual(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
+def _turning(
+    c: Coefficients, o: OperatingPoint, spin: Spin, slope: Value, mu_y: Value, g_yk: Value
+) -> Value:
+    """Residual moment [Nm] with turn slip, the spin by camber included (4.E44 to 4.E47)."""
+    shape, size = turn_slip.residual(c, o, spin, mu_y, g_yk)
+    rest = (c.QDZ6 + c.QDZ7 * o.dfz) * c.LRES * turn_slip.peak_y(c, o, spin)
+    rest = o.fz * c.UNLOADED_RADIUS * rest * c.LMUY * sign(o.vx) * np.cos(o.alpha)
+    angle = np.arctan(slope * turn_slip.residual_slope(c, o, spin))
+    return (rest + size) * np.cos(shape * angle)
+
+
+def _residual(c: Coefficients, o: OperatingPoint) -> Value:
     """Peak D_r [Nm] of the residual moment (4.E47)."""
     camber = (c.QDZ8 + c.QDZ9 * o.dfz) * (1.0 + c.PPZ2 * o.dpi)
     camber = camber + (c.QDZ10 + c.QDZ11 * o.dfz) * np.abs(o.gamma)

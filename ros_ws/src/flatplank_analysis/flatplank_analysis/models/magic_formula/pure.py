@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pure slip: Fx0 and Fy0 of the Magic Formula (equations 4.E9 to 4.E30, no turn slip).
+"""Pure slip: Fx0 and Fy0 of the Magic Formula (equations 4.E9 to 4.E30).
 
 What 5.2 does in another way is marked (Pacejka 2006, section 4.3.2; the same terms in PAC2002):
 camber counts by a scaling factor of its own in Fx, Fy and Mz, and shifts the side slip by PHY3.
@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from . import turn_slip
 from .coefficients import LATEST, OLD, Coefficients
 from .state import (
     OperatingPoint,
@@ -22,6 +23,7 @@ from .state import (
     sign,
     slip_angle,
 )
+from .turn_slip import Spin
 
 
 class PureX(NamedTuple):
@@ -49,19 +51,20 @@ def longitudinal_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
     return o.fz * (c.PKX1 + c.PKX2 * o.dfz) * np.exp(c.PKX3 * o.dfz) * pressure * c.LKX
 
 
-def longitudinal(c: Coefficients, o: OperatingPoint) -> PureX:
+def longitudinal(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -> PureX:
     """Fx at zero slip angle (4.E9 to 4.E18)."""
     pressure = 1.0 + c.PPX3 * o.dpi + c.PPX4 * o.dpi * o.dpi
     gamma = o.gamma * c.LGAX
     camber = 1.0 - c.PDX3 * gamma * gamma
-    d_x = (c.PDX1 + c.PDX2 * o.dfz) * pressure * camber * c.LMUX * o.fz
+    turned = 1.0 if spin is None else turn_slip.peak_x(c, o, spin)
+    d_x = (c.PDX1 + c.PDX2 * o.dfz) * pressure * camber * c.LMUX * o.fz * turned
     c_x = c.PCX1 * c.LCX
     kxk = longitudinal_stiffness(c, o)
     b_x = kxk / away_from_zero(c_x * d_x)
     kappa_x = o.kappa + (c.PHX1 + c.PHX2 * o.dfz) * c.LHX
     e_x = (c.PEX1 + (c.PEX2 + c.PEX3 * o.dfz) * o.dfz) * (1.0 - c.PEX4 * sign(kappa_x)) * c.LEX
     e_x = capped(c, e_x)
-    sv_x = o.fz * (c.PVX1 + c.PVX2 * o.dfz) * c.LVX * digressive(c, c.LMUX)
+    sv_x = o.fz * (c.PVX1 + c.PVX2 * o.dfz) * c.LVX * digressive(c, c.LMUX) * turned
     return PureX(d_x * np.sin(curve_angle(c_x, b_x, e_x, kappa_x)) + sv_x, kxk)
 
 
@@ -75,20 +78,38 @@ def cornering_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
     return factor * np.sin(c.PKY4 * angle) * c.LKY
 
 
-def lateral(c: Coefficients, o: OperatingPoint) -> PureY:
+def lateral(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -> PureY:
     """Fy at zero longitudinal slip (4.E19 to 4.E30)."""
-    kya = cornering_stiffness(c, o)
-    o, shifts = o._replace(gamma=o.gamma * c.LGAY), digressive(c, c.LMUY)
+    kya, peak = cornering_stiffness(c, o), 1.0
+    if spin is not None:
+        kya, peak = kya * turn_slip.stiffness_y(c, o, spin), turn_slip.peak_y(c, o, spin)
+    o, shifts = o._replace(gamma=o.gamma * c.LGAY), digressive(c, c.LMUY) * peak
     sv_gamma = o.fz * (c.PVY3 + c.PVY4 * o.dfz) * o.gamma * c.LKYC * shifts
-    sh_y = (c.PHY1 + c.PHY2 * o.dfz) * c.LHY + CAMBER_SHIFT[c.law](c, o, kya, sv_gamma)
+    sh_y = (c.PHY1 + c.PHY2 * o.dfz) * c.LHY
+    if spin is None:
+        sh_y = sh_y + CAMBER_SHIFT[c.law](c, o, kya, sv_gamma)
+    else:
+        sh_y = sh_y + _by_spin(c, o, spin, kya, sv_gamma)
     sv_y = o.fz * (c.PVY1 + c.PVY2 * o.dfz) * c.LVY * shifts + sv_gamma
-    return _lateral_curve(c, o, kya, sh_y, sv_y)
+    return _lateral_curve(c, o, kya, sh_y, sv_y, peak)
+
+
+def camber_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
+    """K_yg0 (4.E30) [N/rad]."""
+    return o.fz * (c.PKY6 + c.PKY7 * o.dfz) * (1.0 + c.PPY5 * o.dpi) * c.LKYC
 
 
 def _by_stiffness(c: Coefficients, o: OperatingPoint, kya: Value, sv_gamma: Value) -> Value:
     """Share of S_Hy that gives the camber stiffness K_yg0 (4.E27, 4.E30) [rad]."""
-    kyg0 = o.fz * (c.PKY6 + c.PKY7 * o.dfz) * (1.0 + c.PPY5 * o.dpi) * c.LKYC
-    return (kyg0 * o.gamma - sv_gamma) / away_from_zero(kya)
+    return (camber_stiffness(c, o) * o.gamma - sv_gamma) / away_from_zero(kya)
+
+
+def _by_spin(c: Coefficients, o: OperatingPoint, spin: Spin, kya: Value, sv_gamma: Value) -> Value:
+    """The same with turn slip, of which the spin by camber is a part [rad]."""
+    upright = cornering_stiffness(c, o._replace(gamma=0.0))
+    upright = upright * turn_slip.stiffness_y(c, o, spin)
+    share = sv_gamma / away_from_zero(kya)
+    return turn_slip.shift_y(c, o, spin, camber_stiffness(c, o), upright, share)
 
 
 def _by_camber(c: Coefficients, o: OperatingPoint, _kya: Value, _sv_gamma: Value) -> Value:
@@ -100,13 +121,13 @@ CAMBER_SHIFT = {LATEST: _by_stiffness, OLD: _by_camber}
 
 
 def _lateral_curve(
-    c: Coefficients, o: OperatingPoint, kya: Value, sh_y: Value, sv_y: Value
+    c: Coefficients, o: OperatingPoint, kya: Value, sh_y: Value, sv_y: Value, peak: Value
 ) -> PureY:
     alpha_y = slip_angle(c, o) + sh_y
     gamma2 = o.gamma * o.gamma
     pressure = 1.0 + c.PPY3 * o.dpi + c.PPY4 * o.dpi * o.dpi
     mu_y = (c.PDY1 + c.PDY2 * o.dfz) * pressure * (1.0 - c.PDY3 * gamma2) * c.LMUY
-    d_y = mu_y * o.fz
+    d_y = mu_y * o.fz * peak
     c_y = c.PCY1 * c.LCY
     b_y = kya / away_from_zero(c_y * d_y)
     asymmetry = (c.PEY3 + c.PEY4 * o.gamma) * sign(alpha_y)
