@@ -10,7 +10,7 @@ import pytest
 
 from flatplank_analysis.cli.diagnose import text_of
 from flatplank_analysis.discovery.rivals import Rival, indifferent
-from flatplank_analysis.discovery.search import LARGEST_CLASS, Found
+from flatplank_analysis.discovery.steps import LARGEST_CLASS, Found
 from flatplank_analysis.discovery.verdict import GROUP
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, noise

@@ -9,8 +9,9 @@ from shapes import CONDITIONS, LONG, OTHER, REPEATS, TIME, measured, names, shap
 
 from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.fit import Fitter, Term
-from flatplank_analysis.discovery.search import Options, Search, run_search
+from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
+from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, NONE, diagnose
 
 RUNS = CONDITIONS * REPEATS

@@ -16,7 +16,7 @@ from flatplank_analysis.api.shown import figure_of, page
 from flatplank_analysis.cli import loop
 from flatplank_analysis.discovery import determined
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
-from flatplank_analysis.discovery.search import Step
+from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.tirebase import comparison
 from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import sized

@@ -12,8 +12,8 @@ import numpy as np
 from flatplank_analysis.discovery.fit import Fit, Term, scale_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
-from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.steps import Search
 
 NEEDED = 12.0
 """separation at which two effects are told apart"""

@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -16,8 +15,8 @@ from flatplank_analysis.discovery.decide import SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
-from flatplank_analysis.discovery.rivals import Rival, Suspect, indifferent, rivals, suspects
-from flatplank_analysis.discovery.screen import VISIBLE, Screen, Screened, best_per_effect
+from flatplank_analysis.discovery.rivals import indifferent, rivals, suspects
+from flatplank_analysis.discovery.screen import VISIBLE, Screened, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
 from flatplank_analysis.discovery.sources.base import UNDECIDED
 from flatplank_analysis.discovery.sources.ranked import seen, source_of
@@ -29,83 +28,14 @@ from flatplank_analysis.discovery.state import (
     start_base,
     term_of,
 )
+from flatplank_analysis.discovery.steps import Found, Progress, Search, Step
 from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.errors import FlatplankError
 
-LARGEST_CLASS = 4
-"""names of an effect and its class together; more are no answer"""
 COLD = 2
 """refits, those with the largest drops, that may be repeated from the start values of the base"""
 MANY, FIRST_STEPS = 4.0, 6
 """floors that the base is off in the mean before other tires are tried, and first steps of each"""
-Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class Found:
-    """An effect that was accepted."""
-
-    decision: Decision
-    suspects: tuple[Suspect, ...] = ()
-    """effects that might stand in for it"""
-    rivals: tuple[Rival, ...] = ()
-    """the suspects once each was refitted in its place, the likeliest first"""
-
-    @property
-    def alike(self) -> tuple[str, ...]:
-        """Its class: what the runs cannot tell from it."""
-        return tuple(r.name for r in self.rivals if not r.excluded)
-
-    @property
-    def told(self) -> list[Rival]:
-        """Its class as it is told: the likeliest ones. With more than these it is no answer."""
-        return [r for r in self.rivals if not r.excluded][:LARGEST_CLASS]
-
-    @property
-    def weakly(self) -> tuple[str, ...]:
-        """What can hardly be told from it."""
-        return tuple(r.name for r in self.rivals if r.excluded and r.near)
-
-
-@dataclass
-class Step:
-    """The state of the search after a number of accepted effects."""
-
-    state: State
-    screen: Screen
-    found: list[Found]
-    refits: list[Decision] = field(default_factory=list)
-    """what was tried from here, best first"""
-
-    @cached_property
-    def held_out(self) -> float:
-        """RMSE of the first channel in conditions that did not fix the sizes of the effects."""
-        return heldout.rmse(self.state)
-
-
-@dataclass
-class Search:
-    """All steps of a search; the last one is the result."""
-
-    model: Model
-    effects: list[type[Effect]]
-    steps: list[Step]
-    seconds: float
-    looked_at: dict[str, int]
-    """by effect: in how many ways it was looked for, times the number of effects"""
-    base_fit: float
-    """seconds that the first fit took"""
-    first_ranking: float
-    """seconds until the first ranking was there"""
-    starts: int = 1
-    """from how many tires the base was fitted"""
-    polished: State | None = None
-    """the end of the search with all pieces of the law set free: what they take is no fault"""
-
-    @property
-    def last(self) -> Step:
-        """Where the search ended."""
-        return self.steps[-1]
 
 
 @dataclass

@@ -13,10 +13,11 @@ from flatplank_analysis.discovery import decide, invariants, where
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.search import LARGEST_CLASS, Found, Search, Step, polish
+from flatplank_analysis.discovery.search import polish
 from flatplank_analysis.discovery.sources.base import FOUND, PARTLY, UNDECIDED, Source
 from flatplank_analysis.discovery.sources.cap import capped
 from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.steps import LARGEST_CLASS, Found, Search, Step
 from flatplank_analysis.wording import brief
 
 AT_FLOOR = "at floor"

@@ -19,9 +19,10 @@ from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.screen import VISIBLE, Screened, best_per_effect
-from flatplank_analysis.discovery.search import Search, looks
+from flatplank_analysis.discovery.search import looks
 from flatplank_analysis.discovery.shortlist import shortlist
 from flatplank_analysis.discovery.state import Candidate, State, term_of
+from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.effects.base import Signal, TireEffect
 
 REFITS = 3

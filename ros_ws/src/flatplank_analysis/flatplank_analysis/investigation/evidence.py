@@ -20,9 +20,9 @@ from flatplank_analysis.discovery.decide import LAW, Decision
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, priors
 from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
-from flatplank_analysis.discovery.search import Search
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, stiff_columns
+from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.investigation.settings import Setting, settings_of
 from flatplank_analysis.tirebase.data import TireRuns

@@ -20,7 +20,7 @@ from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, weight_of
 from flatplank_analysis.discovery.rivals import ALIKE, indifferent
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
-from flatplank_analysis.discovery.search import Search
+from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect, told_of
 from flatplank_analysis.investigation.planner import Question

@@ -22,8 +22,8 @@ from flatplank_analysis.discovery.gram import Metric, scatter_of, solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.noise import make_whitener
-from flatplank_analysis.discovery.search import Step
 from flatplank_analysis.discovery.state import State, stiff_columns
+from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session

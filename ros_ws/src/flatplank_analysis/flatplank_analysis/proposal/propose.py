@@ -16,8 +16,8 @@ from flatplank_analysis.discovery import heldout, invariants, verdict
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.screen import screen
-from flatplank_analysis.discovery.search import Progress, Step
 from flatplank_analysis.discovery.state import State, make_candidates, make_state
+from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.proposal.curves import acting, basis_of
 from flatplank_analysis.proposal.search import Outcome, Proposer, Tried

@@ -11,8 +11,8 @@ import numpy as np
 from flatplank_analysis.discovery.decide import Decision, Judge
 from flatplank_analysis.discovery.dispersion import Usual
 from flatplank_analysis.discovery.fit import Term
-from flatplank_analysis.discovery.search import Progress
 from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.steps import Progress
 from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.proposal.scan import Drawn, Formed, Scanned, Scanner
 from flatplank_analysis.proposal.shapes import shapes

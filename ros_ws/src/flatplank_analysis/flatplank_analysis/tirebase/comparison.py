@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from flatplank_analysis.discovery import invariants, where
-from flatplank_analysis.discovery.search import Step
 from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import span, table
 

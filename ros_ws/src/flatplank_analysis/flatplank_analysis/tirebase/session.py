@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.modelfile import Entry, ModelFile
-from flatplank_analysis.discovery.search import Options, Progress, Step, run_search
+from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.shortlist import line_search
 from flatplank_analysis.discovery.state import (
     channel_weights,
@@ -24,6 +24,7 @@ from flatplank_analysis.discovery.state import (
     start_base,
     term_of,
 )
+from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, source_file

@@ -66,9 +66,7 @@ class _Investigate:
             twin.bind_visibility_from(self.place, "value", value="twin")
             with page.row():
                 self.begin = self.button("Begin or go on", self.on_begin, strong=True)
-                self.look = self.button(
-                    "Look", lambda: self.of.open(str(self.folder.value or ""))
-                )
+                self.look = self.button("Look", lambda: self.of.open(str(self.folder.value or "")))
                 self.halt = self.button("Stop safely", lambda: self.of.stop(page.id))
                 self.each = ui.switch("approve each batch", value=True)
             self.bar = ui.linear_progress(0.0, show_value=False).props(
