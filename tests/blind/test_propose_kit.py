@@ -4,20 +4,22 @@
 from __future__ import annotations
 
 import json
+import sys
 
 import numpy as np
 import pytest
 
 from flatplank_analysis.effects.registry import library
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.hooks import HOOKS
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_validation.blind.journal import published
-from flatplank_validation.proposed import journal
+from flatplank_validation.proposed import journal, rivals
 from flatplank_validation.proposed.cases import KIT, Case, full, make
 from flatplank_validation.proposed.forces import FORCES
 from flatplank_validation.proposed.left_out import LEFT_OUT, removed
-from flatplank_validation.proposed.page import TITLE, page, rows_of
+from flatplank_validation.proposed.page import TITLE, beside, page, rows_of
 from flatplank_validation.verbs import bench_propose
 
 pytestmark = pytest.mark.timeout(300)
@@ -122,3 +124,47 @@ def test_the_journal_goes_on_and_the_page_keeps_what_stands_above(tmp_path, monk
     assert text.endswith(page(entries, header)) and len(entries) == 4
     assert text.startswith("# How to") and text.count(TITLE) == 1 and "old" not in text
     assert bench_propose.main(["--only", "nothing like it"]) == 2
+
+
+def inputs(random, low: float, high: float) -> rivals.Inputs:
+    """Two coordinates, on both sides of the slip; the load and a temperature."""
+    load, warm = random.uniform(low, high, (2, 600))
+    driving = (random.random(600) > 0.5).astype(float)
+    return rivals.Inputs(
+        {"load": load, "temperature": warm}, {"load": "level", "temperature": "signal"},
+        {"": np.ones(600), "driving": driving, "braking": 1.0 - driving},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["free spline", "sparse regression"])
+def test_a_rival_finds_the_coordinate_of_a_line(name):
+    random = np.random.default_rng(5)
+    seen, beyond = inputs(random, 0.0, 1.0), inputs(random, 1.0, 2.0)
+    rest = 3.0 * seen.values["temperature"] - 1.5
+    claim = rivals.RIVALS[name](seen, rest + 0.05 * random.standard_normal(600))
+    assert claim.coordinates == ("temperature",)
+    assert np.std(claim.force(seen) - rest) < 0.1
+    truth = 3.0 * beyond.values["temperature"] - 1.5
+    if name == "sparse regression":  # a spline ends where the data end
+        assert claim.shape == "ramp" and np.std(claim.force(beyond) - truth) < 0.2
+    else:
+        assert not claim.shape and np.std(claim.force(beyond) - truth) > 0.5
+
+
+def test_without_its_package_a_rival_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyoperon", None)
+    monkeypatch.setitem(sys.modules, "pyoperon.sklearn", None)
+    seen = inputs(np.random.default_rng(5), 0.0, 1.0)
+    with pytest.raises(FlatplankError, match="needs the package pyoperon"):
+        rivals.genetic(seen, seen.values["load"])
+
+
+def test_rivals_stand_beside_the_proposals():
+    one = {"said": True, "inside": 0.1, "outside": 0.2, "coordinate": True, "form": True,
+           "seconds": 9.0}  # fmt: skip
+    other = one | {"outside": 4.0, "coordinate": False, "form": False}
+    said = {"flatplank propose": one, "free spline": other}
+    nothing = said | {"flatplank propose": {"said": False, "seconds": 5.0}}
+    rows = beside([{"said": said}, {"said": nothing}])[-1].splitlines()
+    assert rows[2] == "| flatplank propose | 1/2 | 1/2 | 1/2 | 0.55 | 0.60 | 1/2 | 7 |"
+    assert rows[3] == "| free spline | 2/2 | 0/2 | 0/2 | 0.10 | 4.00 | 0/2 | 9 |"

@@ -18,6 +18,9 @@ from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.propose import refuted
+from flatplank_analysis.proposal.scan import Scanned
+from flatplank_analysis.proposal.search import doubt, looks_of
+from flatplank_analysis.proposal.sites import places_of, sites_of
 from flatplank_analysis.tirebase.data import from_tables
 from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
@@ -173,6 +176,30 @@ def test_a_campaign_at_the_floor_is_searched_too():
     assert result["refit"]["rmse"] < 0.5 * result["refit"]["rmse_before"]
 
 
+def _begun_before_zero(table):
+    """The same run where the plank begins 2 cm before its zero, as on the bench."""
+    moved = table.with_columns(plank_position=table["plank_position"] - 0.02)
+    return moved.with_info(step_position=table.info.step_position - 0.02)
+
+
+def test_a_wave_that_dies_away_is_found_from_the_step_on():
+    """No wave of one size shows what fades."""
+    tables = []
+    for table in campaign(Truth(seed=76, slips=FEW)):
+        since = table["plank_position"] - table.info.step_position
+        wave = 40.0 * np.sin(2.0 * np.pi * since / 0.2) * np.exp(-np.maximum(since, 0.0) / 0.6)
+        fx = table["fx"] + wave * (since > 0.0) * (table.info.kappa != 0.0)
+        tables.append(table.with_columns(fx=fx))
+    data = from_tables([_begun_before_zero(t) for t in tables])
+    assert np.allclose(data.position - data.since_step, tables[0].info.step_position)
+    result = of_session(Session(Campaign("made", []), data, TireModel(data), {})).to_dict()
+    assert result["verdict"] == "proposed", result
+    told = [result[k] for k in ("hook", "coordinate", "modulator", "shape")]
+    assert told == ["fx", "distance since the step", "slipping", "ringing"], result
+    assert result["refit"]["size"] == pytest.approx(40.0, rel=0.15)
+    assert result["numbers"]["period"] == pytest.approx(0.2, rel=0.03)
+
+
 @pytest.mark.parametrize(
     ("interval", "gain", "after", "why"),
     [
@@ -185,3 +212,20 @@ def test_a_campaign_at_the_floor_is_searched_too():
 def test_a_sentence_must_stand_its_refit(interval, gain, after, why):
     numbers = {"interval": interval, "held_out_gain": gain, "rmse": after}
     assert refuted(numbers | {"rmse_before": 10.0, "floor_before": 10.0}, at_floor=True) == why
+
+
+def test_a_tie_goes_to_what_a_person_would_look_for_first():
+    """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire."""
+    data = from_tables(campaign(Truth(seed=74, slips=FEW)))
+    sites = {s.name: s for s in sites_of(data, places_of(data))}
+    assert doubt(sites["travel, over wheel angle"]) < doubt(sites["slip, over load"])
+    level = replace(sites["gain, over run order"].place, name="pressure")
+    gain, tire = (replace(sites[f"{h}, over run order"], place=level) for h in ("gain", "carcass"))
+    assert doubt(tire) < doubt(gain)
+
+
+def test_a_curve_does_not_pay_for_the_periods_of_waves():
+    scanned = [Scanned(None, 0.0, 5, 5), Scanned(None, 0.0, 2, 400, waves=True)] * 3
+    looks = looks_of(scanned)
+    assert looks == {False: 30, True: 2400}
+    assert sum(s.looks / looks[s.waves] for s in scanned) == pytest.approx(1.0)

@@ -7,6 +7,8 @@ import re
 from importlib import import_module
 from pathlib import Path
 
+import pytest
+
 import flatplank_analysis as fp
 
 ROOT = Path(__file__).parents[2]
@@ -31,11 +33,12 @@ def test_the_reference_has_what_the_package_offers_and_every_docstring() -> None
         assert getattr(import_module(module), thing).__doc__, name
 
 
-def test_what_makes_the_site_is_pinned_and_no_part_of_the_environment() -> None:
-    pinned = (ROOT / "requirements" / "site.txt").read_text(encoding="utf-8").splitlines()
+@pytest.mark.parametrize("name", ["site", "rivals"])
+def test_what_few_need_is_pinned_and_no_part_of_the_environment(name) -> None:
+    pinned = (ROOT / "requirements" / f"{name}.txt").read_text(encoding="utf-8").splitlines()
     names = {line.partition("==")[0].lower() for line in pinned if not line.startswith("#")}
-    asked = (ROOT / "requirements" / "site.in").read_text(encoding="utf-8").splitlines()
+    asked = (ROOT / "requirements" / f"{name}.in").read_text(encoding="utf-8").splitlines()
     assert {line for line in asked if not line.startswith("#")} <= names
     assert all("==" in line for line in pinned if not line.startswith("#"))
     lock = (ROOT / "requirements" / "lock.txt").read_text(encoding="utf-8")
-    assert not re.search(r"^(sphinx|furo|myst-parser)==", lock, re.MULTILINE)
+    assert not re.search(r"^(sphinx|furo|myst-parser|pyoperon)==", lock, re.MULTILINE)

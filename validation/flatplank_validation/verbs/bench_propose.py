@@ -33,6 +33,9 @@ def parser() -> argparse.ArgumentParser:
         "--any-code", action="store_true", help="with --no-run: results of older code, too"
     )
     p.add_argument(
+        "--rivals", type=int, metavar="N", help="N forces beside what else makes formulas"
+    )
+    p.add_argument(
         "--write", type=Path, metavar="FILE", help="the page; what stands above it stays"
     )
     return p
@@ -54,6 +57,11 @@ def main(argv: list[str]) -> int:
         entries = journal.run(cases, o.seed, path, until, time.monotonic, _show)
     command = " ".join(["./flatplank bench-propose", *argv])
     header = {"command": command, "seed": o.seed, "whole": len(cases)}
+    if o.rivals is not None:
+        from flatplank_validation.proposed.beside import side_by_side
+
+        file = path.with_name(f"{path.stem}_rivals.jsonl")
+        header["rivals"] = side_by_side(o.seed, o.rivals, file, not o.no_run, _show)
     text = page(entries, header)
     if o.write:
         publish(o.write.with_suffix(".jsonl.gz"), header, entries)

@@ -119,7 +119,7 @@ def of_diagnosis(
     assert outcome.best is not None
     made = _written(session, result, outcome, outcome.best, model)
     assert made.numbers is not None and made.sentence is not None
-    against = refuted(made.numbers, result.verdict == verdict.AT_FLOOR)
+    against = refuted(made.numbers, result.verdict in _AT_FLOOR)
     if against:
         why = f"{result.verdict}, and the best sentence does not stand its refit"
         return Proposal(NOTHING, f"{why}: {made.sentence.words()} ({against})", result, outcome)
@@ -127,6 +127,8 @@ def of_diagnosis(
 
 
 _NAMED = (verdict.FOUND, verdict.GROUP)
+_AT_FLOOR = (verdict.AT_FLOOR, verdict.LAW, *_NAMED)
+"""nothing of consequence is left"""
 
 
 def _columns(session: Session) -> list[str]:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,13 +14,13 @@ from flatplank_analysis.discovery.state import State
 from flatplank_analysis.proposal.curves import acting, basis_at, basis_of, knots_of
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Shape, Span
-from flatplank_analysis.proposal.sites import Site, factor
+from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, factor
 from flatplank_analysis.tirebase.data import TireRuns
 
 WAVE_NODES = 6
 """nodes at least per period of a wave that is looked for"""
 HINTS = 4
-"""periods that a spectrum suggests at a site"""
+"""settings of a wave that a force suggests at a place, half of them turned by the slip"""
 POINTS, BAND = 240, 1.645
 """of a drawn curve; standard errors of a 90 % band"""
 
@@ -41,6 +41,26 @@ class Scores:
     def gain(self) -> float:
         """Drop of the whitened chi2 at the best sizes."""
         return float(self.sizes() @ self.score)
+
+    def parts(self, k: int) -> list[Scores]:
+        """The sums of each k columns by themselves."""
+        return [
+            Scores(self.info[i : i + k, i : i + k], self.score[i : i + k])
+            for i in range(0, len(self.score), k)
+        ]
+
+    def gains(self, k: int) -> np.ndarray:
+        """What each k columns take by themselves."""
+        return np.array([p.gain() for p in self.parts(k)])
+
+    def best_pair(self) -> tuple[int, int]:
+        """Of pairs of columns, the two that take the most together."""
+        one, other = np.triu_indices(len(self.score) // 2, 1)
+        rows = np.stack([2 * one, 2 * one + 1, 2 * other, 2 * other + 1], axis=1)
+        info, score = self.info[rows[:, :, None], rows[:, None, :]], self.score[rows]
+        inverse = np.linalg.pinv(info, rcond=1e-6, hermitian=True)
+        best = int(np.argmax(np.einsum("ni,nij,nj->n", score, inverse, score)))
+        return int(one[best]), int(other[best])
 
     def of(self, mix: np.ndarray) -> Scores:
         """The same of combinations (n, k) of the columns."""
@@ -104,7 +124,8 @@ class Scanner:
         norm = np.maximum(np.linalg.norm(own, axis=1), 1e-12)
         self.own = np.linalg.qr((own / norm[:, None]).T)[0].T
         self.residual = self._off(self._flat(self.fit.residual(state.runs.measured)[None]))[0]
-        self._hints: dict[tuple[str, str], tuple[float, ...]] = {}
+        self.event = event_place(data) if EVENT in state.runs.coordinates else None
+        self._hints: dict[tuple[str, str, str], list[dict[str, float]]] = {}
 
     def _flat(self, columns: np.ndarray) -> np.ndarray:
         return self.state.metric(columns).reshape(len(columns), -1)
@@ -144,92 +165,84 @@ class Scanner:
         return Scanned(site, scores.gain(), count, count)
 
     def wave(self, site: Site) -> Scanned | None:
-        """The best wave over a place, of those that the residual's spectrum suggests."""
+        """The best wave over a place, lasting or dying away after the step."""
         if site.place.span.kind != PLACE:
             return None
-        key = (site.place.name, site.modulator.name)
-        if key not in self._hints:
-            self._hints[key] = self._spectrum(site)
-        made = self._waves(site, [{"period": p} for p in self._hints[key]], shapes()["wave"])
-        looks = 2 * len(settings_of(shapes()["wave"], site.place.span))
-        return Scanned(site, made.gain, 2, looks, waves=True) if made else None
+        made = [f for f in (self._hinted(s, at) for s, at in _waving(site, self.event)) if f]
+        if not made:
+            return None
+        best = max(made, key=lambda f: f.gain)
+        looks = sum(2 * len(settings_of(f.shape, f.site.place.span)) for f in made)
+        return Scanned(site, best.gain, 2, looks, waves=True)
 
-    def _spectrum(self, site: Site) -> tuple[float, ...]:
-        """Periods at which the first channel waves most, runs alike or turned by the slip."""
-        x, residual = site.place.values, self.fit.residual(self.state.runs.measured)[0]
-        even = np.linspace(float(x[:, 0].max()), float(x[:, -1].min()), 1024)
-        weight = factor(site.modulator, self.data)
-        rows = np.stack(
-            [np.interp(even, a, e * w) for a, e, w in zip(x, residual, weight, strict=True)]
-        )
-        length = float(even[-1] - even[0])
-        frequency = np.arange(1.5, length / _resolved(x), 0.5) / length
-        window = np.hanning(len(even))
-        kernel = np.exp(-2j * np.pi * np.outer(frequency, even)) * window
-        out: list[float] = []
-        for sign in (np.ones(len(rows)), np.sign(self.data.kappa)):
-            mean = sign @ rows / len(rows)
-            level = np.abs(kernel @ (mean - mean.mean()))
-            around = np.convolve(np.pad(level, 8, mode="reflect"), np.ones(17) / 17.0, "valid")
-            order = np.argsort(-level / np.maximum(around, 1e-12))
-            out += [float(1.0 / frequency[i]) for i in order[: HINTS // 2]]
-        return tuple(out)
+    def _hinted(self, shape: Shape, site: Site) -> Formed | None:
+        """A wave at the settings at which a force over that place takes the most."""
+        key = (shape.name, site.place.name, site.modulator.name)
+        if key not in self._hints:
+            self._hints[key] = self._hints_of(shape, site)
+        return self._waves(site, self._hints[key], shape)
+
+    def _hints_of(self, shape: Shape, site: Site) -> list[dict[str, float]]:
+        """Settings at which a force takes the most; what acts always may turn with the slip."""
+        place, weight = site.place, factor(site.modulator, self.data)
+        pairs = shape.name == "beat"
+        single = shapes()["wave"] if pairs else shape
+        settings = [
+            s for s in settings_of(single, place.span) if s["period"] > _resolved(place.values)
+        ]
+        if len(settings) < 2:
+            return []
+        basis = np.concatenate([single.values(place.span, place.values, s) for s in settings])
+        out: list[dict[str, float]] = []
+        turned = [] if site.modulator.name else [np.sign(self.data.kappa)]
+        for sign in (np.ones(len(weight)), *turned):
+            scores = self._force(basis * (weight * sign[:, None]))
+            if pairs:
+                one, other = scores.best_pair()
+                found = [{"period": settings[one]["period"], "second": settings[other]["period"]}]
+            else:
+                found = [settings[i] for i in np.argsort(-scores.gains(2))[: HINTS // 2]]
+            out += [s for s in found if s not in out]
+        return out
+
+    def _force(self, basis: np.ndarray) -> Scores:
+        """Sums of forces in the first channel (k, runs, samples)."""
+        columns = np.zeros((len(basis), *self.state.runs.measured.shape))
+        columns[:, 0] = basis
+        flat = self._off(self._flat(columns))
+        return Scores(flat @ flat.T, flat @ self.residual)
 
     def forms(self, scanned: Scanned) -> Iterator[Formed]:
         """Every shape that suits a site, at its best numbers."""
         site, span = scanned.site, scanned.site.place.span
-        suited = [s for s in shapes().values() if s.suits(span) and _waves(s) == scanned.waves]
-        direct = [s for s in suited if s.memory or _waves(s) or span.kind in (ANGLE, "none")]
+        if scanned.waves:
+            found = [*_waving(site, self.event), (shapes()["beat"], site)]
+            yield from (f for f in (self._hinted(s, at) for s, at in found) if f)
+            return
+        suited = [s for s in shapes().values() if s.suits(span) and not waves(s)]
+        direct = [s for s in suited if s.memory or span.kind in (ANGLE, "none")]
         plain = [s for s in suited if s not in direct]
         if plain:
             scores = self.scores(site, basis_of(site, fine=True))
             knots = knots_of(site.place.values, span, fine=True)
             yield from (_best(site, s, knots, scores) for s in plain)
         for shape in direct:
-            if shape.name == "beat":
-                made = self._pairs(site, shape)
-            else:
-                made = self._waves(site, settings_of(shape, span), shape)
+            made = self._waves(site, settings_of(shape, span), shape)
             if made:
                 yield made
-
-    def _pairs(self, site: Site, shape: Shape) -> Formed | None:
-        """Two waves: all pairs of periods, from the sums of single waves."""
-        place, wave = site.place, shapes()["wave"]
-        single = settings_of(wave, place.span)
-        periods = [s["period"] for s in single if s["period"] > _resolved(place.values)]
-        if len(periods) < 2:
-            return None
-        blocks = [wave.values(place.span, place.values, {"period": p}) for p in periods]
-        scores = self.scores(site, np.concatenate(blocks))
-        best: Formed | None = None
-        for i, one in enumerate(periods):
-            for j in range(i):
-                rows = np.array([2 * i, 2 * i + 1, 2 * j, 2 * j + 1])
-                pair = Scores(scores.info[np.ix_(rows, rows)], scores.score[rows])
-                gain = pair.gain()
-                if best is None or gain > best.gain:
-                    numbers = {"period": one, "second": periods[j]}
-                    best = Formed(site, shape, numbers, pair.sizes(), gain)
-        return best
 
     def _waves(
         self, site: Site, settings: Sequence[dict[str, float]], shape: Shape
     ) -> Formed | None:
         """A shape that no sum of hats can make: every setting has columns of its own."""
         place, span = site.place, site.place.span
-        if _waves(shape):
-            settings = [s for s in settings if s["period"] > _resolved(place.values)]
         if not settings:
             return None
         time = self.state.runs.time
         basis = np.concatenate([shape.values(span, place.values, s, time) for s in settings])
         scores = self.scores(site, basis)
         k = len(shape.terms)
-        parts = [
-            Scores(scores.info[i : i + k, i : i + k], scores.score[i : i + k])
-            for i in range(0, len(basis), k)
-        ]
+        parts = scores.parts(k)
         best = int(np.argmax([p.gain() for p in parts]))
         return Formed(site, shape, settings[best], parts[best].sizes(), parts[best].gain())
 
@@ -245,7 +258,15 @@ def _best(site: Site, shape: Shape, knots: np.ndarray, scores: Scores) -> Formed
     return best
 
 
-def _waves(shape: Shape) -> bool:
+def _waving(site: Site, event: Place | None) -> Iterator[tuple[Shape, Site]]:
+    """Single waves over a place, and where: what dies away begins at the step."""
+    yield shapes()["wave"], site
+    if event and EVENT in (site.place.name, *site.place.alias):
+        yield shapes()["ringing"], replace(site, place=event)
+
+
+def waves(shape: Shape) -> bool:
+    """True of a shape with a period."""
     return any(n.name == "period" for n in shape.numbers)
 
 

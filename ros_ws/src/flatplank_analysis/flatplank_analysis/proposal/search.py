@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +14,9 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.steps import Progress
 from flatplank_analysis.discovery.whitened import Whitened
-from flatplank_analysis.proposal.scan import Drawn, Formed, Scanned, Scanner
-from flatplank_analysis.proposal.shapes import shapes
-from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, places_of, sites_of
+from flatplank_analysis.proposal.scan import Drawn, Formed, Scanned, Scanner, waves
+from flatplank_analysis.proposal.shapes.base import SIGNAL
+from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 from flatplank_analysis.tirebase.data import TireRuns
 
@@ -71,6 +71,21 @@ class Outcome:
         return tuple(out)
 
 
+def looks_of(scanned: Sequence[Scanned]) -> dict[bool, int]:
+    """By what the family-wise level is divided, for curves and (True) for waves.
+
+    Both have half of it (weighted Bonferroni): a curve does not pay for the many periods of waves.
+    """
+    return {kind: 2 * sum(s.looks for s in scanned if s.waves == kind) for kind in (False, True)}
+
+
+def doubt(site: Site) -> int:
+    """Reasons against a place where the runs have none: a channel that was measured along the run
+    may itself follow the cause, and the pressure acts in the tire."""
+    elsewhere = site.place.name == "pressure" and site.hook.kind != "tire"
+    return int(site.place.span.kind == SIGNAL) + int(elsewhere)
+
+
 def simplest(accepted: Sequence[Tried]) -> Tried | None:
     """The best one, or at its place a form with fewer numbers that leaves as little."""
     if not accepted:
@@ -112,23 +127,30 @@ class Proposer:
             if self.progress is not None and i % 20 == 0:
                 self.progress("curves at all sites", 0.5 * i / len(sites))
             scanned += [s for s in (scanner.curve(site), scanner.wave(site)) if s is not None]
-        looked = sum(s.looks for s in scanned)
+        looked = looks_of(scanned)
         best = self.ranked(scanned)[:SITES]
         formed: list[Formed] = []
         for s in best:
             self.say("shapes at the best sites", 0.6)
-            found = sorted(self.forms(scanner, s), key=self.worth)[:FORMS]
+            found = sorted(scanner.forms(s), key=self.worth)[:FORMS]
             formed += found
         tried = []
         for f in sorted(formed, key=self.worth)[:REFITS]:
             self.say("joint refits", 0.8)
-            tried.append(self.refit(f, looked))
+            tried.append(self.refit(f, looked[waves(f.shape)]))
         tried.sort(key=lambda t: t.cost(self.level, self.price))
-        taken = simplest([t for t in tried if t.decision.accepted])
+        taken = simplest(self.likeliest([t for t in tried if t.decision.accepted]))
         curve = None
-        if taken and not any(n.name == "period" for n in taken.sentence.shape.numbers):
+        if taken and not waves(taken.sentence.shape):
             curve = scanner.drawn(taken.sentence.site, self.level)
-        return Outcome(taken, tuple(tried), tuple(best), looked, curve)
+        return Outcome(taken, tuple(tried), tuple(best), sum(looked.values()) // 2, curve)
+
+    def likeliest(self, accepted: list[Tried]) -> list[Tried]:
+        """The same, the best first; of those between which less than the price of one number
+        decides, the one that a person would look for first."""
+        costs = [t.cost(self.level, self.price) for t in accepted]
+        near = [t for t, c in zip(accepted, costs, strict=True) if c < costs[0] + self.price]
+        return sorted(near, key=lambda t: doubt(t.sentence.site)) + accepted[len(near) :]
 
     def say(self, text: str, share: float) -> None:
         if self.progress is not None:
@@ -152,16 +174,6 @@ class Proposer:
     def worth(self, formed: Formed) -> float:
         """For sorting, the best first."""
         return -formed.evidence(self.level, self.price)
-
-    def forms(self, scanner: Scanner, scanned: Scanned) -> Iterator[Formed]:
-        """Shapes at a site; what follows an event is looked for from the event on."""
-        yield from scanner.forms(scanned)
-        place = scanned.site.place
-        if scanned.waves and EVENT in place.alias:
-            event: Place = event_place(self.data)
-            moved = replace(scanned, site=Site(scanned.site.hook, event, scanned.site.modulator))
-            ringing = shapes()["ringing"]
-            yield from (f for f in scanner.forms(moved) if f.shape is ringing)
 
     def refit(self, formed: Formed, looked: int) -> Tried:
         """The joint refit of a shape, and all tests of it."""

@@ -203,6 +203,17 @@ def _speed(time: np.ndarray, position: np.ndarray) -> float:
     return float(np.polyfit(time[moving], position[moving], 1)[0])
 
 
+def _step_place(table: MeasurementTable) -> float:
+    """Place of the step in travel from the first sample [m]; NaN where there is none.
+
+    It is recorded as a plank position, and the plank of the bench begins 2 cm before zero.
+    """
+    place = table["plank_position"]
+    place = place[np.isfinite(place)]
+    forward = place[-1] > place[0]
+    return table.info.step_position - (float(place[0]) if forward else 0.0)
+
+
 def _common_ends(tables: list[MeasurementTable], smooth: list[dict]) -> list[float]:
     """Runs with the same step end at the same node."""
     keys = [_grid_key(t) for t in tables]
@@ -277,8 +288,8 @@ def _assemble(
         radius = facts["radius"] = np.where(np.isfinite(radius), radius, np.median(guess))
     grids = _grid_groups([_grid_key(t) for t in tables])
     nominal = facts["nominal"]
-    step = np.where(np.isfinite(facts["step"]), facts["step"], 0.0)
-    since = position - step[:, None]
+    step = np.array([_step_place(t) for t in tables])
+    since = position - np.where(np.isfinite(step), step, 0.0)[:, None]
     turn = angle - angle[:, :1] + facts["start"][:, None]
     condition, labels = _conditions(tables)
     groups = [np.flatnonzero(condition == c) for c in range(len(labels))]

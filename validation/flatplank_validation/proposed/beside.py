@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proposals and their rivals on the same campaigns: whose force is the one that was hidden?
+
+Inside: the runs of the campaign, slips to 5 %. Outside: new runs of the same machine at 8 %.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+
+from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.effects.registry import library
+from flatplank_analysis.proposal.modulators import BY_NAME
+from flatplank_analysis.proposal.propose import of_diagnosis
+from flatplank_analysis.proposal.search import Tried
+from flatplank_analysis.proposal.shapes.base import Span
+from flatplank_analysis.proposal.sites import factor, places_of
+from flatplank_analysis.tirebase.data import TireRuns, from_tables
+from flatplank_analysis.tirebase.further import coordinates_of
+from flatplank_analysis.tirebase.model import TireModel
+from flatplank_analysis.tirebase.session import Session
+from flatplank_sim.sealed.conditions import Run, Setting
+from flatplank_validation.blind.journal import read
+from flatplank_validation.blind.noise import NOISES
+from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.worlds import WORLDS, Scatter
+from flatplank_validation.proposed import cases as kit
+from flatplank_validation.proposed.forces import FORCES
+from flatplank_validation.proposed.rivals import RIVALS, ROWS, SIDES, Inputs
+
+OURS = "flatplank propose"
+OUTSIDE = tuple(Setting(k) for k in (-0.08, 0.08))
+AGAIN = 2
+"""runs of each setting outside"""
+
+
+@dataclass(frozen=True)
+class Told:
+    """Runs and the force that is hidden in them."""
+
+    tables: list[MeasurementTable]
+    force: list[np.ndarray]
+    """of each run, a sample for each of the table"""
+
+
+def told(case: kit.Case, seed: int) -> tuple[Told, Told, dict[str, Any]]:
+    """The runs of a campaign, new runs outside its slips, and what is right to say."""
+    random = np.random.default_rng((seed, crc32(case.key.encode())))
+    world = WORLDS[case.world](random)
+    inside = runs_of(case.design, random)
+    scatter = Scatter.drawn(len(inside), case.scatter, random)
+    settings = [(s, start) for s in OUTSIDE for start in range(1, AGAIN + 1)]
+    outside = [Run(*pair, len(inside) + i) for i, pair in enumerate(settings)]
+    change, truth = FORCES[case.name].make(kit.size_of(case, seed), kit._drawn(case, seed))
+    out = []
+    for runs, own in ((inside, scatter), (outside, Scatter.none(outside[-1].index + 1))):
+        tables, forces = [], []
+        for columns, run in zip(world.run(runs, {}, random, own), runs, strict=True):
+            changed = dict(change(columns, run))
+            forces.append(changed["fx"] - columns["fx"])
+            tables.append(kit._table(changed, run, world.radius, NOISES[case.noise], random))
+        out.append(Told(tables, forces))
+    return out[0], out[1], truth.to_dict()
+
+
+def inputs(data: TireRuns, spans: Mapping[str, Span]) -> Inputs:
+    """Coordinates of the runs, those of the campaign, with what turns a proposal on and off."""
+    known = coordinates_of(data)
+    return Inputs(
+        {n: np.ravel(known[n].values) for n in spans},
+        {n: s.kind for n, s in spans.items()},
+        {s: np.ravel(factor(BY_NAME[s], data)) for s in SIDES},
+    )
+
+
+def at_nodes(data: TireRuns, told: Told) -> np.ndarray:
+    """The hidden force (runs, samples) at the nodes of the analysis."""
+    out = []
+    for position, table, force in zip(data.position, told.tables, told.force, strict=True):
+        x = np.maximum.accumulate(table["plank_position"] - table["plank_position"][0])
+        keep = np.concatenate([[True], np.diff(x) > 0.0])
+        out.append(np.interp(position, x[keep], force[keep]))
+    return np.stack(out)
+
+
+def ours(model: TireModel, best: Tried) -> np.ndarray:
+    """The force of a proposal in the runs of a model."""
+    fit = best.found.fit
+    effects = tuple((t.effect, t.values) for t in fit.terms)
+    lanes = [Lane(fit.base, effects), Lane(fit.base, effects[:-1])]
+    predicted = model.predict(lanes)[:, 0]
+    return predicted[0] - predicted[1]
+
+
+def error(claim: np.ndarray, truth: np.ndarray) -> float:
+    """Of a claimed force, over the size of the true one; a constant is the base's own."""
+    level = truth - truth.mean()
+    off = claim - claim.mean() - level
+    size = float(np.sqrt(np.mean(level**2)))
+    return float(min(np.sqrt(np.mean(off**2)) / max(size, 1e-12), 1e6))
+
+
+def compare(case: kit.Case, seed: int) -> dict[str, Any]:
+    """Errors and words of all on one campaign."""
+    inside, outside, truth = told(case, seed)
+    data, new = from_tables(inside.tables), from_tables(outside.tables)
+    session = Session(Campaign("beside", []), data, TireModel(data), library())
+    began = time.process_time()
+    result = session.diagnose()
+    shared = time.process_time() - began
+    assert result.search is not None
+    rest = np.ravel(result.search.last.state.residual[0])
+    forces = [at_nodes(d, t).ravel() for d, t in ((data, inside), (new, outside))]
+    began = time.process_time()
+    best = found.best if (found := of_diagnosis(session, result).outcome) else None
+    said: dict[str, Any] = {}
+    if best:
+        model = TireModel(new)
+        model.take_references(session.model)
+        claims = [ours(m, best).ravel() for m in (session.model, model)]
+        site = best.sentence.site
+        said[OURS] = _line(claims, forces, (site.place.name,), best.sentence.shape.name, truth)
+    else:
+        said[OURS] = {"said": False}
+    said[OURS]["seconds"] = time.process_time() - began
+    spans = {p.name: p.span for p in places_of(data) if p.name}
+    seen, beyond = inputs(data, spans), inputs(new, spans)
+    few = _thinned(seen, rest.size)
+    for name, rival in RIVALS.items():
+        began = time.process_time()
+        claim = rival(few, rest[:: _every(rest.size)])
+        claims = [claim.force(x) for x in (seen, beyond)]
+        said[name] = _line(claims, forces, claim.coordinates, claim.shape, truth)
+        said[name]["seconds"] = time.process_time() - began
+    return {"key": case.key, "seed": seed, "answer": truth, "diagnose": shared, "said": said}
+
+
+def _every(size: int) -> int:
+    return max(1, size // ROWS)
+
+
+def _thinned(x: Inputs, size: int) -> Inputs:
+    step = _every(size)
+    return Inputs(
+        {n: v[::step] for n, v in x.values.items()}, x.kinds,
+        {n: v[::step] for n, v in x.sides.items()},
+    )  # fmt: skip
+
+
+def _line(
+    claims: Sequence[np.ndarray], forces: Sequence[np.ndarray], coordinates: Sequence[str],
+    shape: str, truth: Mapping[str, Any],
+) -> dict[str, Any]:  # fmt: skip
+    inner, outer = (error(c, f) for c, f in zip(claims, forces, strict=True))
+    return {
+        "said": True, "inside": inner, "outside": outer, "coordinates": list(coordinates),
+        "coordinate": bool(coordinates) and set(coordinates) <= set(truth["coordinates"]),
+        "shape": shape, "form": shape in truth["shapes"],
+    }  # fmt: skip
+
+
+def side_by_side(
+    seed: int, count: int, path: Path, run: bool, progress: Callable[[int, int, str], None]
+) -> list[dict[str, Any]]:
+    """The first forces of the list with 15 runs, from the journal where it has them."""
+    chosen = [c for c in kit.full(seed) if c.group == "force" and c.design == "small"][:count]
+    known = {e["key"]: e for e in read(path) if e["seed"] == seed}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8") as stream:
+        for i, case in enumerate(chosen):
+            if case.key in known or not run:
+                continue
+            known[case.key] = compare(case, seed)
+            stream.write(json.dumps(known[case.key]) + "\n")
+            stream.flush()
+            progress(i + 1, len(chosen), case.key)
+    return [known[c.key] for c in chosen if c.key in known]
