@@ -174,7 +174,7 @@ class Investigation:
         if wish.twin is not None:
             return
         state = self.operator.link.state
-        await self.operator.measure(wish.page, plan, wish.folder)
+        await self.operator.measure(wish.page, plan, self.folder)
         self._on_bench = True
         try:
             while state.progress.active:
