@@ -29,7 +29,7 @@ def test_what_no_effect_explains_is_proposed_at_the_end(tmp_path):
     force, place = OUTSIDE["bump"](SIZE, np.random.default_rng(8))
     bench, log = FastBench(77, effects=FEW, force=force), DiskLog(tmp_path)
     at_end = lambda session, result: proposed(session, result, tmp_path)  # noqa: E731
-    Loop(bench, log, 75.0, at_end=at_end).run()
+    Loop(bench, log, 90.0, at_end=at_end).run()
     told, text = summary(log.events), text_of(log.events)
     assert told["verdict"]["verdict"] in ("none of these", "partly"), text
     found = told["proposal"]
