@@ -24,6 +24,7 @@ from flatplank_analysis.investigation.settings import SLIPS, Candidate, Setting,
 
 RUN = Setting(0.05, 1, 1.5, 3700, 2.5)
 SIX = [replace(RUN, kappa=k, start=s) for k in (0.02, -0.02, 0.05) for s in (1, 2)]
+EVENLY = [1.0] * len(SIX)
 FAR = Candidate("far step", (replace(RUN, step_position=2.2),))
 NEAR = Candidate("once more", (RUN,))
 LOADED = Candidate("loaded", (replace(RUN, fz=4800),))
@@ -113,7 +114,7 @@ def test_candidates_go_round_what_was_made():
 
 
 def test_what_no_effect_explains_is_looked_at_from_another_place_and_at_other_slips():
-    place, (levels,) = _of_place(SIX), [*_of_levels(SIX)]
+    place, (levels,) = _of_place(SIX), [*_of_levels(SIX, EVENLY)]
     assert place.gain(FAR.settings) >= place.open > 0.0
     assert place.gain(NEAR.settings) == 0.0
     assert levels.gain(NEAR.settings) == 0.0
@@ -123,9 +124,19 @@ def test_what_no_effect_explains_is_looked_at_from_another_place_and_at_other_sl
     cost = dict.fromkeys((FAR, NEAR, LOADED), Price(12.0, 0)).__getitem__
     assert choose([place, levels], [NEAR, LOADED, FAR], cost, 60.0).candidate is FAR
     nine = [replace(RUN, kappa=k) for k in SLIPS]
-    assert [*_of_levels(nine)] == []
+    assert [*_of_levels(nine, [1.0] * 9)] == []
     moved = [*SIX, *FAR.settings]
     assert _of_place(moved).open == 0.0
+
+
+def test_slips_are_asked_for_on_the_side_where_something_is_left():
+    for sign in (1.0, -1.0):
+        left = [10.0 * (s.kappa * sign > 0.0) for s in SIX]
+        (levels,) = _of_levels(SIX, left)
+        gains = {k: levels.gain((replace(RUN, kappa=k),)) for k in SLIPS}
+        assert max(gains, key=gains.get) * sign > 0.0
+        assert gains[0.0] < max(gains.values())
+        assert gains[-0.1] > 0.0  # the other side is asked for at last
 
 
 def test_what_was_handed_back_twice_is_not_asked_again():

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,6 +14,7 @@ import yaml
 from looks import looked_after, take
 from panel_rig import wait_for
 
+from flatplank_control.investigate.journal import NAME
 from flatplank_control.panel.bench_state import Progress
 from flatplank_control.panel.charge import Charge
 from flatplank_control.panel.desk import Desk
@@ -58,6 +60,7 @@ class Bench:
 
     async def measure(self, page: str, plan: str, folder: str) -> None:
         self.charge.check(page)
+        assert folder == WISH["folder"]  # below the data folder, as pages name it
         self.plans.append(plan)
         self.link.state.progress = Progress(True, "slip +2 %", share=0.5, time_left=600.0)
 
@@ -206,3 +209,37 @@ def waits(who, number: int) -> None:
 def status(who) -> str:
     """What the page says of its work."""
     return who.page.get_by_role("status").filter(visible=True).text_content() or ""
+
+
+@pytest.mark.browser
+@pytest.mark.graph
+def test_on_the_bench_a_batch_is_begun_by_mouse_and_stopped_safely(operator, observer, data):
+    who, folder = operator, data / "on_the_bench"
+    who.tab("Investigate")
+    who.fill("Folder below the data folder", "on_the_bench")
+    who.fill("Bench time [min]", 60)
+    who.click("Begin or go on")
+    waits(who, 1)
+    assert not list(folder.glob("batch*"))
+    who.click("Approve")
+    journal = folder / "batch_01.journal.jsonl"
+
+    def begun() -> bool:
+        assert "left" in status(who), status(who)
+        return journal.exists()
+
+    wait_for(begun, 120.0, "the runner has begun")
+
+    def left() -> int:
+        found = re.search(r"; (\d+) min left$", status(who))
+        return int(found[1]) if found else 0
+
+    # 17 after the batch, and the minutes of its runs
+    wait_for(lambda: 50 < left() <= 62, 120.0, "the minutes of the runs to come are told")
+    who.click("Stop safely")
+    wait_for(lambda: "stopped; batch_01: 0 of 7 runs are made" in status(who), 120.0, "the end")
+    observer.wait(lambda: not observer.enabled(), 60.0, "the wheel is not driven")
+    events = (folder / NAME).read_text().splitlines()
+    assert [json.loads(e)["event"] for e in events] == ["begin", "batch"]
+    who.click("Look")
+    who.said("six runs to begin with: three slips")

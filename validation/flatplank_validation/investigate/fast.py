@@ -10,7 +10,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from flatplank_analysis.data import Campaign, MeasurementTable, Run, RunInfo
+from flatplank_analysis import data as recorded
+from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.data.store import open_store
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import library
@@ -24,8 +25,10 @@ from flatplank_control.investigate.plans import price_of
 from flatplank_sim.plant.campaign import Campaign as Plant
 from flatplank_sim.plant.campaign import CampaignRun
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.sealed.conditions import LOAD, PRESSURE
+from flatplank_sim.sealed import conditions
+from flatplank_sim.sealed.conditions import LOAD, PRESSURE, Run
 from flatplank_sim.sealed.menu import Defects
+from flatplank_sim.sealed.outside import Force
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 
 SCATTER = 0.01
@@ -46,12 +49,15 @@ class FastBench:
         effects: Mapping[str, type[Effect]] | None = None,
         scatter: float = SCATTER,
         kind: str = "usual",
+        force: Force = lambda _columns, _run: np.zeros(1),
     ) -> None:
+        """force: one that is in no library, added to Fx."""
         random = np.random.default_rng(seed)
         plain = PlantConfig.load("toyo").tire
         self._tire = {n: getattr(plain, n) * random.uniform(0.94, 1.06) for n in TIRES}
         self.defects = {"mains_hum": None, "sensor_noise": {"bridge": 0.0}, **(defects or {})}
         self.seed_number, self.scatter, self.kind = seed, scatter, kind
+        self.force = force
         self.effects = dict(library() if effects is None else effects)
         self.tables: dict[str, MeasurementTable] = {}
         self._stands: Setting | None = None
@@ -64,7 +70,7 @@ class FastBench:
         """These runs."""
         tables = [self.tables[f] for f in files]
         data = from_tables(tables)
-        campaign = Campaign("made", [Run(t.info, open_store(".")) for t in tables])
+        campaign = Campaign("made", [recorded.Run(t.info, open_store(".")) for t in tables])
         return Session(campaign, data, TireModel(data), self.effects)
 
     def seed(self) -> Candidate:
@@ -115,6 +121,8 @@ class FastBench:
             start_delay=0.09 + 0.03 * random.random(),
         )  # fmt: skip
         columns = plant.run(run, random)
+        where = Run(conditions.Setting(s.kappa), s.start, index)
+        columns["fx"] = columns["fx"] + self.force(columns, where)
         dt = float(columns["time"][1] - columns["time"][0])
         for name, share in RELATIVE.items():
             own = noise(NOISES[self.kind], len(columns[name]), dt, random, share)

@@ -36,6 +36,8 @@ CLEAR = 2.0
 what decides by a hair is the form of the models, not the machine"""
 FEW_CONDITIONS = 4
 """conditions below which nothing is said to be absent"""
+OTHER_SIDE = 0.25
+"""what a slip tells on the side where nothing is left, against the other side"""
 ANOTHER_STEP = 0.3
 """[m] between two step positions that are two"""
 Gain = Callable[[tuple[Setting, ...]], float]
@@ -68,7 +70,7 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
         out = list(_of_suspect(search, predictor))
     if result.verdict in (verdict.NONE, verdict.PARTLY):
         out.append(_of_place(made))
-        out += _of_levels(made)
+        out += _of_levels(made, _left(search))
     if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
         out.append(_of_all(search, predictor, len({s.repeats for s in made})))
     return out
@@ -160,16 +162,37 @@ def _of_place(made: Sequence[Setting]) -> Question:
     )
 
 
-def _of_levels(made: Sequence[Setting]) -> Iterator[Question]:
+def _left(search: Search) -> np.ndarray:
+    """What is left beyond the floor in the condition of each run [N]."""
+    runs, floor = search.model.runs, search.last.state.floors[0]
+    out = np.zeros(runs.runs)
+    for rows, beyond in zip(runs.groups, floor.per_condition, strict=True):
+        out[rows] = beyond
+    return out
+
+
+def _of_levels(made: Sequence[Setting], left: Sequence[float]) -> Iterator[Question]:
     """What is left at slips that are not there yet; the one that is farthest from the others
-    tells most, small slips counting as far apart as large ones."""
+    tells most, small slips counting as far apart as large ones, and on the side, driving or
+    braking, where more is left."""
     there = {s.kappa for s in made}
     if there.issuperset(SLIPS):
         return
+    sides = {}
+    for sign in (1.0, -1.0):
+        own = [v * v for s, v in zip(made, left, strict=True) if s.kappa * sign > 0.0]
+        if own:
+            sides[sign] = float(np.mean(own))
+    largest = max(sides.values(), default=0.0) or 1.0
+
+    def side(kappa: float) -> float:
+        """One where most is left, and where nothing is known."""
+        own = [v / largest for sign, v in sides.items() if kappa * sign >= 0.0]
+        return OTHER_SIDE + (1.0 - OTHER_SIDE) * min(own, default=1.0)
 
     def away(kappa: float) -> float:
         place = math.asinh(kappa / SLIPS[1])
-        return min(abs(place - math.asinh(k / SLIPS[1])) for k in there)
+        return side(kappa) * min(abs(place - math.asinh(k / SLIPS[1])) for k in there)
 
     most = max(away(k) for k in SLIPS)
 

@@ -103,7 +103,7 @@ def ask(
 
 
 class Loop:
-    """One investigation; `run` goes on until its end, `decide` and `measure` one step at a time."""
+    """One investigation; `run` goes on until its end, `decide` and `measure` do one step."""
 
     def __init__(
         self,

@@ -133,8 +133,9 @@ class Investigation:
                 raise ValueError(f"plant file {plant[:80]!r}: not there below the data folder")
             twin = {
                 "preset": check.choice(wish["preset"] or "", PRESETS, "preset"),
-                "plant": str(path or ""), "seed": int(check.number(wish["seed"], "seed", 0, 2**31 - 1)),
-            }  # fmt: skip
+                "plant": str(path or ""),
+                "seed": int(check.number(wish["seed"], "seed", 0, 2**31 - 1)),
+            }
         minutes = check.number(wish["minutes"], "minutes", 1.0, 99_999.0, "min")
         return Wish(page, str(folder), minutes, tire, twin)
 
@@ -174,7 +175,7 @@ class Investigation:
         if wish.twin is not None:
             return
         state = self.operator.link.state
-        await self.operator.measure(wish.page, plan, wish.folder)
+        await self.operator.measure(wish.page, plan, self.folder)
         self._on_bench = True
         try:
             while state.progress.active:

@@ -96,7 +96,8 @@ def _told(events: list[dict[str, Any]], folder: str) -> dict[str, Any]:
         | {"plan": waiting["plan"], "runs": len(yaml.safe_load(waiting["plan"])["runs"])},
         "ended": told["ended"] or "", "reason": told["reason"], "minutes": told["minutes"],
         "budget": told["budget"], "left": max(told["budget"] - told["minutes"], 0.0),
-        "runs": told["runs"], "evidence": times(told["log_e"]), "limit": 1.0 / told["alpha"], "verdict": verdict_of(told),
+        "runs": told["runs"], "evidence": times(told["log_e"]), "limit": 1.0 / told["alpha"],
+        "verdict": verdict_of(told),
         "effects": [
             {"title": e["title"], "size": sized(e["size"], e["interval"], e["unit"]),
              "advice": e["advice"]}

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ def build(page: Page) -> None:
 class _Discover:
     def __init__(self, page: Page) -> None:
         self.page, self.desk, self.seat = page, page.desk, Seat(page.desk)
+        self.button = page.free_button
         self.picture: dict[str, Any] = {}
         self.ranked: list[dict[str, Any]] = []
         self.found: dict[str, Any] = {}
@@ -50,13 +50,6 @@ class _Discover:
         self.page.client.on_delete(self.seat.cancel)
         ui.timer(0.05, self.page.act(self.list), once=True)
         ui.timer(0.3, self.refresh)
-
-    def button(self, text: str, work: Callable[[], Any], strong: bool = False) -> ui.button:
-        """Analysis needs no charge of the bench."""
-        look = "unelevated color=primary" if strong else "outline color=primary"
-        return ui.button(text, on_click=self.page.act(work)).props(
-            f"{look} no-caps dense padding='4px 12px'"
-        )
 
     def build_bar(self) -> None:
         page = self.page
@@ -155,7 +148,9 @@ class _Discover:
         rows = (await self.desk.runs(folder))["rows"]
         files = [r["file"] for r in rows[:60]]
         found = await self.desk.curves(folder, files, "fx", "plank_position")
-        _set(self.curve_chart, charts.overlay(found["curves"], "road displacement [m]", "Fx [N]"))
+        self.page.draw(
+            self.curve_chart, charts.overlay(found["curves"], "road displacement [m]", "Fx [N]")
+        )
 
     async def diagnose(self) -> None:
         self.found = await self.seat.diagnose()
@@ -221,9 +216,9 @@ class _Discover:
         for field in (self.condition, self.coordinate):
             field.set_options([], value=None)
         for chart in (self.curve_chart, self.map_chart, self.collapse_chart):
-            _set(chart, charts.axes("", ""))
-        _set(self.error_chart, charts.against_floor([]))
-        _set(self.fall_chart, charts.waterfall([]))
+            self.page.draw(chart, charts.axes("", ""))
+        self.page.draw(self.error_chart, charts.against_floor([]))
+        self.page.draw(self.fall_chart, charts.waterfall([]))
 
     def take(self, picture: dict[str, Any]) -> None:
         """A fitted model: every picture anew."""
@@ -233,7 +228,7 @@ class _Discover:
             f"beyond the floor {picture['unexplained']:.1f} N; the floor is by "
             f"{picture['floor_from']}"
         )
-        _set(self.error_chart, charts.against_floor(picture["conditions"]))
+        self.page.draw(self.error_chart, charts.against_floor(picture["conditions"]))
         names = [c["condition"] for c in picture["curves"]]
         worst = max(picture["conditions"], key=lambda c: c["beyond"])["condition"]
         self.condition.set_options(
@@ -249,7 +244,7 @@ class _Discover:
         history = model["history"]
         if not history and "rmse" in model:
             history = [{"action": "start", **{k: model[k] for k in ("rmse", "floor", "held_out")}}]
-        _set(self.fall_chart, charts.waterfall(history))
+        self.page.draw(self.fall_chart, charts.waterfall(history))
         names = [e["name"] for e in model["effects"]]
         self.in_model.set_text(
             f"In {Path(model['file']).name}: " + (", ".join(names) or "no effect yet")
@@ -259,13 +254,13 @@ class _Discover:
     def draw_curve(self) -> None:
         for curve in self.picture.get("curves", []):
             if curve["condition"] == self.condition.value:
-                _set(self.curve_chart, charts.measured_and_model(curve))
+                self.page.draw(self.curve_chart, charts.measured_and_model(curve))
 
     def draw_map(self) -> None:
         names = [c["condition"] for c in self.picture.get("conditions", [])]
         for m in self.picture.get("maps", []):
             if m["coordinate"] == self.coordinate.value:
-                _set(self.map_chart, charts.residual_map(m, names))
+                self.page.draw(self.map_chart, charts.residual_map(m, names))
                 self.map_text.set_text(m["text"])
 
     def draw_ranking(self) -> None:
@@ -299,9 +294,9 @@ class _Discover:
                 ui.label(f"{head}: {row[key]}")
         for c in self.found.get("collapse", []):
             if c["name"] == name:
-                _set(self.collapse_chart, charts.collapse(c))
+                self.page.draw(self.collapse_chart, charts.collapse(c))
                 return
-        _set(self.collapse_chart, charts.axes(row["coordinate"], ""))
+        self.page.draw(self.collapse_chart, charts.axes(row["coordinate"], ""))
 
 
 def _words(row: dict[str, Any], accepted: dict[str, Any] | None) -> str:
@@ -312,9 +307,3 @@ def _words(row: dict[str, Any], accepted: dict[str, Any] | None) -> str:
     if row.get("reasons"):
         return "refused: " + row["reasons"][0]
     return "not visible here" if row["visible"] < 0.03 else f"gain {row['gain']:.0f}, not tried"
-
-
-def _set(chart: ui.echart, options: dict[str, Any]) -> None:
-    chart.options.clear()
-    chart.options.update(options)
-    chart.update()

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from nicegui import ui
@@ -26,6 +26,8 @@ class _Investigate:
     def __init__(self, page: Page, investigation: Investigation) -> None:
         self.page, self.of = page, investigation
         self.drawn: Mapping[str, Any] | None = None
+        # who may press what is asked by the investigation: the twin needs no charge
+        self.button = page.free_button
 
     # layout
     def build(self) -> None:
@@ -39,13 +41,6 @@ class _Investigate:
                 self.build_evidence()
             self.build_queue()
         ui.timer(0.3, self.refresh)
-
-    def button(self, text: str, work: Callable[[], Any], strong: bool = False) -> ui.button:
-        """Who may press it is asked by the investigation: the twin needs no charge."""
-        look = "unelevated color=primary" if strong else "outline color=primary"
-        return ui.button(text, on_click=self.page.act(work)).props(
-            f"{look} no-caps dense padding='4px 12px'"
-        )
 
     def build_wishes(self) -> None:
         page = self.page
@@ -152,8 +147,10 @@ class _Investigate:
             if not told["entries"]:
                 ui.label(NOTHING).classes("fp-quiet")
         self.file.set_text(f"The same as a file: {told['notebook']}" if "notebook" in told else "")
-        _set(self.error_chart, charts.error_of_loop(told["entries"]))
-        _set(self.evidence_chart, charts.evidence_of_loop(told["entries"], told.get("limit", 1.0)))
+        self.page.draw(self.error_chart, charts.error_of_loop(told["entries"]))
+        self.page.draw(
+            self.evidence_chart, charts.evidence_of_loop(told["entries"], told.get("limit", 1.0))
+        )
 
     def draw_next(self, waiting: Any, ended: str, told: Mapping[str, Any]) -> None:
         if waiting:
@@ -198,9 +195,3 @@ def _draw_entry(e: Mapping[str, Any]) -> None:
             for text in (*(f"handed back: {b}" for b in e["back"]), e["evidence"]):
                 if text:
                     ui.label(text).classes("fp-quiet")
-
-
-def _set(chart: ui.echart, options: dict[str, Any]) -> None:
-    chart.options.clear()
-    chart.options.update(options)
-    chart.update()

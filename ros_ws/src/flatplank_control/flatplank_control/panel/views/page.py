@@ -52,11 +52,23 @@ class Page:
     # parts that every view uses
     def button(self, text: str, work: Callable[[], Any], *, strong: bool = False) -> ui.button:
         """A button of the page in charge; it rests on the others."""
+        return self.free_button(text, work, strong=strong).bind_enabled_from(self, "in_charge")
+
+    def free_button(
+        self, text: str, work: Callable[[], Any], *, strong: bool = False
+    ) -> ui.button:
+        """A button that needs no charge of the bench."""
         look = "unelevated color=primary" if strong else "outline color=primary"
-        made = ui.button(text, on_click=self.act(work)).props(
+        return ui.button(text, on_click=self.act(work)).props(
             f"{look} no-caps dense padding='4px 12px'"
         )
-        return made.bind_enabled_from(self, "in_charge")
+
+    @staticmethod
+    def draw(chart: ui.echart, options: dict[str, Any]) -> None:
+        """A chart anew."""
+        chart.options.clear()
+        chart.options.update(options)
+        chart.update()
 
     @staticmethod
     def number(

@@ -96,9 +96,7 @@ class ProposalCard:
         self.words.set_text(text)
 
     def draw(self, options: dict[str, Any]) -> None:
-        self.chart.options.clear()
-        self.chart.options.update(options)
-        self.chart.update()
+        self.of.page.draw(self.chart, options)
 
     def put_away(self) -> None:
         """Nothing of another campaign stays."""

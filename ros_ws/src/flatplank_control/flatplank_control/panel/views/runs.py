@@ -132,9 +132,7 @@ class _Runs:
         options = charts.overlay(
             found["curves"], OVER[self.over.value], CHANNELS[self.channel.value]
         )
-        self.chart.options.clear()
-        self.chart.options.update(options)
-        self.chart.update()
+        self.page.draw(self.chart, options)
         unit = CHANNELS[self.channel.value].partition("[")[2].rstrip("]")
         names = (
             charts.short([s["condition"] for s in found["scatter"]]) if found["scatter"] else []
