@@ -24,7 +24,7 @@ def falling_balls():
 
 
 def test_drag_of_falling_balls_is_named_and_nothing_else(falling_balls, capsys):
-    result = falling_balls.main()
+    result = falling_balls.main().result
     assert [f.decision.term.effect.identifier for f in result.found] == ["drag_quadratic"]
     # one drag coefficient for all closed balls is not the whole truth, and it says so
     assert result.verdict == "partly"
@@ -42,7 +42,7 @@ def test_drag_of_falling_balls_is_named_and_nothing_else(falling_balls, capsys):
 
 
 def test_the_table_of_examples_has_their_numbers(falling_balls, capsys):
-    result = falling_balls.main()
+    result = falling_balls.main().result
     page = (EXAMPLES / "README.md").read_text(encoding="utf-8")
     numbers = (result.rmse_before, result.rmse_after, result.held_out_after, result.floor)
     assert (

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 from ball import Drag, Wind, throw
 from bristles import Truth, campaign, save
-from spring import Damper, Spring, Stiffening, measured, ramps, sine, stairs, there_and_back
+from spring import (
+    SAMPLES,
+    Damper,
+    Spring,
+    Stiffening,
+    measured,
+    ramps,
+    sine,
+    stairs,
+    there_and_back,
+)
 
 from flatplank_analysis.cli import compare
 from flatplank_analysis.cli import diagnose as verb
@@ -19,6 +29,7 @@ from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.sources.ranked import SOURCES, level_of, seen, source_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, PARTLY, diagnose, undecidable
 from flatplank_analysis.errors import FlatplankError
+from flatplank_validation.blind.nulls import nothing_hidden, session_of
 
 RECORDS = {
     "laps": (lambda **k: measured(sine(), **k), FOUND),
@@ -54,6 +65,23 @@ def test_nothing_is_named_where_nothing_is(name, made, seed):
     result = answer(made(seed=seed, k=0.0))
     assert not result.found, (name, result.reason)
     assert not result.verdict.startswith("found")
+
+
+def test_laps_may_begin_after_a_rest():
+    """A record that waits before its input moves has laps all the same."""
+    waits = np.concatenate([np.zeros(160), np.sin(2.0 * np.pi * np.arange(SAMPLES - 160) / 160)])
+    result = answer(measured(waits))
+    assert result.source.identifier == "laps"
+    assert [f.decision.term.effect.identifier for f in result.found] == ["stiffening"]
+
+
+def test_runs_that_differ_by_one_per_cent_are_no_fault_of_the_machine():
+    """Without repeats nothing shows what a tire scatters from run to run: the usual counts."""
+    tables = nothing_hidden("second", 1004, 3.0, 0.01, once=True)
+    result = session_of(tables).diagnose()
+    assert not result.found and result.source.lower_bound
+    state = result.search.steps[0].state
+    assert tuple(state.metric.scatter) == state.model.usual
 
 
 def test_repeats_go_before_everything_else():

@@ -195,11 +195,12 @@ def test_the_page_runs(tmp_path, monkeypatch):
     save(campaign(Truth(seed=43, slips=SMALL, repeats=2, play=4e-4)), folder)
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     names: dict[str, object] = {}
     for block in blocks:
         exec(compile(block, str(PAGE), "exec"), names)
     assert names["model"].effects == ["road_play"]
+    assert list(names["answer"].effects["name"]) == ["drag"]
     told = names["diagnosis"].effects.iloc[0]
     assert "road_play" in [told["name"], *told["class"]]
 

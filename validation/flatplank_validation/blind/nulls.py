@@ -20,7 +20,7 @@ from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
-from flatplank_validation.blind.plan import runs_of
+from flatplank_validation.blind.plan import runs_of, runs_once
 from flatplank_validation.blind.worlds import WORLDS, Scatter
 
 LEVELS = (1.0, 3.0, 7.5, 15.0, 30.0)
@@ -29,6 +29,10 @@ SCATTERS = (0.0, 0.01)
 """of the tire from run to run, in turn"""
 QUIET = 1.0
 """[N] noise beside which the form of the base shows"""
+
+
+RESTING = tuple(world for world in WORLDS if world != "plant")
+"""whose records begin at rest: their noise there is a floor without repeats"""
 
 
 @dataclass(frozen=True)
@@ -46,12 +50,13 @@ class FormError:
 
 
 def nothing_hidden(
-    world: str, seed: int, level: float, scatter: float = 0.0, design: str = "plain"
-) -> list[MeasurementTable]:
-    """A campaign of a drawn tire, the noise of its Fx `level` [N]."""
+    world: str, seed: int, level: float, scatter: float = 0.0, design: str = "plain",
+    once: bool = False,
+) -> list[MeasurementTable]:  # fmt: skip
+    """A campaign of a drawn tire, the noise of its Fx `level` [N]; once: without repeats."""
     random = np.random.default_rng(seed)
     tire = WORLDS[world](random)
-    runs = runs_of(design, random)
+    runs = (runs_once if once else runs_of)(design, random)
     columns = tire.run(runs, {}, random, Scatter.drawn(len(runs), scatter, random))
     kind = NOISES["usual"]
     share = level / float(np.hypot(kind.white, kind.slow))
@@ -69,13 +74,14 @@ def session_of(tables: Sequence[MeasurementTable]) -> Session:
 
 
 def diagnosed(
-    count: int, seed: int = 1, world: str = "plant"
+    count: int, seed: int = 1, worlds: Sequence[str] = ("plant",), once: bool = False
 ) -> Iterator[tuple[float, Diagnosis]]:
-    """`count` campaigns at every noise level: the level and the answer."""
+    """`count` campaigns at every noise level, the worlds in turn: the level and the answer."""
     for level in LEVELS:
         for number in range(count):
             scatter = SCATTERS[number % len(SCATTERS)]
-            tables = nothing_hidden(world, seed + 1000 * number + int(level), level, scatter)
+            world, drawn = worlds[number % len(worlds)], seed + 1000 * number + int(level)
+            tables = nothing_hidden(world, drawn, level, scatter, once=once)
             yield level, session_of(tables).diagnose()
 
 
@@ -102,6 +108,19 @@ def lines_of_nulls(count: int) -> Iterator[str]:
     for level, right in good.items():
         yield f"noise {level:4.1f} N: {right} of {count} at the floor"
     yield f"all: {sum(good.values())} of {count * len(LEVELS)} at the floor"
+
+
+def lines_of_unrepeated(count: int) -> Iterator[str]:
+    """Every answer on campaigns without repeats, and how often an effect is named."""
+    wrong: dict[float, int] = dict.fromkeys(LEVELS, 0)
+    for level, result in diagnosed(count, worlds=RESTING, once=True):
+        named = [f.decision.term.effect.identifier for f in result.found]
+        wrong[level] += bool(named)
+        yield (f"  {level:g} N: {', '.join(named) or 'nothing'} named, {result.verdict} "
+               f"({result.reason})")  # fmt: skip
+    for level, names in wrong.items():
+        yield f"noise {level:4.1f} N: an effect named in {names} of {count}"
+    yield f"all: an effect named in {sum(wrong.values())} of {count * len(LEVELS)}"
 
 
 def lines_of_form(count: int) -> Iterator[str]:

@@ -30,6 +30,15 @@ STARTS = (1, 2, 3)
 
 def runs_of(design: str, random: np.random.Generator) -> list[Run]:
     """All runs in the order in which they are made."""
-    pairs = [(s, start) for s in DESIGNS[design] for start in STARTS]
+    return _ordered([(s, start) for s in DESIGNS[design] for start in STARTS], random)
+
+
+def runs_once(design: str, random: np.random.Generator) -> list[Run]:
+    """Every condition once, from the wheel angles in turn, in random order."""
+    settings = enumerate(DESIGNS[design])
+    return _ordered([(s, STARTS[i % len(STARTS)]) for i, s in settings], random)
+
+
+def _ordered(pairs: list[tuple[Setting, int]], random: np.random.Generator) -> list[Run]:
     order = random.permutation(len(pairs))
     return [Run(pairs[which][0], pairs[which][1], index) for index, which in enumerate(order)]

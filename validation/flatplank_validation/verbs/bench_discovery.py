@@ -20,7 +20,11 @@ from flatplank_analysis.tirebase.model import TireModel
 from flatplank_analysis.tirebase.session import Session
 from flatplank_sim.sealed.conditions import STEP
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
-from flatplank_validation.blind.nulls import lines_of_form, lines_of_nulls
+from flatplank_validation.blind.nulls import (
+    lines_of_form,
+    lines_of_nulls,
+    lines_of_unrepeated,
+)
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import Scatter, SecondWorld
 
@@ -114,6 +118,13 @@ def main(argv: list[str]) -> int:
         "hidden at each of five noise levels, how many are at the floor",
     )
     p.add_argument(
+        "--unrepeated",
+        type=int,
+        metavar="N",
+        help="instead: N campaigns without repeats at each noise level, tires of the blind kit, "
+        "nothing hidden: how often an effect is named",
+    )
+    p.add_argument(
         "--form",
         type=int,
         metavar="N",
@@ -121,10 +132,13 @@ def main(argv: list[str]) -> int:
         "world, the form band of the decision",
     )
     o = p.parse_args(argv)
-    if o.nulls or o.form:
-        for line in lines_of_nulls(o.nulls) if o.nulls else lines_of_form(o.form):
-            print(line, flush=True)
-        return 0
+    printed = ((o.nulls, lines_of_nulls), (o.unrepeated, lines_of_unrepeated),
+               (o.form, lines_of_form))  # fmt: skip
+    for count, lines in printed:
+        if count:
+            for line in lines(count):
+                print(line, flush=True)
+            return 0
     found = {}
     for count in WANTED:
         found[count] = measure(count)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,16 +82,20 @@ class Metric:
 
 
 def scatter_of(
-    runs: RunSet, whitener: Whitener, contrast: np.ndarray, stiff: np.ndarray
-) -> np.ndarray:
+    runs: RunSet, whitener: Whitener, contrast: np.ndarray, stiff: np.ndarray,
+    usual: Sequence[float] = (),
+) -> np.ndarray:  # fmt: skip
     """Standard deviation from run to run of the stiff directions, beyond the noise (d,).
 
+    usual: what it is where no repeat shows it; without it nothing scatters.
     What runs evenly with the order of the runs is no scatter but a candidate (wear, drift): left
     in, it would hide itself behind the scatter that it makes.
     """
     d = len(stiff)
     if not d:
         return np.zeros(0)
+    if not runs.repeated:
+        return np.array(usual if len(usual) == d else np.zeros(d), dtype=float)
     gram = Metric(whitener, stiff, np.zeros(d)).gram(contrast, stiff)
     sizes = np.array([len(runs.groups[c]) for c in runs.condition])
     extra = np.zeros(d)

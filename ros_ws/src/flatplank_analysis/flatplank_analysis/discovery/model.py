@@ -44,6 +44,12 @@ def form_of(model: Model) -> Form:
     return getattr(model, "form", Form())
 
 
+def usual_of(model: Model) -> Sequence[float]:
+    """How far the directions of `stiff` scatter from run to run where no repeat shows it; a model
+    that knows it calls it `usual`."""
+    return getattr(model, "usual", ())
+
+
 def starts_of(model: Model) -> Sequence[Mapping[str, float]]:
     """Other start values of the base, by name, for a base that fits nowhere from its nulls; a
     model that has them calls them `starts`."""

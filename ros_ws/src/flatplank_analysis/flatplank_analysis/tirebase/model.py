@@ -32,6 +32,10 @@ class TireModel:
     """the most on thirteen plants of other form (bristles of the bench, of the blind kit, of the
     tests, and a relaxation), 1 N of noise, nothing hidden: `bench-discovery --form` prints them"""
 
+    usual = (0.01, 0.0)
+    """what the force of a tire scatters from run to run where no repeat shows it: the usual 1 %.
+    Without it, runs that differ by that much are said to have another friction in braking"""
+
     def __init__(self, data: TireRuns) -> None:
         self.data = data
         self.runs: RunSet = data.runs

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.discovery.model import Lane, Model, form_of, starts_of
+from flatplank_analysis.discovery.model import Lane, Model, form_of, starts_of, usual_of
 from flatplank_analysis.discovery.runs import RunSet
 
 FOUND, PARTLY, UNDECIDED = "found", "partly", "not decidable"
@@ -66,6 +66,7 @@ class Seen:
         self.model, self.pieces = model, pieces
         self.parameters = model.parameters
         self.form, self.starts = form_of(model), starts_of(model)
+        self.usual = usual_of(model)
         self.runs = replace(cut(model.runs, pieces), floor_from=source)
 
     def predict(self, lanes: Sequence[Lane]) -> np.ndarray:

@@ -47,13 +47,21 @@ def ways(runs: RunSet) -> Pieces | None:
 
 def _laps(runs: RunSet) -> Iterator[_Stretch]:
     for r, values in _inputs(runs):
-        period = _period(values)
+        begin = _begin(values)
+        period = _period(values[:, begin:])
         if not period:
             continue
         segments = max(1, min(SEGMENTS, period // SHORTEST))
-        for lap in range(values.shape[1] // period):
+        for lap in range((values.shape[1] - begin) // period):
+            first = begin + lap * period
             for k, nodes in enumerate(np.array_split(np.arange(period), segments)):
-                yield r, f"{runs.names[r]}, segment {k + 1} of the lap", lap * period + nodes
+                yield r, f"{runs.names[r]}, segment {k + 1} of the lap", first + nodes
+
+
+def _begin(values: np.ndarray) -> int:
+    """The last node before the inputs move for the first time."""
+    moved = np.abs(values - values[:, :1]).max(axis=0) > 0.1 * SAME
+    return max(int(np.argmax(moved)) - 1, 0)
 
 
 def _period(values: np.ndarray) -> int:

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search for what a model of one's own lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flatplank_analysis.api.diagnosis import Diagnosed
+from flatplank_analysis.cli import loop
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.model import Model
+from flatplank_analysis.discovery.search import Options, run_search
+from flatplank_analysis.discovery.verdict import diagnose
+
+
+def explain(model: Model, effects: Sequence[type[Effect]]) -> Diagnosed:
+    """Which of these effects a model of one's own lacks, with the floor and the verdict.
+
+    model: a `Motion` with its records, or anything that predicts (docs/discovery.md).
+    """
+    result = diagnose(run_search(model, list(effects), Options(progress=loop.progress)))
+    loop.progress_done()
+    return Diagnosed(result, type(model).__name__, ())

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables over time from the files that machines write: CSV, `.mat`, JSON logs."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from flatplank_analysis.errors import FlatplankError
+
+
+def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
+    """A table of the columns of a file; `table.attrs` has the single values beside them.
+
+    `.csv`: a line of names, then numbers or words. `.mat`: vectors of one length, or signals that
+    Simulink wrote with their time (column `time`). `.json`: a list of rows, or an object whose
+    longest list is the rows.
+    """
+    where = Path(path)
+    reader = READERS.get(where.suffix.lower())
+    if reader is None:
+        remedy = f"known are {', '.join(READERS)}"
+        raise FlatplankError(f"'{where.suffix}' is no kind of file", str(where), remedy)
+    try:
+        table = reader(where)
+    except FileNotFoundError:
+        raise FlatplankError("no such file", str(where), "check the path") from None
+    except Exception as error:  # what the readers of others raise is of many kinds
+        first = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise FlatplankError(f"cannot be read: {first}", str(where), "check the file") from None
+    if table.empty:
+        raise FlatplankError("holds no table", str(where), "columns of one length are wanted")
+    return table
+
+
+def column(table: pd.DataFrame, *names: str, where: str = "table") -> np.ndarray:
+    """The first of these columns that a table has, as numbers."""
+    for name in names:
+        if name in table:
+            return np.asarray(table[name], dtype=float)
+    remedy = f"it has {', '.join(map(str, table.columns))}"
+    raise FlatplankError(f"no column {' or '.join(names)}", where, remedy)
+
+
+def _csv(path: Path) -> pd.DataFrame:
+    return pd.read_csv(path, skipinitialspace=True)
+
+
+def _mat(path: Path) -> pd.DataFrame:
+    from scipy.io import loadmat
+
+    data = loadmat(path, squeeze_me=True, struct_as_record=False)
+    found: dict[str, np.ndarray] = {}
+    for name, value in data.items():
+        if hasattr(value, "signals") and hasattr(value, "time"):
+            found |= {"time": np.atleast_1d(value.time), name: np.atleast_1d(value.signals.values)}
+        elif not name.startswith("__") and isinstance(value, np.ndarray) and value.ndim == 1:
+            found[name] = value
+    return _of_one_length(found)
+
+
+def _json(path: Path) -> pd.DataFrame:
+    data = json.loads(path.read_text(encoding="utf-8"))
+    beside: dict[str, Any] = {}
+    if isinstance(data, Mapping):
+        lists = {k: v for k, v in data.items() if isinstance(v, list)}
+        rows = max(lists, key=lambda k: len(lists[k]))
+        beside, data = {k: v for k, v in data.items() if not isinstance(v, list)}, lists[rows]
+    table = pd.DataFrame(data)
+    table.attrs = beside
+    return table
+
+
+def _of_one_length(found: Mapping[str, np.ndarray]) -> pd.DataFrame:
+    if not found:
+        return pd.DataFrame()
+    length = max(map(len, found.values()))
+    return pd.DataFrame({k: v for k, v in found.items() if len(v) == length})
+
+
+READERS: dict[str, Callable[[Path], pd.DataFrame]] = {".csv": _csv, ".mat": _mat, ".json": _json}

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A machine of one degree of freedom: what moves it, integrated for all runs at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.machines.declared import named, parameters_in
+from flatplank_analysis.machines.records import BEGIN, FINE, between
+
+
+class Motion:
+    """inertia d2x/dt2 = force - damping dx/dt, and friction that resists up to a bound.
+
+    A subclass has numbers made by `param` and some of the methods below. `p` has the numbers by
+    name; `s` has the position `x`, the speed `v`, the time `t` and, by name, facts and inputs of
+    the records. All are arrays that broadcast; a method returns one.
+    """
+
+    steps: ClassVar[int] = 6
+    """steps of the integration from one node to the next"""
+    scatters: ClassVar[tuple[str, ...]] = ()
+    """numbers that differ a little from record to record"""
+    parameters: tuple[Parameter, ...] = ()
+
+    def __init_subclass__(cls) -> None:
+        cls.parameters = parameters_in(cls)
+
+    def __init__(self, runs: RunSet) -> None:
+        self.runs = runs
+
+    def force(self, p: Any, s: Any) -> Any:
+        """What drives and pulls, friction apart."""
+        return 0.0
+
+    def damping(self, p: Any, s: Any) -> Any:
+        """What resists in proportion to the speed: force over speed, not negative."""
+        return 0.0
+
+    def friction(self, p: Any, s: Any) -> Any:
+        """Bound of the dry friction: its size in motion, the most of it at rest."""
+        return 0.0
+
+    def inertia(self, p: Any, s: Any) -> Any:
+        """Mass or inertia; 1 where forces are accelerations."""
+        return 1.0
+
+    def load(self, p: Any, s: Any) -> Any:
+        """What friction may depend on; `s.load` of effects."""
+        return 0.0
+
+    def begin(self, p: Any, s: Any) -> tuple[Any, Any]:
+        """Position and speed at the first node; `s` has those of the record."""
+        return s.x, s.v
+
+    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
+        """Directions that scatter from record to record."""
+        return tuple({name: 1.0} for name in self.scatters)
+
+    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
+        """Position (lanes, 1, runs, nodes)."""
+        names = [parameter.name for parameter in self.parameters]
+        p = named(names, np.array([lane.base for lane in lanes], dtype=float))
+        added = list(_added(lanes))
+        runs, shape = self.runs, (len(lanes), self.runs.runs)
+        s = SimpleNamespace(**runs.facts, lanes=len(lanes))
+        s.x, s.v = (np.broadcast_to(runs.facts[k], shape) for k in BEGIN)
+        x, v = (np.broadcast_to(v, shape) for v in self.begin(p, s))
+        out = np.empty((len(lanes), 1, *runs.time.shape))
+        node = np.diff(runs.time, axis=1)
+        for n in range(runs.samples - 1):
+            out[:, 0, :, n] = x
+            dt = node[:, n] / self.steps
+            for i in range(self.steps):
+                # leapfrog: what acts is that of the middle of the step
+                x = x + 0.5 * dt * v
+                self._at(s, n, (i + 0.5) / self.steps, x, v)
+                s.v = self._speed(p, s, added, v, 0.5 * dt)
+                v = self._speed(p, s, added, v, dt)
+                x = x + 0.5 * dt * v
+        out[:, 0, :, -1] = x
+        return out
+
+    def _at(self, s: Any, n: int, share: float, x: np.ndarray, v: np.ndarray) -> None:
+        """State, time and inputs between node n and the next."""
+        s.x, s.v = x, v
+        s.t = self.runs.time[:, n] + share * (self.runs.time[:, n + 1] - self.runs.time[:, n])
+        for name in self.runs.inputs:
+            setattr(s, name, self.runs.facts[between(name)][:, round(FINE * (n + share))])
+
+    def _speed(self, p: Any, s: Any, added: Sequence[_Added], v: Any, dt: np.ndarray) -> Any:
+        """Speed a step after v, with what acts at the state s; stable at any size of it."""
+        s.load = self.load(p, s)
+        force, damping, friction = self.force(p, s), self.damping(p, s), self.friction(p, s)
+        for effect, rows, values in added:
+            here = s if rows is None else _of_lanes(s, rows)
+            force = _sum(force, effect, "force", values, here, rows)
+            damping = _sum(damping, effect, "damping", values, here, rows)
+            friction = _sum(friction, effect, "friction", values, here, rows)
+        step = dt / self.inertia(p, s)
+        half = 0.5 * step * damping
+        free = ((1.0 - half) * v + step * force) / (1.0 + half)
+        most = step * friction / (1.0 + half)
+        return free - np.minimum(np.maximum(free, -most), most)
+
+
+def _of_lanes(s: Any, rows: np.ndarray) -> Any:
+    """The state of some lanes."""
+    here = SimpleNamespace(**vars(s))
+    here.x, here.v = s.x[rows], s.v[rows]
+    here.load = s.load[rows] if np.ndim(s.load) == 2 else s.load
+    return here
+
+
+def _sum(own: Any, effect: type[Effect], name: str, values: Any, s: Any, rows: Any) -> Any:
+    """What a model has, and what an effect adds in its lanes; rows None: in all of them."""
+    if not hasattr(effect, name):
+        return own
+    more = getattr(effect, name)(values, s)
+    if rows is None:
+        return own + more
+    total = np.array(np.broadcast_to(own, (s.lanes, s.x.shape[1])), dtype=float)
+    total[rows] += more
+    return total
+
+
+_Added = tuple[type[Effect], np.ndarray | None, SimpleNamespace]
+
+
+def _added(lanes: Sequence[Lane]) -> Iterator[_Added]:
+    """Each effect with the lanes that have it (None: all) and its values; instances apart."""
+    found: dict[tuple[type[Effect], int], list[tuple[int, np.ndarray]]] = {}
+    for i, lane in enumerate(lanes):
+        seen: dict[type[Effect], int] = {}
+        for effect, values in lane.effects:
+            seen[effect] = seen.get(effect, -1) + 1
+            found.setdefault((effect, seen[effect]), []).append((i, values))
+    for (effect, _), entries in found.items():
+        names = [parameter.name for parameter in effect.parameters()]
+        values = named(names, np.array([v for _, v in entries], dtype=float))
+        rows = None if len(entries) == len(lanes) else np.array([i for i, _ in entries])
+        yield effect, rows, values

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Records of a motion, and the table of runs that the search works on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatplank_analysis.discovery.runs import Coordinate, RunSet
+from flatplank_analysis.errors import FlatplankError
+
+BEGIN = ("begin x", "begin v")
+"""facts of a run: position and speed at its first node"""
+FINE = 20
+"""values of an input from one node to the next"""
+
+
+def between(name: str) -> str:
+    """Fact of a run that has an input between the nodes, too."""
+    return f"{name} between nodes"
+
+
+@dataclass(frozen=True)
+class Record:
+    """A position over time, measured once. Time [s] may have steps of any size."""
+
+    name: str
+    time: np.ndarray
+    position: np.ndarray
+    inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """what the machine was told or driven by, over the same time"""
+    facts: Mapping[str, float | bool] = field(default_factory=dict)
+    """numbers of the record: masses, lengths, voltages"""
+    condition: str = ""
+    """records of the same one repeat each other; empty: one of its own"""
+    coordinates: Mapping[str, tuple[np.ndarray, str]] = field(default_factory=dict)
+    """where effects may show, over the same time, with a unit; beside time and speed"""
+    span: tuple[float, float] | None = None
+    """part of the record that is used [s], None: all"""
+    begin: tuple[float, float] | None = None
+    """position and speed at its beginning, None: as recorded, and at rest"""
+
+
+def table_of(
+    records: Sequence[Record],
+    channel: str,
+    unit: str,
+    nodes: int,
+    resolution: float | None = None,
+    alike: bool = True,
+) -> RunSet:
+    """Records at a number of nodes each, evenly over the time that they are used for.
+
+    alike: all end with the shortest one, so that their nodes are at the same times. resolution:
+    step in which the position was recorded; None: found in it. It is the floor where nothing is
+    repeated.
+    """
+    _check(records)
+    spans = [r.span or (float(r.time[0]), float(r.time[-1])) for r in records]
+    if alike:
+        shortest = min(b - a for a, b in spans)
+        spans = [(a, a + shortest) for a, _ in spans]
+    at = np.array([np.linspace(a, b, nodes) for a, b in spans])
+    fine = np.array([np.linspace(a, b, FINE * (nodes - 1) + 1) for a, b in spans])
+    measured = np.array(
+        [np.interp(t, r.time, r.position) for t, r in zip(at, records, strict=True)]
+    )
+    time = at - at[:, :1]
+    names = [r.condition or r.name for r in records]
+    kinds = list(dict.fromkeys(names))
+    begin = [r.begin or (measured[i, 0], 0.0) for i, r in enumerate(records)]
+    speed = np.gradient(measured, axis=1) / np.gradient(time, axis=1)
+    facts = {k: np.array([r.facts[k] for r in records]) for k in records[0].facts}
+    facts |= dict(zip(BEGIN, np.array(begin, dtype=float).T, strict=True))
+    facts |= {between(k): _over(records, fine, k) for k in records[0].inputs}
+    per = f"{unit}/s" if "/" not in unit else f"{unit} per s"
+    further = {
+        k: Coordinate(_at(records, at, lambda r, k=k: r.coordinates[k][0]), u)
+        for k, (_, u) in records[0].coordinates.items()
+    }
+    return RunSet(
+        names=tuple(r.name for r in records),
+        condition=np.array([kinds.index(n) for n in names]),
+        condition_names=tuple(kinds),
+        channels=(channel,),
+        units=(unit,),
+        measured=measured[None],
+        time=time,
+        order=np.arange(len(records), dtype=float),
+        coordinates={"time": Coordinate(time.copy(), "s"), "speed": Coordinate(speed, per)}
+        | further,
+        inputs={k: _over(records, at, k) for k in records[0].inputs},
+        resolution=(max(map(step_of, (r.position for r in records))) if resolution is None
+                    else resolution,),
+        facts=facts,
+    )  # fmt: skip
+
+
+def _check(records: Sequence[Record]) -> None:
+    """One line for what cannot be put into one table."""
+    if not records:
+        raise FlatplankError("no records", "table_of", "give at least two conditions")
+    first = records[0]
+    for r in records:
+        where, given = f"record {r.name}", {"positions": r.position}
+        given |= {f"values of {k}": v for k, v in r.inputs.items()}
+        given |= {f"values of {k}": v for k, (v, _) in r.coordinates.items()}
+        for name, values in given.items():
+            if len(values) != len(r.time):
+                what = f"{len(values)} {name} for {len(r.time)} times"
+                raise FlatplankError(f"{where}: {what}", "table_of", "one for each")
+        if len(r.time) < 2 or np.any(np.diff(r.time) <= 0.0):
+            raise FlatplankError(f"{where}: time does not rise", "table_of", "sort its rows")
+        for kind in ("facts", "inputs", "coordinates"):
+            lacks = [k for k in getattr(first, kind) if k not in getattr(r, kind)]
+            if lacks:
+                what = f"no {kind[:-1]} '{lacks[0]}', which {first.name} has"
+                raise FlatplankError(f"{where}: {what}", "table_of", "give all records the same")
+
+
+def _over(records: Sequence[Record], at: np.ndarray, name: str) -> np.ndarray:
+    return _at(records, at, lambda r: r.inputs[name])
+
+
+def _at(records, at, values) -> np.ndarray:
+    return np.array([np.interp(t, r.time, values(r)) for t, r in zip(at, records, strict=True)])
+
+
+def step_of(signal: np.ndarray) -> float:
+    """Step in which a signal was recorded: its smallest change, of a smooth one finest noise."""
+    change = np.sort(np.abs(np.diff(signal)))
+    change = change[change > 1e-9 * max(np.ptp(signal), 1e-300)]
+    return float(np.median(change[: max(len(signal) // 200, 1)])) if len(change) else 0.0
