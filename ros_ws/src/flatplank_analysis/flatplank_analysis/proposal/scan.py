@@ -49,19 +49,6 @@ class Scores:
             for i in range(0, len(self.score), k)
         ]
 
-    def gains(self, k: int) -> np.ndarray:
-        """What each k columns take by themselves."""
-        return np.array([p.gain() for p in self.parts(k)])
-
-    def best_pair(self) -> tuple[int, int]:
-        """Of pairs of columns, the two that take the most together."""
-        one, other = np.triu_indices(len(self.score) // 2, 1)
-        rows = np.stack([2 * one, 2 * one + 1, 2 * other, 2 * other + 1], axis=1)
-        info, score = self.info[rows[:, :, None], rows[:, None, :]], self.score[rows]
-        inverse = np.linalg.pinv(info, rcond=1e-6, hermitian=True)
-        best = int(np.argmax(np.einsum("ni,nij,nj->n", score, inverse, score)))
-        return int(one[best]), int(other[best])
-
     def of(self, mix: np.ndarray) -> Scores:
         """The same of combinations (n, k) of the columns."""
         return Scores(mix @ self.info @ mix.T, mix @ self.score)
@@ -196,21 +183,24 @@ class Scanner:
         out: list[dict[str, float]] = []
         turned = [] if site.modulator.name else [np.sign(self.data.kappa)]
         for sign in (np.ones(len(weight)), *turned):
-            scores = self._force(basis * (weight * sign[:, None]))
+            flat = self._force(basis * (weight * sign[:, None]))
+            score, along = flat @ self.residual, flat @ self.own.T
             if pairs:
-                one, other = scores.best_pair()
+                one, other = _best_pair(flat @ flat.T - along @ along.T, score)
                 found = [{"period": settings[one]["period"], "second": settings[other]["period"]}]
             else:
-                found = [settings[i] for i in np.argsort(-scores.gains(2))[: HINTS // 2]]
+                two, beside = (m.reshape(len(settings), 2, -1) for m in (flat, along))
+                info = two @ two.swapaxes(1, 2) - beside @ beside.swapaxes(1, 2)
+                order = np.argsort(-_gains(info, score.reshape(-1, 2)))
+                found = [settings[i] for i in order[: HINTS // 2]]
             out += [s for s in found if s not in out]
         return out
 
-    def _force(self, basis: np.ndarray) -> Scores:
-        """Sums of forces in the first channel (k, runs, samples)."""
+    def _force(self, basis: np.ndarray) -> np.ndarray:
+        """Forces in the first channel (k, runs, samples) in units of the noise (k, m)."""
         columns = np.zeros((len(basis), *self.state.runs.measured.shape))
         columns[:, 0] = basis
-        flat = self._off(self._flat(columns))
-        return Scores(flat @ flat.T, flat @ self.residual)
+        return self._flat(columns)
 
     def forms(self, scanned: Scanned) -> Iterator[Formed]:
         """Every shape that suits a site, at its best numbers."""
@@ -263,6 +253,20 @@ def _waving(site: Site, event: Place | None) -> Iterator[tuple[Shape, Site]]:
     yield shapes()["wave"], site
     if event and EVENT in (site.place.name, *site.place.alias):
         yield shapes()["ringing"], replace(site, place=event)
+
+
+def _gains(info: np.ndarray, score: np.ndarray) -> np.ndarray:
+    """What each of n sets of k columns takes by itself; sums (n, k, k) and (n, k)."""
+    inverse = np.linalg.pinv(info, rcond=1e-6, hermitian=True)
+    return np.einsum("ni,nij,nj->n", score, inverse, score)
+
+
+def _best_pair(info: np.ndarray, score: np.ndarray) -> tuple[int, int]:
+    """Of pairs of columns the two that take the most together; sums of all (2n, 2n), (2n,)."""
+    one, other = np.triu_indices(len(score) // 2, 1)
+    rows = np.stack([2 * one, 2 * one + 1, 2 * other, 2 * other + 1], axis=1)
+    best = int(np.argmax(_gains(info[rows[:, :, None], rows[:, None, :]], score[rows])))
+    return int(one[best]), int(other[best])
 
 
 def waves(shape: Shape) -> bool:
