@@ -89,4 +89,4 @@ def main(path: Path | str = FILE) -> fp.Diagnosed:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    fp.script(main, *sys.argv[1:2])

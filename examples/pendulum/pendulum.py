@@ -73,4 +73,4 @@ def main(paths: list[str]) -> fp.Diagnosed:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or sys.exit(__doc__))
+    fp.script(main, sys.argv[1:] or sys.exit(__doc__))
