@@ -18,3 +18,6 @@ suppress_warnings = ["myst.header"]
 
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
+# `fp.load` is what a reader types, wherever it is written
+add_module_names = False
+python_use_unqualified_type_names = True

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Balls dropped from a bridge: free fall, where it fails, and what the engine says is missing.
 
-    python examples/falling_balls/falling_balls.py
+    python examples/falling_balls/falling_balls.py [DROPS.csv]
 
 Ten balls, each dropped twice and filmed with 15 pictures a second (drops.csv; Brian de Silva and
-others, Discovery of Physics from Data, 2020, MIT).
+others, Discovery of Physics from Data, 2020, MIT); or other drops with the same columns.
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -78,9 +79,9 @@ def read(ball: str, drop: int, table) -> fp.Record:
     )  # fmt: skip
 
 
-def main() -> fp.Diagnosed:
+def main(path: Path | str = FILE) -> fp.Diagnosed:
     """Search, and say what was found."""
-    drops = fp.read_table(FILE).groupby(["ball", "drop"], sort=False)
+    drops = fp.read_table(path).groupby(["ball", "drop"], sort=False)
     runs = fp.table_of([read(*of, rows) for of, rows in drops], "fallen", "m", nodes=36)
     result = fp.explain(Fall(runs), [DragQuadratic, DragLinear, Updraft])
     print(result)
@@ -88,4 +89,4 @@ def main() -> fp.Diagnosed:
 
 
 if __name__ == "__main__":
-    main()
+    fp.script(main, *sys.argv[1:2])

@@ -3,8 +3,8 @@
 
     python examples/pendulum/pendulum.py SWING.mat [MORE.csv ...]
 
-A file has time [s] and angle [rad]: a `.mat` with a Simulink signal `Theta1` (or arrays `time` and
-`theta`), or a CSV with these columns. Where the data of the README come from is said there.
+A file has `time` [s] and `theta` or `angle` [rad]: a `.mat` (arrays, or a Simulink signal
+`Theta1`) or a CSV. Where the data of the README come from is said there.
 """
 
 import sys
@@ -58,9 +58,9 @@ class Cable(fp.Missing):
 def read(path: str) -> fp.Record:
     """Angle from the lowest place, as recorded."""
     table = fp.read_table(path)
-    angle = fp.column(table, "theta", "Theta1", where=path)
+    angle = fp.column(table, "theta", "Theta1", "angle", "position", where=path)
     lowest = np.round(0.5 * (angle.max() + angle.min()) / np.pi) * np.pi
-    return fp.Record(Path(path).stem, fp.column(table, "time", where=path), angle - lowest)
+    return fp.Record(Path(path).stem, fp.column(table, "time", "t", where=path), angle - lowest)
 
 
 def main(paths: list[str]) -> fp.Diagnosed:
@@ -73,4 +73,4 @@ def main(paths: list[str]) -> fp.Diagnosed:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or sys.exit(__doc__))
+    fp.script(main, sys.argv[1:] or sys.exit(__doc__))

@@ -108,4 +108,4 @@ def main(folder: str) -> fp.Diagnosed:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else sys.exit(__doc__))
+    fp.script(main, sys.argv[1] if len(sys.argv) > 1 else sys.exit(__doc__))

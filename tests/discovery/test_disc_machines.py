@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import json
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -109,6 +110,26 @@ def test_without_data_an_example_says_what_it_wants(name):
     script = EXAMPLES / name / f"{name}.py"
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=100)
     assert done.returncode == 1 and f"python examples/{name}/{name}.py" in done.stderr
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize(
+    ("name", "given", "line"),
+    [
+        ("pendulum", "swing.csv", "no column theta or Theta1 or angle or position"),
+        ("pendulum", "no.csv", "no such file"),
+        ("servo", "logs", "the data have no 'mass'"),
+        ("servo", "nothing", "no records"),
+    ],
+)
+def test_bad_data_are_one_line(name, given, line, tmp_path, monkeypatch):
+    (tmp_path / "swing.csv").write_text("time,x\n0,1\n1,2\n")
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "a.json").write_text('{"entries": [{"position": 1.0}]}')
+    monkeypatch.setattr(sys, "argv", [name, str(tmp_path / given)])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(EXAMPLES / name / f"{name}.py"), run_name="__main__")
+    assert line in str(ended.value.code) and "\n" not in str(ended.value.code)
 
 
 def test_an_adapter_is_short():

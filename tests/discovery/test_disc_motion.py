@@ -156,6 +156,11 @@ def test_tables_of_any_file_are_alike(tmp_path):
         assert fp.column(table, "t", "time").tolist() == time.tolist()
         assert fp.column(table, "x").tolist() == x.tolist()
     assert fp.read_table(tmp_path / "a.json").attrs["mass"] == 2.0
+    text = (tmp_path / "a.csv").read_text().replace(", ", ";").replace(",", ";")
+    (tmp_path / "b.csv").write_text(text)
+    (tmp_path / "b.txt").write_text(text.replace(";", "\t").replace("time", "Time"))
+    for name in ("b.csv", "b.txt"):
+        assert fp.column(fp.read_table(tmp_path / name), "time").tolist() == time.tolist()
 
 
 @pytest.mark.parametrize(
@@ -182,6 +187,8 @@ def test_bad_records_are_one_line():
     time = np.linspace(0.0, 1.0, 11)
     with pytest.raises(fp.FlatplankError, match="no column y.*it has time, x"):
         fp.column(pd.DataFrame({"time": time, "x": time}), "y")
+    with pytest.raises(fp.FlatplankError, match="column x holds no numbers"):
+        fp.column(pd.DataFrame({"x": ["a"]}), "x")
     with pytest.raises(fp.FlatplankError, match="no records"):
         fp.table_of([], "x", "m", nodes=5)
     with pytest.raises(fp.FlatplankError, match="record short: 2 positions for 11 times"):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from flatplank_analysis.api.diagnosis import Diagnosed, diagnose
-    from flatplank_analysis.api.machines import explain
+    from flatplank_analysis.api.machines import explain, script
     from flatplank_analysis.api.model import Comparison, Model, fit
     from flatplank_analysis.api.report import write_report
     from flatplank_analysis.api.runs import Run, load
@@ -44,6 +44,7 @@ __all__ = [
     "load",
     "param",
     "read_table",
+    "script",
     "sweeps",
     "table_of",
     "write_report",
@@ -54,7 +55,7 @@ _HOMES = {
     "api.diagnosis": ("Diagnosed", "diagnose"),
     "api.report": ("write_report",),
     "api.sweeps": ("Sweeps", "sweeps"),
-    "api.machines": ("explain",),
+    "api.machines": ("explain", "script"),
     "machines.declared": ("Missing",),
     "machines.files": ("column", "read_table"),
     "machines.motion": ("Motion",),

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from flatplank_analysis.api.diagnosis import Diagnosed
 from flatplank_analysis.cli import loop
@@ -11,6 +13,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import diagnose
+from flatplank_analysis.errors import FlatplankError
 
 
 def explain(model: Model, effects: Sequence[type[Effect]]) -> Diagnosed:
@@ -21,3 +24,13 @@ def explain(model: Model, effects: Sequence[type[Effect]]) -> Diagnosed:
     result = diagnose(run_search(model, list(effects), Options(progress=loop.progress)))
     loop.progress_done()
     return Diagnosed(result, type(model).__name__, ())
+
+
+def script(main: Callable[..., Any], *arguments: Any) -> None:
+    """Run a function as a program: what is wrong with its data is one line, and exit code 1."""
+    try:
+        main(*arguments)
+    except FlatplankError as error:
+        sys.exit(str(error))
+    except KeyError as error:
+        sys.exit(f"the data have no {error}")

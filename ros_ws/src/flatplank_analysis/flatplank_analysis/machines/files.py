@@ -18,9 +18,9 @@ from flatplank_analysis.errors import FlatplankError
 def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
     """A table of the columns of a file; `table.attrs` has the single values beside them.
 
-    `.csv`: a line of names, then numbers or words. `.mat`: vectors of one length, or signals that
-    Simulink wrote with their time (column `time`). `.json`: a list of rows, or an object whose
-    longest list is the rows.
+    `.csv`, `.txt`, `.dat`: a line of names, then numbers or words. `.mat`: vectors of one length,
+    or signals that Simulink wrote with their time (column `time`). `.json`: a list of rows, or an
+    object whose longest list is the rows.
     """
     where = Path(path)
     reader = READERS.get(where.suffix.lower())
@@ -40,16 +40,22 @@ def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def column(table: pd.DataFrame, *names: str, where: str = "table") -> np.ndarray:
-    """The first of these columns that a table has, as numbers."""
+    """The first of these columns that a table has, in capitals or not, as numbers."""
+    has = {str(c).strip().lower(): c for c in reversed(table.columns)}
     for name in names:
-        if name in table:
-            return np.asarray(table[name], dtype=float)
+        if name.lower() in has:
+            try:
+                return np.asarray(table[has[name.lower()]], dtype=float)
+            except (TypeError, ValueError):
+                raise FlatplankError(f"column {name} holds no numbers", where, "mend it") from None
     remedy = f"it has {', '.join(map(str, table.columns))}"
     raise FlatplankError(f"no column {' or '.join(names)}", where, remedy)
 
 
 def _csv(path: Path) -> pd.DataFrame:
-    return pd.read_csv(path, skipinitialspace=True)
+    table = pd.read_csv(path, skipinitialspace=True)
+    # semicolons, tabs and blanks, too
+    return table if table.shape[1] > 1 else pd.read_csv(path, sep=None, engine="python")
 
 
 def _mat(path: Path) -> pd.DataFrame:
@@ -84,4 +90,6 @@ def _of_one_length(found: Mapping[str, np.ndarray]) -> pd.DataFrame:
     return pd.DataFrame({k: v for k, v in found.items() if len(v) == length})
 
 
-READERS: dict[str, Callable[[Path], pd.DataFrame]] = {".csv": _csv, ".mat": _mat, ".json": _json}
+READERS: dict[str, Callable[[Path], pd.DataFrame]] = {
+    ".csv": _csv, ".txt": _csv, ".dat": _csv, ".mat": _mat, ".json": _json,
+}  # fmt: skip
