@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import pytest
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
 from flatplank_validation.blind import cases
 from flatplank_validation.blind.journal import diagnose
 from flatplank_validation.blind.menu import KIN

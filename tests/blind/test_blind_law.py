@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 from flatplank_sim.sealed.conditions import STEP, Run, Setting
 from flatplank_validation.blind.noise import NOISES, RELATIVE, Noise, noise
 from flatplank_validation.blind.worlds import PlantWorld, Scatter

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns, from_tables
 from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_analysis.tirebase.data import TireRuns, from_tables
 from flatplank_sim.plant.campaign import Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, STEP, Columns, Run, Setting
@@ -42,7 +42,7 @@ class At:
 
 DESIGNS: dict[str, tuple[At, ...]] = {
     "plain": tuple(At(k, start=1 + i % 3) for i, k in enumerate((-0.1, -0.02, 0.0, 0.02, 0.1))),
-    # what only one run shows of a channel is taken for noise (`tirebase/calm.py`)
+    # what only one run shows of a channel is taken for noise (`contact_patch/denoising.py`)
     "twice": tuple(At(k, start=s) for k in (-0.05, 0.05) for s in (1, 2) * 2),
     "loads": tuple(At(k, fz, alpha_deg=1.0) for fz in (2400.0, 5000.0) for k in (-0.05, 0.05)),
     "pressures": tuple(

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from bristles import Truth, campaign
 
-from flatplank_analysis.tirebase import data as tiredata
-from flatplank_analysis.tirebase import grid, kernel
+from flatplank_analysis.contact_patch import data as tiredata
+from flatplank_analysis.contact_patch import grid, kernel
 
 STIFF, CARCASS, HALF, LOAD = 9.0e4, 2.3e5, 0.07, 3700.0
 
@@ -124,9 +124,9 @@ def test_a_recording_that_begins_with_the_motion_gets_a_standstill():
 
 
 def test_base_fits_bristles_to_half_the_floor():
+    from flatplank_analysis.contact_patch.model import TireModel
     from flatplank_analysis.discovery.fit import Fitter
     from flatplank_analysis.discovery.state import channel_weights, start_base
-    from flatplank_analysis.tirebase.model import TireModel
 
     truth = Truth(seed=11, slips=(-0.05, -0.02, 0.0, 0.02, 0.05), repeats=2)
     model = TireModel(tiredata.from_tables(campaign(truth)))

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from bristles import Truth, campaign
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 

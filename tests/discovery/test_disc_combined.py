@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from third_campaigns import session, tables
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.search import _rough_levels
 from flatplank_analysis.discovery.state import channel_weights, start_base
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
 from flatplank_validation.blind.third_world import ThirdWorld
 from flatplank_validation.blind.worlds import WORLDS
 

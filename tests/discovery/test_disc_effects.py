@@ -12,6 +12,9 @@ import numpy as np
 import pytest
 from bristles import Truth, campaign
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import ModelFile
@@ -19,9 +22,6 @@ from flatplank_analysis.effects import registry
 from flatplank_analysis.effects.checks import check_effect, probe_model
 from flatplank_analysis.effects.registry import GROUP, find, library, load_file, source_file
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 
 OWN = '''
 """Rail friction: the plank guide takes a part of the force, whatever the slip."""

@@ -90,7 +90,7 @@ def test_engine_knows_no_tires():
     code = (
         "import sys, flatplank_analysis.discovery.search, flatplank_analysis.discovery.verdict, "
         "flatplank_analysis.discovery.nextrun\n"
-        "bad = [m for m in sys.modules if m.startswith(('flatplank_analysis.tirebase', "
+        "bad = [m for m in sys.modules if m.startswith(('flatplank_analysis.contact_patch', "
         "'flatplank_analysis.effects', 'flatplank_analysis.models'))]\n"
         "sys.exit(repr(bad) if bad else 0)"
     )

@@ -9,9 +9,9 @@ import pyarrow.parquet as pq
 import pytest
 from bristles import Truth, campaign, save
 
+from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.data import from_tables, load_runs
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flatplank_analysis.contact_patch.further import coordinates_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.checks import check_effect, probe_of
 from flatplank_analysis.effects.registry import load_file
@@ -19,7 +20,6 @@ from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
 from flatplank_analysis.proposal.sites import Place, Site, places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, renamed, text_of
-from flatplank_analysis.tirebase.further import coordinates_of
 
 OVER = {
     PLACE: ("plank position", Span(0.0, 4.15, PLACE, "m")),

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.tirebase.calm import Common, as_input, as_load
+from flatplank_analysis.contact_patch.denoising import Common, as_input, as_load
 
 RUNS, CONDITIONS = 27, 9
 X = np.linspace(0.0, 4.0, 500)

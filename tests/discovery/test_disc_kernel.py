@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from flatplank_analysis.tirebase import kernel, vector
+from flatplank_analysis.contact_patch import kernel, vector
 
 RUNS, NODES = 11, 400
 

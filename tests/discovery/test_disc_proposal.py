@@ -13,6 +13,9 @@ import yaml
 from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import add, confirm, effects, propose
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.errors import FlatplankError
@@ -21,9 +24,6 @@ from flatplank_analysis.proposal.propose import refuted
 from flatplank_analysis.proposal.scan import Scanned
 from flatplank_analysis.proposal.search import doubt, looks_of
 from flatplank_analysis.proposal.sites import places_of, sites_of
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 
 pytestmark = pytest.mark.timeout(900)  # whole searches: a busy machine takes minutes
 

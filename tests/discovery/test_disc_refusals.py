@@ -11,14 +11,14 @@ from bristles import Truth, campaign, save
 from test_disc_effects import OWN
 
 from flatplank_analysis.cli import add, compare, diagnose, effects, remove
+from flatplank_analysis.contact_patch.data import from_tables, load_runs
+from flatplank_analysis.contact_patch.parameters import NAMES
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.effects.checks import probe_model
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.data import from_tables, load_runs
-from flatplank_analysis.tirebase.parameters import NAMES
-from flatplank_analysis.tirebase.session import Session
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 FORCE = "self.force * np.tanh(signal.true_fx / 50.0)"

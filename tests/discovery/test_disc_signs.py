@@ -10,10 +10,10 @@ import yaml
 from bristles import Truth, campaign, save
 from third_campaigns import tables
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.signs import wrong_signs
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.signs import wrong_signs
 
 
 @pytest.fixture(scope="module")

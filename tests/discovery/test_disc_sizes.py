@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from other_world import WORLDS, Wrong, blinded, runs_of
 
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase.model import TireModel
 
 WEIGHT = np.full((3, 1, 1), 0.1)
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation import decoys
-from flatplank_analysis.tirebase.model import TireModel
 from flatplank_validation.investigate.fast import FastBench
 
 pytestmark = pytest.mark.timeout(900)

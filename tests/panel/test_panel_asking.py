@@ -31,7 +31,7 @@ pytestmark = [pytest.mark.graph, pytest.mark.timeout(120)]
 @pytest.fixture
 def bench(domain, monkeypatch):
     """A panel's node, and a runner that answers only while it is spun."""
-    monkeypatch.setattr(panel, "PATIENCE", 0.3)
+    monkeypatch.setattr(panel, "ANSWER_TIMEOUT_S", 0.3)
     loop = asyncio.new_event_loop()
     with panel.PanelNode(BenchState(), "panel_under_test") as link:
         node, over = Node("runner_of_test"), Future()
@@ -72,7 +72,7 @@ def test_an_answer_that_comes_before_its_question_is_noted(bench, monkeypatch):
             bench.spin()
 
     monkeypatch.setattr("rclpy.action.client.Future", stalls)
-    monkeypatch.setattr(panel, "PATIENCE", 5.0)
+    monkeypatch.setattr(panel, "ANSWER_TIMEOUT_S", 5.0)
     runner = threading.Thread(target=answer)
     runner.start()
     try:
@@ -95,9 +95,9 @@ def test_a_silent_runner_is_named(bench):
 
     async def ask():
         late = await bench.link.measure("", "", True)
-        panel.PATIENCE = 20.0
+        panel.ANSWER_TIMEOUT_S = 20.0
         good = await answered(bench.link.measure("", "", True))
-        panel.PATIENCE = 0.3
+        panel.ANSWER_TIMEOUT_S = 0.3
         return late, good, await bench.link.cancel()
 
     late, good, cancelled = bench.run(ask())

@@ -16,7 +16,7 @@ from flatplank_control.panel import validation as check
 from flatplank_control.panel.access import COOKIE, Guard, address, host_of, is_loopback
 from flatplank_control.panel.analysis.worker import plain
 from flatplank_control.panel.bench_state import BEHIND, BenchState, Samples, Slip
-from flatplank_control.panel.charge import PATIENCE, Charge, NotInCharge
+from flatplank_control.panel.charge import HOLDER_TIMEOUT_S, Charge, NotInCharge
 from flatplank_control.panel.constants import CONSTANTS
 from flatplank_control.panel.host import Host
 from flatplank_control.panel.link import Reply
@@ -205,11 +205,11 @@ def test_one_in_charge_until_it_is_silent():
     charge = Charge()
     charge.take("a", "first", 0.0)
     with pytest.raises(NotInCharge, match="first is in charge"):
-        charge.take("b", "second", PATIENCE - 0.1)
+        charge.take("b", "second", HOLDER_TIMEOUT_S - 0.1)
     assert charge.beat("a", 1.0) and not charge.beat("b", 1.0)
-    assert not charge.expire(0.9 + PATIENCE)
-    assert charge.expire(1.1 + PATIENCE)
-    charge.take("b", "second", 1.2 + PATIENCE)
+    assert not charge.expire(0.9 + HOLDER_TIMEOUT_S)
+    assert charge.expire(1.1 + HOLDER_TIMEOUT_S)
+    charge.take("b", "second", 1.2 + HOLDER_TIMEOUT_S)
     with pytest.raises(NotInCharge):
         charge.check("a")
     charge.check("b")

@@ -17,8 +17,8 @@ from panel_rig import wait_for
 from flatplank_control.investigate.journal import NAME
 from flatplank_control.panel.bench_state import Progress
 from flatplank_control.panel.charge import Charge
-from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.investigation import Investigation
+from flatplank_control.panel.service import AnalysisService
 
 pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes
 PLANT = "defects: {drive_brake_asymmetry: {friction: 0.12}}\n"
@@ -82,9 +82,9 @@ async def _until(ask) -> None:
 
 def _investigation(tmp_path: Path) -> tuple[Investigation, Steps, Bench]:
     steps, bench = Steps(), Bench()
-    desk = Desk(tmp_path)
-    desk.investigating = steps
-    return Investigation(desk, bench), steps, bench
+    service = AnalysisService(tmp_path)
+    service.investigating = steps
+    return Investigation(service, bench), steps, bench
 
 
 def test_each_batch_waits_until_it_is_approved(tmp_path):

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 import pytest
 from made_up import campaign
 
+from flatplank_analysis.contact_patch.plans import plans_for
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
-from flatplank_analysis.tirebase.plans import plans_for
-from flatplank_analysis.tirebase.session import Session
 from flatplank_control.panel.analysis.proposal import runs_of
 from flatplank_control.panel.next_plan import block_of, plans_of, write_next
 from flatplank_control.runner.campaign import load_plan

@@ -30,7 +30,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = "flatplank_analysis"
 SOURCE = ROOT / "ros_ws/src" / PACKAGE / PACKAGE
-FOLDERS = ("discovery", "tirebase", "effects", "proposal")
+FOLDERS = ("discovery", "contact_patch", "effects", "proposal")
 FACTORS = (0.5, 2.0)
 SEED = 4711
 CHOSEN = "chosen by hand"
@@ -42,21 +42,21 @@ SOURCES: dict[str, str] = {
     "discovery.decide.SHARE": "tuned on blind campaigns",
     "discovery.descent.PROBE": "compare 0.1 of arXiv:1201.5885",
     "discovery.descent.SHARPEST": "compare 0.75 of arXiv:1201.5885",
-    "tirebase.data.STIFFNESS": "carcass of a car tire",
-    "tirebase.data.PINION_TURN": "machine, placeholder",
-    "tirebase.grid.SPEED": "machine: fast speed of the plank",
-    "tirebase.kernel.LAW_LEVELS": "slips of the thesis's campaigns, which the blind kit has, too",
+    "contact_patch.data.STIFFNESS": "carcass of a car tire",
+    "contact_patch.data.PINION_TURN": "machine, placeholder",
+    "contact_patch.grid.SPEED": "machine: fast speed of the plank",
+    "contact_patch.kernel.LAW_LEVELS": "slips of the thesis's campaigns and of the blind kit",
 }
 """what a value rests on, where that is known"""
 FACTS = (
-    "tirebase.calm.ORDERS", "tirebase.data.PINION_TURN", "tirebase.grid.SPEED",
-    "tirebase.grid.SAMPLE", "tirebase.kernel.ROWS", "tirebase.kernel.WIDE",
-    "tirebase.model.CHUNK", "proposal.confirm.BAND", "proposal.confirm.STEP",
+    "contact_patch.denoising.ORDERS", "contact_patch.data.PINION_TURN", "contact_patch.grid.SPEED",
+    "contact_patch.grid.SAMPLE", "contact_patch.kernel.ROWS", "contact_patch.kernel.WIDE",
+    "contact_patch.model.CHUNK", "proposal.confirm.BAND", "proposal.confirm.STEP",
     "proposal.picture.WIDEST", "proposal.scan.BAND",
     "proposal.scan.POINTS", "proposal.writing.WIDTH",
 )  # fmt: skip
 """not varied: the machine's, or of no consequence for a result"""
-MATHEMATICS = ("tirebase.vector",)
+MATHEMATICS = ("contact_patch.vector",)
 """modules whose numbers could not be others"""
 ABOUT = {"discovery.invariants.AT_FLOOR": 1.0}
 """number from which a distance is halved and doubled, where it is not 0; shares above one half
@@ -261,7 +261,7 @@ def study(only: str, count: int, journal: Path) -> None:
         words += ["--count", str(count), "--journal", str(journal)]
         # compiled code holds the numbers of its own module
         with tempfile.TemporaryDirectory() as cache:
-            own = {"NUMBA_CACHE_DIR": cache} if key.startswith("tirebase.kernel.") else {}
+            own = {"NUMBA_CACHE_DIR": cache} if key.startswith("contact_patch.kernel.") else {}
             subprocess.run(words, env=os.environ | own, check=True)
 
 

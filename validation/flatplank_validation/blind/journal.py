@@ -15,17 +15,17 @@ from pathlib import Path
 from typing import Any
 
 import flatplank_analysis
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.detectable import kit_version
 
 Progress = Callable[[int, int, str], None]
-JUDGED = ("discovery", "effects", "tirebase")
+JUDGED = ("discovery", "effects", "contact_patch")
 KEPT = (
     "verdict", "reason", "floor_rmse", "rmse_before", "rmse_after", "held_out_before",
     "held_out_after", "unexplained", "seconds",

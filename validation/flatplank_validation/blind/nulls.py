@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.invariants import largest_of
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 from flatplank_validation.blind.plan import runs_of, runs_once

@@ -21,6 +21,8 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.state import (
@@ -31,8 +33,6 @@ from flatplank_analysis.discovery.state import (
     term_of,
 )
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
 from flatplank_sim.sealed.score import GROUP, LARGEST_CLASS, LAW
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case, make

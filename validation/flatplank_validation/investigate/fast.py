@@ -11,6 +11,9 @@ from dataclasses import asdict
 import numpy as np
 
 from flatplank_analysis import data as recorded
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.data.store import open_store
 from flatplank_analysis.discovery.effect import Effect
@@ -18,9 +21,6 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.loop import Made
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 from flatplank_control.investigate.plans import price_of
 from flatplank_sim.plant.campaign import Campaign as Plant
 from flatplank_sim.plant.campaign import CampaignRun

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.state import term_of
@@ -19,7 +20,6 @@ from flatplank_analysis.investigation.evidence import (
 )
 from flatplank_analysis.investigation.loop import rows_of
 from flatplank_analysis.investigation.settings import Setting
-from flatplank_analysis.tirebase.session import Session
 from flatplank_validation.blind.points import share
 from flatplank_validation.investigate.fast import FastBench
 

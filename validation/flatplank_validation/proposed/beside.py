@@ -16,6 +16,10 @@ from zlib import crc32
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns, from_tables
+from flatplank_analysis.contact_patch.further import coordinates_of
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.registry import library
@@ -24,10 +28,6 @@ from flatplank_analysis.proposal.propose import of_diagnosis
 from flatplank_analysis.proposal.search import Tried
 from flatplank_analysis.proposal.shapes.base import Span
 from flatplank_analysis.proposal.sites import factor, places_of
-from flatplank_analysis.tirebase.data import TireRuns, from_tables
-from flatplank_analysis.tirebase.further import coordinates_of
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 from flatplank_sim.sealed.conditions import Run, Setting
 from flatplank_validation.blind.journal import read
 from flatplank_validation.blind.noise import NOISES

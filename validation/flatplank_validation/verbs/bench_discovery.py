@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.cli.arguments import Parser
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 from flatplank_sim.sealed.conditions import STEP
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 from flatplank_validation.blind.nulls import (

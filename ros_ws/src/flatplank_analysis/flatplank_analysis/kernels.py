@@ -5,23 +5,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from flatplank_analysis.contact_patch import kernel as contact_patch
 from flatplank_analysis.effects import lost_motion
 from flatplank_analysis.models import kernel as models
-from flatplank_analysis.tirebase import kernel as tirebase
 
 
 def compile_all() -> None:
     """As the set-up does, so that the first diagnosis does not wait for it."""
     none, node, pair = np.zeros(0), np.zeros((0, 1)), np.zeros((2, 0, 1))
-    params = np.zeros((2, 0, tirebase.WIDTH))
-    blocks = tirebase.blocks_of(np.arange(0))
-    states = tirebase.rest(blocks, params, none)
+    params = np.zeros((2, 0, contact_patch.WIDTH))
+    blocks = contact_patch.blocks_of(np.arange(0))
+    states = contact_patch.rest(blocks, params, none)
     for across in (None, 1):
-        tirebase.sweep(
+        contact_patch.sweep(
             blocks, True, True, node, pair, node, node, node, params, none, 1.0, pair.copy(),
             across,
         )  # fmt: skip
-        tirebase.one_node(
+        contact_patch.one_node(
             states, blocks, node, pair, node, node, node, 1.0, pair.copy(), across
         )  # fmt: skip
     cube = np.zeros((0, 1, 1))

@@ -14,11 +14,11 @@ import pandas as pd
 from flatplank_analysis.api.runs import campaign_of, same_runs, warn
 from flatplank_analysis.api.shown import figure_of, page
 from flatplank_analysis.cli import loop
+from flatplank_analysis.contact_patch import comparison
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import determined
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.steps import Step
-from flatplank_analysis.tirebase import comparison
-from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import sized
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import common, loop
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, save_unchanged
-from flatplank_analysis.tirebase.session import Session
 
 Change = Callable[[Session, ModelFile, str], tuple[ModelFile, Any, dict[str, Any]]]
 """session, model, effect -> changed model, its fit, numbers by name"""

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.tirebase import comparison
+from flatplank_analysis.contact_patch import comparison
 
 
 def main(argv: Sequence[str] | None = None) -> int:

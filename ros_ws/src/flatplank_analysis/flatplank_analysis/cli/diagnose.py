@@ -11,11 +11,11 @@ from pathlib import Path
 import yaml
 
 from flatplank_analysis.cli import common, loop
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, write_atomic
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import NONE, PARTLY, Diagnosis
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.session import Session
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import write_atomic
-from flatplank_analysis.tirebase.data import from_tables
-from flatplank_analysis.tirebase.model import TireModel
 
 SLIPS = (-0.10, -0.02, 0.0, 0.02, 0.10)
 STARTS = (1, 2)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import change
-from flatplank_analysis.tirebase.session import Session
+from flatplank_analysis.contact_patch.session import Session
 
 
 def main(argv: Sequence[str] | None = None) -> int:

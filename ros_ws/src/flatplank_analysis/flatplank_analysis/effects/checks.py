@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.further import coordinates_of
 from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.discovery.effect import Effect, ask, variants_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.effects.registry import library, source_file
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.further import coordinates_of
 
 KINDS = ("machine", "sensor", "tire")
 TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "removes")
@@ -26,8 +26,8 @@ TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "remove
 def probe_model():
     """A model on eight made-up runs over the whole plank that differ in everything that an effect
     may look at."""
-    from flatplank_analysis.tirebase.data import from_tables
-    from flatplank_analysis.tirebase.model import TireModel
+    from flatplank_analysis.contact_patch.data import from_tables
+    from flatplank_analysis.contact_patch.model import TireModel
 
     tables = [
         _probe_table(i, kappa, start)
@@ -40,7 +40,7 @@ def probe_model():
 
 def probe_of(effect: type[Effect]):
     """The same model; what the effect has seen in a range goes through that range in every run."""
-    from flatplank_analysis.tirebase.model import TireModel
+    from flatplank_analysis.contact_patch.model import TireModel
 
     ranges, model = getattr(effect, "ranges", {}), probe_model()
     if not ranges:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.parameters import LEAST_LOAD, moving_load
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Tire, TireEffect
-from flatplank_analysis.tirebase.parameters import LEAST_LOAD, moving_load
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.grid import FILTER, SPEED
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, TireEffect
 from flatplank_analysis.effects.waves import periods
-from flatplank_analysis.tirebase.grid import FILTER, SPEED
 
 SHORTEST = 80.0
 """[1/m] waves per travel: a tooth of the bench has 64, the nodes of a run resolve 83"""

@@ -16,6 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.decide import LAW, Decision
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, priors
 from flatplank_analysis.discovery.gram import Metric
@@ -25,8 +27,6 @@ from flatplank_analysis.discovery.state import State, stiff_columns
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.investigation.settings import Setting, settings_of
-from flatplank_analysis.tirebase.data import TireRuns
-from flatplank_analysis.tirebase.model import TireModel
 
 ALPHA = 0.05
 LIKELY = 0.05

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.plans import planned
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import solve
@@ -25,7 +26,6 @@ from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, suspect, told_of
 from flatplank_analysis.investigation.planner import Question
 from flatplank_analysis.investigation.settings import SLIPS, Setting
-from flatplank_analysis.tirebase.plans import planned
 
 TOLD_APART = NEEDED / 2.0
 """log likelihood ratio at which an effect is real, or a place is told from another"""

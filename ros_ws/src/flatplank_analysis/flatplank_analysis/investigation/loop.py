@@ -15,6 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.decoys import Decoys, decoys_of
 from flatplank_analysis.investigation.evidence import Evidence, bet_on, log_e, times
@@ -26,7 +27,6 @@ from flatplank_analysis.investigation.settings import (
     candidates,
     settings_of,
 )
-from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import quantity
 
 BEGIN, BATCH, ANSWER, END = "begin", "batch", "answer", "end"

@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants
 from flatplank_analysis.discovery.decide import FORM
 from flatplank_analysis.discovery.effect import Effect
@@ -25,8 +27,6 @@ from flatplank_analysis.discovery.noise import make_whitener
 from flatplank_analysis.discovery.state import State, stiff_columns
 from flatplank_analysis.discovery.steps import Step
 from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.tirebase.model import TireModel
-from flatplank_analysis.tirebase.session import Session
 
 CONFIRMED, FAILED = "confirmed", "not confirmed"
 LEAST_RUNS = 3

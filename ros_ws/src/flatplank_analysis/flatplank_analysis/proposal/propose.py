@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import heldout, invariants, verdict
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.modelfile import ModelFile
@@ -23,7 +24,6 @@ from flatplank_analysis.proposal.curves import acting, basis_of
 from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
 from flatplank_analysis.proposal.sites import places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
-from flatplank_analysis.tirebase.session import Session
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY = ("fx", "gain", "friction", "slip")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import State
@@ -15,7 +16,6 @@ from flatplank_analysis.proposal.curves import acting, basis_at, basis_of, knots
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Shape, Span
 from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, factor
-from flatplank_analysis.tirebase.data import TireRuns
 
 WAVE_NODES = 6
 """nodes at least per period of a wave that is looked for"""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.discovery.decide import Decision, Judge
 from flatplank_analysis.discovery.dispersion import Usual
 from flatplank_analysis.discovery.fit import Term
@@ -18,7 +19,6 @@ from flatplank_analysis.proposal.scan import Drawn, Formed, Scanned, Scanner, wa
 from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
-from flatplank_analysis.tirebase.data import TireRuns
 
 SITES, FORMS, REFITS = 8, 3, 6
 """sites whose shapes are looked at; shapes of a site, and shapes of all, that are refitted"""

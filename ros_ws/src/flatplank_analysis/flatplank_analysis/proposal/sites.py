@@ -9,12 +9,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.further import coordinates_of
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.proposal.hooks import HOOKS, NONE, Hook
 from flatplank_analysis.proposal.modulators import BY_NAME, Modulator
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
-from flatplank_analysis.tirebase.data import TireRuns
-from flatplank_analysis.tirebase.further import coordinates_of
 
 SAME = 0.999
 """likeness of two courses from which on they are one"""

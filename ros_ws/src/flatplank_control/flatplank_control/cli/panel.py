@@ -57,9 +57,9 @@ def main(argv: list[str]) -> int:
     from flatplank_control.nodes.panel import PanelNode
     from flatplank_control.panel.app import serve
     from flatplank_control.panel.bench_state import BenchState
-    from flatplank_control.panel.desk import Desk
     from flatplank_control.panel.host import Host, read_parameters
     from flatplank_control.panel.operator import Operator
+    from flatplank_control.panel.service import AnalysisService
 
     try:
         parameters = read_parameters(o.parameters) if o.parameters else {}
@@ -72,7 +72,7 @@ def main(argv: list[str]) -> int:
         where = address(o.host, o.port, token)
         print(f"panel: {where}\ndata: {data}; Ctrl-C ends it", flush=True)
         try:
-            serve(Operator(link, host, data), Desk(data, log), o.host, o.port, token)
+            serve(Operator(link, host, data), AnalysisService(data, log), o.host, o.port, token)
         finally:
             host.stop()
     return 0

@@ -7,12 +7,12 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.investigation.loop import Made
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
-from flatplank_analysis.tirebase.session import Session
 from flatplank_control.bench.listing import write_campaign
 from flatplank_control.investigate import plans
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Journal, plan_from_text

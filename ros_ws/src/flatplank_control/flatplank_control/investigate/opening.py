@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import Campaign
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.modelfile import write_atomic
@@ -16,7 +17,6 @@ from flatplank_analysis.investigation.loop import Loop, Say
 from flatplank_analysis.investigation.notebook import text_of
 from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
 from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
-from flatplank_analysis.tirebase.session import Session
 from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
 from flatplank_control.investigate.journal import DiskLog
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires

@@ -54,9 +54,9 @@ TOPICS = {
     "slip": (SequencerState, "/slip_sequencer/state"),
 }
 
-PATIENCE = 10.0
+ANSWER_TIMEOUT_S = 10.0
 """an answer of the bench is waited for so long [s]"""
-LATE = f"no answer within {PATIENCE:g} s"
+LATE = f"no answer within {ANSWER_TIMEOUT_S:g} s"
 
 PLANT = "/simulated_plant"
 REQUESTS: dict[str, tuple[type, str]] = {
@@ -300,4 +300,4 @@ class PanelNode:
             loop.call_soon_threadsafe(hand_over, theirs)
 
         future.add_done_callback(done)
-        return await asyncio.wait_for(ours, PATIENCE)
+        return await asyncio.wait_for(ours, ANSWER_TIMEOUT_S)

@@ -12,11 +12,11 @@ from pathlib import Path
 from nicegui import Client, app, background_tasks, core, ui
 
 from flatplank_control.panel.access import Guard
-from flatplank_control.panel.charge import PATIENCE
-from flatplank_control.panel.desk import Desk
+from flatplank_control.panel.charge import HOLDER_TIMEOUT_S
 from flatplank_control.panel.investigation import Investigation
 from flatplank_control.panel.live import EVENT, PUSH_HZ, Live
 from flatplank_control.panel.operator import Operator
+from flatplank_control.panel.service import AnalysisService
 from flatplank_control.panel.views import bench, discover, investigate, runs, shell
 from flatplank_control.panel.views.page import Page
 
@@ -24,10 +24,12 @@ STATIC = Path(__file__).parent / "static"
 SUPERVISE_HZ = 5
 
 
-def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "") -> None:
+def serve(
+    operator: Operator, service: AnalysisService, host: str, port: int, token: str = ""
+) -> None:
     """Run until the process is told to end."""
     live = Live(operator.link.state)
-    investigation = Investigation(desk, operator)
+    investigation = Investigation(service, operator)
     tabs: dict[str, Callable[[Page], None]] = {
         "Bench": bench.build,
         "Runs": runs.build,
@@ -39,7 +41,7 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
 
     @ui.page("/", title="Flat Plank")
     async def index(client: Client, tab: str = "") -> None:
-        page = Page(operator, desk, client)
+        page = Page(operator, service, client)
         shell.build(page, tabs, tab if tab in tabs else next(iter(tabs)))
         await client.connected()
         client.run_javascript(live.start())
@@ -67,7 +69,7 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
 
     app.on_startup(begin)
     app.on_shutdown(operator.host.stop)
-    app.on_shutdown(desk.close)
+    app.on_shutdown(service.close)
     ui.run(
         host=host,
         port=port,
@@ -76,5 +78,5 @@ def serve(operator: Operator, desk: Desk, host: str, port: int, token: str = "")
         show=False,
         show_welcome_message=False,
         favicon="⏺",
-        reconnect_timeout=PATIENCE,
+        reconnect_timeout=HOLDER_TIMEOUT_S,
     )

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-PATIENCE = 10.0
+HOLDER_TIMEOUT_S = 10.0
 """A page that has been silent for so long is no longer in charge [s]. The drive itself stops the
 wheel earlier, after its own heartbeat timeout."""
 
@@ -41,7 +41,7 @@ class Charge:
 
     def expire(self, now: float) -> bool:
         """True when the page in charge has just lost it by its silence."""
-        if self.holder and now - self._heard > PATIENCE:
+        if self.holder and now - self._heard > HOLDER_TIMEOUT_S:
             self.holder = self.name = ""
             return True
         return False

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from flatplank_control.panel import validation as check
-from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.host import PRESETS
 from flatplank_control.panel.operator import Operator
+from flatplank_control.panel.service import AnalysisService
 from flatplank_control.runner.campaign.tires import known_tires
 
 PLACES = {"bench": "on the bench", "twin": "on the twin"}
@@ -39,8 +39,8 @@ class Wish:
 class Investigation:
     """ValueError is a refusal."""
 
-    def __init__(self, desk: Desk, operator: Operator) -> None:
-        self.desk, self.operator = desk, operator
+    def __init__(self, service: AnalysisService, operator: Operator) -> None:
+        self.service, self.operator = service, operator
         self.told: Mapping[str, Any] = EMPTY
         self.folder = ""
         self.each = True
@@ -80,8 +80,8 @@ class Investigation:
         """Show what there is of it in a folder."""
         if self.busy:
             raise ValueError(f"{self.folder}: an investigation is under way; stop it first")
-        where = check.inside(self.desk.data, folder)
-        self.told = await self.desk.investigating.ask("investigation", folder=str(where))
+        where = check.inside(self.service.data, folder)
+        self.told = await self.service.investigating.ask("investigation", folder=str(where))
         self.folder, self.said = folder, "" if self.told["entries"] else "nothing is there yet"
 
     def begin(self, page: str, wish: Mapping[str, Any], each: bool) -> None:
@@ -119,7 +119,7 @@ class Investigation:
 
     def _checked(self, page: str, wish: Mapping[str, Any]) -> Wish:
         place = check.choice(wish["place"], PLACES, "place")
-        folder = check.folder_below(self.desk.data, check.name(wish["folder"]))
+        folder = check.folder_below(self.service.data, check.name(wish["folder"]))
         tire = str(wish["tire"] or "")
         if tire:
             check.choice(tire, known_tires(), "tire")
@@ -128,7 +128,7 @@ class Investigation:
             twin = None
         else:
             plant = str(wish["plant"] or "").strip()
-            path = check.inside(self.desk.data, plant, "plant file") if plant else None
+            path = check.inside(self.service.data, plant, "plant file") if plant else None
             if path is not None and not path.is_file():
                 raise ValueError(f"plant file {plant[:80]!r}: not there below the data folder")
             twin = {
@@ -184,7 +184,7 @@ class Investigation:
             self._on_bench = False
 
     async def _ask(self, job: str, **arguments: Any) -> Mapping[str, Any]:
-        return await self.desk.investigating.ask(job, self._tell, **arguments)
+        return await self.service.investigating.ask(job, self._tell, **arguments)
 
     def _tell(self, text: str, share: float) -> None:
         self._doing = (text, share)

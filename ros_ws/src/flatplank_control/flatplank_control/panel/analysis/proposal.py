@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.data import RunInfo
-from flatplank_analysis.tirebase.session import Session
 
 CONSTANT = ("fz", "pressure", "alpha_deg", "gamma_deg")
 

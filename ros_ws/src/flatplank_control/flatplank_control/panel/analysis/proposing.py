@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import save_unchanged, write_atomic
 from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal import confirm as confirming
@@ -18,9 +19,8 @@ from flatplank_analysis.proposal.picture import lines_of
 from flatplank_analysis.proposal.propose import PROPOSED
 from flatplank_analysis.proposal.propose import propose as search
 from flatplank_analysis.proposal.writing import renamed
-from flatplank_analysis.tirebase.session import Session
-from flatplank_control.panel.analysis import thinking
-from flatplank_control.panel.analysis.thinking import Progress
+from flatplank_control.panel.analysis import fit_jobs
+from flatplank_control.panel.analysis.fit_jobs import Progress
 
 _TEXTS: dict[str, str] = {}
 """by campaign folder the file of its last proposal"""
@@ -28,7 +28,7 @@ _TEXTS: dict[str, str] = {}
 
 def propose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
     """What is left as an effect file, with curve, band and form."""
-    at = thinking._opened(folder, model)
+    at = fit_jobs._opened(folder, model)
     result = search(at.session, at.start, progress)
     _TEXTS.pop(folder, None)
     answer = result.to_dict()
@@ -51,7 +51,7 @@ def _points(u: np.ndarray, values: np.ndarray) -> np.ndarray:
 def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, Any]:
     """Write the last proposal of a campaign under a name, and put it into the model."""
     _require_proposed(folder)
-    at, text = thinking._opened(folder, model), renamed(_TEXTS[folder], name)
+    at, text = fit_jobs._opened(folder, model), renamed(_TEXTS[folder], name)
     file = _free(Path(folder) / f"{name}.py", text)
     write_atomic(file, text)
     try:
@@ -62,12 +62,12 @@ def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, 
     except BaseException:
         file.unlink(missing_ok=True)
         raise
-    return thinking._kept(at, changed, step) | {"added": numbers, "text": text}
+    return fit_jobs._kept(at, changed, step) | {"added": numbers, "text": text}
 
 
 def rename(progress: Progress, folder: str, model: str, old: str, new: str) -> dict[str, Any]:
     """The last proposal, or an effect of the model that has a file, under another name."""
-    at = thinking._opened(folder, model)
+    at = fit_jobs._opened(folder, model)
     entry = next((e for e in at.model.effects if e.name == old), None)
     if entry is None:
         _require_proposed(folder)
@@ -85,7 +85,7 @@ def rename(progress: Progress, folder: str, model: str, old: str, new: str) -> d
         after.unlink(missing_ok=True)
         raise
     before.unlink(missing_ok=True)
-    return thinking._model(at._replace(model=changed)) | {"text": text}
+    return fit_jobs._model(at._replace(model=changed)) | {"text": text}
 
 
 def _require_proposed(folder: str) -> None:
@@ -102,7 +102,7 @@ def _free(file: Path, text: str) -> Path:
 
 def confirm(progress: Progress, folder: str, model: str, name: str, new: str) -> dict[str, Any]:
     """Do the runs of another folder agree with an effect of the model?"""
-    at = thinking._opened(folder, model)
+    at = fit_jobs._opened(folder, model)
     if name not in at.session.effects:
         raise FlatplankError(f"no effect '{name}' in the model", folder, "add it first")
     progress("fit of the first campaign", 0.3)

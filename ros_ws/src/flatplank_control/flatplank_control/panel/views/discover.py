@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import ui
 
 from flatplank_analysis.wording import sized, with_unit
-from flatplank_control.panel.desk import Seat
+from flatplank_control.panel.service import PageAnalysis
 from flatplank_control.panel.views import charts
 from flatplank_control.panel.views.page import Page
 from flatplank_control.panel.views.proposal import ProposalCard
@@ -24,7 +24,7 @@ def build(page: Page) -> None:
 
 class _Discover:
     def __init__(self, page: Page) -> None:
-        self.page, self.desk, self.seat = page, page.desk, Seat(page.desk)
+        self.page, self.service, self.analysis = page, page.service, PageAnalysis(page.service)
         self.button = page.free_button
         self.picture: dict[str, Any] = {}
         self.ranked: list[dict[str, Any]] = []
@@ -47,7 +47,7 @@ class _Discover:
                 self.build_effect()
             self.proposal.build()
         self.folder.on_value_change(self.put_away)
-        self.page.client.on_delete(self.seat.cancel)
+        self.page.client.on_delete(self.analysis.cancel)
         ui.timer(0.05, self.page.act(self.list), once=True)
         ui.timer(0.3, self.refresh)
 
@@ -62,7 +62,7 @@ class _Discover:
                 self.model = page.text("Model file (empty: model.yaml of the campaign)")
                 self.button("Open", self.open, strong=True)
                 self.button("Diagnose", self.diagnose)
-                self.cancel_button = self.button("Cancel", self.seat.cancel)
+                self.cancel_button = self.button("Cancel", self.analysis.cancel)
                 self.button("Export report", self.report)
             with page.row():
                 name = page.text("New campaign", "hidden_1")
@@ -117,13 +117,13 @@ class _Discover:
 
     # work
     async def list(self) -> None:
-        found = await self.desk.campaigns()
+        found = await self.service.campaigns()
         options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
         self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
 
     async def simulate(self, name: str, seed: Any) -> None:
         self.put_away()
-        made = await self.seat.simulate(name, seed)
+        made = await self.analysis.simulate(name, seed)
         await self.list()
         self.folder.set_value(made)
         self.say(f"{made}: something is hidden in it; open the campaign and diagnose it")
@@ -136,24 +136,24 @@ class _Discover:
         await self.first_picture(folder)
         if self.folder.value != folder:
             return
-        opened = await self.seat.open(folder, model)
+        opened = await self.analysis.open(folder, model)
         self.draw_history(opened)
         if opened["undecidable"]:
             self.say(opened["undecidable"])
             return
-        self.take(await self.seat.compare())
+        self.take(await self.analysis.compare())
 
     async def first_picture(self, folder: str) -> None:
         """Measured curves at once, before anything is fitted."""
-        rows = (await self.desk.runs(folder))["rows"]
+        rows = (await self.service.runs(folder))["rows"]
         files = [r["file"] for r in rows[:60]]
-        found = await self.desk.curves(folder, files, "fx", "plank_position")
+        found = await self.service.curves(folder, files, "fx", "plank_position")
         self.page.draw(
             self.curve_chart, charts.overlay(found["curves"], "road displacement [m]", "Fx [N]")
         )
 
     async def diagnose(self) -> None:
-        self.found = await self.seat.diagnose()
+        self.found = await self.analysis.diagnose()
         self.ranked = self.found["ranked"]
         f = self.found
         self.say(
@@ -169,7 +169,7 @@ class _Discover:
             self.show(f["effects"][0]["name"])
 
     async def add(self, name: str) -> None:
-        picture = await self.seat.add(name)
+        picture = await self.analysis.add(name)
         numbers = picture["added"]
         self.take(picture)
         self.say(
@@ -178,16 +178,16 @@ class _Discover:
         )
 
     async def undo(self) -> None:
-        picture = await self.seat.undo()
+        picture = await self.analysis.undo()
         self.take(picture)
         self.say(f"{picture['undone']} undone")
 
     async def report(self) -> None:
-        path = await self.seat.report()
+        path = await self.analysis.report()
         self.say(f"report: {path}")
 
     def send(self) -> None:
-        path = self.seat.plan_next()
+        path = self.analysis.plan_next()
         self.say(f"plan written: {path.name}; the page Bench offers it under Measure, Campaign")
 
     # drawing
@@ -196,14 +196,14 @@ class _Discover:
         self.status.set_text(text)
 
     def refresh(self) -> None:
-        text, share = self.seat.progress
+        text, share = self.analysis.progress
         self.bar.set_value(round(share, 2))
-        self.cancel_button.set_enabled(self.seat.busy)
+        self.cancel_button.set_enabled(self.analysis.busy)
         self.status.set_text(f"{text} …" if text else self.said)
 
     def put_away(self) -> None:
         """Nothing is open, and nothing that was said of another campaign stays."""
-        self.seat.put_away()
+        self.analysis.put_away()
         self.picture, self.ranked, self.found = {}, [], {}
         for text in (self.next_text, self.effect_name, self.map_text, self.in_model):
             text.set_text("")

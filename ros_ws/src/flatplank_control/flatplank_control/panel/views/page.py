@@ -10,8 +10,8 @@ from typing import Any
 
 from nicegui import binding, ui
 
-from flatplank_control.panel.desk import Desk
 from flatplank_control.panel.operator import Operator
+from flatplank_control.panel.service import AnalysisService
 
 
 class Page:
@@ -19,8 +19,8 @@ class Page:
 
     in_charge = binding.BindableProperty()
 
-    def __init__(self, operator: Operator, desk: Desk, client: Any) -> None:
-        self.operator, self.desk = operator, desk
+    def __init__(self, operator: Operator, service: AnalysisService, client: Any) -> None:
+        self.operator, self.service = operator, service
         self.client, self.id = client, client.id
         self.in_charge = False
 

@@ -40,7 +40,7 @@ class ProposalCard:
 
     async def propose(self) -> None:
         """Search, and show what was found."""
-        found = await self.of.seat.propose()
+        found = await self.of.analysis.propose()
         if "name" not in found:
             self.put_away()
             self.say(f"Nothing to propose: {found['reason']}")
@@ -58,7 +58,7 @@ class ProposalCard:
     async def add(self) -> None:
         """Into the model, under the name in the field."""
         name = str(self.name.value or "")
-        picture = await self.of.seat.accept(name)
+        picture = await self.of.analysis.accept(name)
         self.of.take(picture)
         self.take(name, picture["text"])
         numbers = picture["added"]
@@ -70,7 +70,7 @@ class ProposalCard:
     async def rename(self) -> None:
         """What it is called, in its file and in the model."""
         new = str(self.name.value or "")
-        changed = await self.of.seat.rename(self.known, new)
+        changed = await self.of.analysis.rename(self.known, new)
         self.say(f"{self.known} is {new} from now on")
         self.take(new, changed["text"])
         if "history" in changed:
@@ -80,7 +80,7 @@ class ProposalCard:
         """Ask runs that took no part."""
         if not self.new.value:
             raise ValueError("choose the campaign of the new runs first")
-        found = await self.of.seat.confirm(self.known, str(self.new.value))
+        found = await self.of.analysis.confirm(self.known, str(self.new.value))
         told = found["sets"][0]
         why = "; ".join(told["reasons"]) or "size and error agree"
         size = sized(told["size"], told["interval"], found["unit"])

@@ -38,7 +38,7 @@ def build(page: Page) -> None:
 
 class _Runs:
     def __init__(self, page: Page) -> None:
-        self.page, self.desk = page, page.desk
+        self.page, self.service = page, page.service
         self.rows: list[dict[str, Any]] = []
 
     def build(self) -> None:
@@ -79,7 +79,7 @@ class _Runs:
         ui.timer(0.05, page.act(self.list), once=True)
 
     async def list(self) -> None:
-        found = await self.desk.campaigns()
+        found = await self.service.campaigns()
         options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
         self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
 
@@ -95,7 +95,7 @@ class _Runs:
         self.rows, self.table.rows, self.table.selected = [], [], []
         if not self.folder.value:
             return
-        found = await self.desk.runs(self.folder.value)
+        found = await self.service.runs(self.folder.value)
         self.rows = found["rows"]
         self.table.selected = [row for row in self.rows if row["file"] in chosen]
         self.remark(found["problems"])
@@ -124,7 +124,7 @@ class _Runs:
         if not rows or not self.folder.value:
             return
         files = [r["file"] for r in rows]
-        found = await self.desk.curves(
+        found = await self.service.curves(
             self.folder.value, files, self.channel.value, self.over.value
         )
         self.remark(found["problems"])

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from flatplank_control.panel.constants import CONSTANTS
-from flatplank_control.panel.desk import FITS
+from flatplank_control.panel.service import FITS
 from flatplank_control.panel.views.page import Page
 
 LABELS = {
@@ -63,12 +63,12 @@ def _filter(page: Page) -> None:
 
     async def look() -> None:
         file.set_options(fits())
-        run.set_options(await page.desk.unloaded_turns())
+        run.set_options(await page.service.unloaded_turns())
 
     async def identify() -> None:
         if not run.value:
             raise ValueError("choose the run of three unloaded turns first")
-        found, left = await page.desk.identify(run.value, mounting.value)
+        found, left = await page.service.identify(run.value, mounting.value)
         words = (f"{name} {before:.1f} to {after:.1f} N" for name, (before, after) in left.items())
         result.set_text("Once per turn, before and after: " + ", ".join(words))
         file.set_options(fits(), value=found)

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, where
 from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.discovery.steps import Step
-from flatplank_analysis.tirebase.session import Session
 from flatplank_analysis.wording import span, table
 
 

@@ -26,7 +26,14 @@ import math
 import numpy as np
 from numba import carray, njit
 
-from flatplank_analysis.tirebase.vector import FAST, INLINE, choose, exponential, pointer, power
+from flatplank_analysis.contact_patch.vector import (
+    FAST,
+    INLINE,
+    choose,
+    exponential,
+    pointer,
+    power,
+)
 
 #: columns of the parameter block, one row per lane and run
 NAMES = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.discovery.parameters import Parameter
-from flatplank_analysis.tirebase.data import TireRuns
 
 BASE = "contact_patch"
 """the base by its name in a model file"""

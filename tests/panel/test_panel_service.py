@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Analysts at one desk: nobody acts on the campaign of another, nobody ends another's work."""
+"""Analysts at one service: nobody acts on the campaign of another, nobody ends another's work."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import pytest
 from made_up import campaign
 
 from flatplank_control.calibration.parasitic import Turn, identify_turn
-from flatplank_control.panel.analysis import identifying, looking, thinking
+from flatplank_control.panel.analysis import browse_jobs, fit_jobs, identifying
 from flatplank_control.panel.analysis.stamp import stamp_of
 from flatplank_control.panel.analysis.verdicts import verdicts_of
-from flatplank_control.panel.desk import Desk, Seat
+from flatplank_control.panel.service import AnalysisService, PageAnalysis
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict, plan_from_text
 from flatplank_control.runner.campaign.quality import Finding
 
@@ -44,17 +44,17 @@ class Slow:
 
 
 @pytest.fixture
-def desk(tmp_path) -> Desk:
+def service(tmp_path) -> AnalysisService:
     for name in "xy":
         (tmp_path / name).mkdir()
-    made = Desk(tmp_path)
-    made.thinking = Slow()
+    made = AnalysisService(tmp_path)
+    made.fit_jobs = Slow()
     return made
 
 
-def test_each_page_acts_on_the_campaign_that_it_shows(desk, tmp_path):
+def test_each_page_acts_on_the_campaign_that_it_shows(service, tmp_path):
     async def work():
-        a, b = Seat(desk), Seat(desk)
+        a, b = PageAnalysis(service), PageAnalysis(service)
         await a.open("x")
         await b.open("y", "y/other.yaml")
         await a.add("drive_backlash")
@@ -62,12 +62,12 @@ def test_each_page_acts_on_the_campaign_that_it_shows(desk, tmp_path):
 
     asyncio.run(work())
     x, y = str(tmp_path / "x"), str(tmp_path / "y")
-    assert desk.thinking.asked == [("open", x), ("open", y), ("add", x), ("undo", y)]
+    assert service.fit_jobs.asked == [("open", x), ("open", y), ("add", x), ("undo", y)]
 
 
-def test_cancel_ends_only_the_work_of_the_page_that_asks(desk, tmp_path):
+def test_cancel_ends_only_the_work_of_the_page_that_asks(service, tmp_path):
     async def work():
-        a, b = Seat(desk), Seat(desk)
+        a, b = PageAnalysis(service), PageAnalysis(service)
         await a.open("x")
         await b.open("y")
         search = asyncio.create_task(a.diagnose())
@@ -79,7 +79,7 @@ def test_cancel_ends_only_the_work_of_the_page_that_asks(desk, tmp_path):
         b.cancel()
         with pytest.raises(ValueError, match="cancelled"):
             await waiting
-        assert a.busy and not desk.thinking.ended
+        assert a.busy and not service.fit_jobs.ended
         queued = asyncio.create_task(a.add("drive_backlash"))
         await asyncio.sleep(0)
         a.cancel()
@@ -89,21 +89,26 @@ def test_cancel_ends_only_the_work_of_the_page_that_asks(desk, tmp_path):
         assert not a.busy and a.progress == ("", 0.0)
 
     asyncio.run(work())
-    assert desk.thinking.ended == [str(tmp_path / "x")]
+    assert service.fit_jobs.ended == [str(tmp_path / "x")]
 
 
-def test_what_is_put_away_is_forgotten(desk):
+def test_what_is_put_away_is_forgotten(service):
     async def work():
-        seat = Seat(desk)
-        await seat.open("x")
-        seat.next_run = {"runs": [{}]}
-        seat.put_away()
-        assert seat.next_run == {}
-        for ask in (seat.compare, seat.diagnose, seat.report, lambda: seat.add("x")):
+        analysis = PageAnalysis(service)
+        await analysis.open("x")
+        analysis.next_run = {"runs": [{}]}
+        analysis.put_away()
+        assert analysis.next_run == {}
+        for ask in (
+            analysis.compare,
+            analysis.diagnose,
+            analysis.report,
+            lambda: analysis.add("x"),
+        ):
             with pytest.raises(ValueError, match="open a campaign first"):
                 await ask()
         with pytest.raises(ValueError, match="open a campaign first"):
-            seat.plan_next()
+            analysis.plan_next()
 
     asyncio.run(work())
 
@@ -113,10 +118,10 @@ def test_what_is_put_away_is_forgotten(desk):
     [("../x", "", "outside"), ("z", "", "no such"), ("x", "../m.yaml", "outside"),
      ("x", "m.txt", "yaml")],
 )  # fmt: skip
-def test_folder_and_model_are_checked(desk, folder, model, why):
+def test_folder_and_model_are_checked(service, folder, model, why):
     with pytest.raises(ValueError, match=why):
-        asyncio.run(Seat(desk).open(folder, model))
-    assert desk.thinking.asked == []
+        asyncio.run(PageAnalysis(service).open(folder, model))
+    assert service.fit_jobs.asked == []
 
 
 def test_a_request_says_all_that_it_is_about(tmp_path):
@@ -124,9 +129,9 @@ def test_a_request_says_all_that_it_is_about(tmp_path):
     folders = [str(campaign(tmp_path / name)) for name in "xy"]
     models = [f"{folder}/model.yaml" for folder in folders]
     for folder, model in zip(folders, models, strict=True):
-        assert thinking.open_(quiet, folder, model)["file"] == model
-    thinking.add(quiet, folders[0], models[0], "drive_backlash")
-    held = [thinking.open_(quiet, f, m) for f, m in zip(folders, models, strict=True)]
+        assert fit_jobs.open_(quiet, folder, model)["file"] == model
+    fit_jobs.add(quiet, folders[0], models[0], "drive_backlash")
+    held = [fit_jobs.open_(quiet, f, m) for f, m in zip(folders, models, strict=True)]
     assert [len(h["effects"]) for h in held] == [1, 0]
     assert [Path(m).exists() for m in models] == [True, False]
 
@@ -135,19 +140,19 @@ def test_a_cancelled_worker_is_followed_by_a_new_one(tmp_path):
     campaign(tmp_path / "x")
 
     async def work():
-        desk = Desk(tmp_path)
-        seat = Seat(desk)
-        opening = asyncio.create_task(seat.open("x"))
-        while seat.progress[0] != "reading the runs":
+        service = AnalysisService(tmp_path)
+        analysis = PageAnalysis(service)
+        opening = asyncio.create_task(analysis.open("x"))
+        while analysis.progress[0] != "reading the runs":
             await asyncio.sleep(0.01)
-        first = desk.thinking._process
-        seat.cancel()
+        first = service.fit_jobs._process
+        analysis.cancel()
         with pytest.raises(ValueError, match="cancelled"):
             await opening
         await first.wait()
-        assert (await seat.open("x"))["runs"] == 9
-        second = desk.thinking._process
-        desk.close()
+        assert (await analysis.open("x"))["runs"] == 9
+        second = service.fit_jobs._process
+        service.close()
         await second.wait()
 
     asyncio.run(work())
@@ -158,15 +163,17 @@ def test_a_cancelled_worker_is_followed_by_a_new_one(tmp_path):
     [("x", 1, "already"), ("", 1, "name"), ("../z", 1, "outside"), ("a b", 1, "name"),
      ("z", "x", "seed"), ("z", -1, "seed")],
 )  # fmt: skip
-def test_a_simulated_campaign_needs_a_new_plain_name_and_a_seed(desk, tmp_path, name, seed, why):
+def test_a_simulated_campaign_needs_a_new_plain_name_and_a_seed(
+    service, tmp_path, name, seed, why
+):
     with pytest.raises(ValueError, match=why):
-        asyncio.run(Seat(desk).simulate(name, seed))
-    assert desk.thinking.asked == [] and not (tmp_path / "z").exists()
+        asyncio.run(PageAnalysis(service).simulate(name, seed))
+    assert service.fit_jobs.asked == [] and not (tmp_path / "z").exists()
 
 
-def test_a_campaign_is_simulated_below_the_data_folder(desk, tmp_path):
-    assert asyncio.run(Seat(desk).simulate(" day/z ", 3)) == "day/z"
-    assert desk.thinking.asked == [("simulate", str(tmp_path / "day" / "z"))]
+def test_a_campaign_is_simulated_below_the_data_folder(service, tmp_path):
+    assert asyncio.run(PageAnalysis(service).simulate(" day/z ", 3)) == "day/z"
+    assert service.fit_jobs.asked == [("simulate", str(tmp_path / "day" / "z"))]
 
 
 def test_only_unloaded_turns_are_identified(tmp_path):
@@ -197,13 +204,13 @@ PLAN = (
 
 def test_runs_have_the_verdicts_of_their_campaign(tmp_path):
     folder = campaign(tmp_path / "x")
-    files = [row["file"] for row in looking.runs(quiet, str(folder))["rows"]]
+    files = [row["file"] for row in browse_jobs.runs(quiet, str(folder))["rows"]]
     plan = plan_from_text(PLAN, "plan")
     conductor = Conductor(plan, Journal(folder / "judged.journal.jsonl", plan.name, plan.digest))
     drift = [Verdict((Finding("load_drift", v, 0.02),)) for v in (0.3, 0.001, 0.2, 0.2)]
     for file, verdict in zip(files, drift, strict=False):
         conductor.finish(conductor.take(), Outcome(file, verdict))
-    rows = {r["file"]: r["verdict"] for r in looking.runs(quiet, str(folder))["rows"]}
+    rows = {r["file"]: r["verdict"] for r in browse_jobs.runs(quiet, str(folder))["rows"]}
     again = f"rejected, made again as {files[1]}: load_drift 0.3 (limit 0.02)"
     assert [rows[f] for f in files[:2]] == [again, "good"]
     assert rows[files[2]].startswith("rejected, made again") and "(limit" in rows[files[3]]
@@ -230,10 +237,12 @@ def test_a_change_inside_the_folder_of_a_run_is_seen(tmp_path):
 
 def test_what_the_samples_tell_is_in_the_verdicts(tmp_path):
     folder = campaign(tmp_path / "x")
-    rows = looking.runs(quiet, str(folder))["rows"]
+    rows = browse_jobs.runs(quiet, str(folder))["rows"]
     assert {r["verdict"] for r in rows} == {"ok"}
     broken = rows[0]["file"]
     (folder / broken).write_bytes(b"no table")
-    found = looking.curves(quiet, str(folder), [r["file"] for r in rows], "fx", "plank_position")
+    found = browse_jobs.curves(
+        quiet, str(folder), [r["file"] for r in rows], "fx", "plank_position"
+    )
     assert found["verdicts"][broken] != "ok" and found["verdicts"][rows[1]["file"]] == "ok"
     assert len(found["curves"]) == len(rows) - 1

@@ -9,15 +9,15 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from flatplank_analysis.contact_patch import kernel
+from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.grid import SPEED
+from flatplank_analysis.contact_patch.parameters import base_parameters
+from flatplank_analysis.contact_patch.starts import other_starts
 from flatplank_analysis.discovery.effect import ask, fault
 from flatplank_analysis.discovery.model import Form, Lane
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
-from flatplank_analysis.tirebase import kernel
-from flatplank_analysis.tirebase.data import TireRuns
-from flatplank_analysis.tirebase.grid import SPEED
-from flatplank_analysis.tirebase.parameters import base_parameters
-from flatplank_analysis.tirebase.starts import other_starts
 
 CHUNK = 48
 """lanes computed at once"""

@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.errors import FlatplankError
 
 if TYPE_CHECKING:
-    from flatplank_analysis.tirebase.data import TireRuns
+    from flatplank_analysis.contact_patch.data import TireRuns
 
 SIGNALS = {"fy": "N", "mx": "N m", "mz": "N m"}
 """channels that are coordinates as well: one may speak over into another"""

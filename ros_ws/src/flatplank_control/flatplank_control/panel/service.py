@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The analyst's desk: campaigns of the data folder, and a seat for every page at it."""
+"""Analysis for the pages: campaigns of the data folder, and the one that each has open."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ FITS = "parasitic"
 """folder of the fits below the data folder"""
 
 
-class Desk:
+class AnalysisService:
     """Requests of all pages, checked; ValueError is a refusal."""
 
     def __init__(self, data: Path, log: Path | None = None) -> None:
         self.data = data
-        self.looking = Analysis(log)
-        self.thinking = Analysis(log)
+        self.browse_jobs = Analysis(log)
+        self.fit_jobs = Analysis(log)
         self.investigating = Analysis(log)
 
     def close(self) -> None:
-        self.looking.close()
-        self.thinking.close()
+        self.browse_jobs.close()
+        self.fit_jobs.close()
         self.investigating.close()
 
     def folder(self, folder: str) -> Path:
@@ -40,10 +40,10 @@ class Desk:
         return path
 
     async def campaigns(self) -> list[dict[str, Any]]:
-        return await self.looking.ask("campaigns", root=str(self.data))
+        return await self.browse_jobs.ask("campaigns", root=str(self.data))
 
     async def runs(self, folder: str) -> dict[str, Any]:
-        return await self.looking.ask("runs", folder=str(self.folder(folder)))
+        return await self.browse_jobs.ask("runs", folder=str(self.folder(folder)))
 
     async def curves(
         self, folder: str, files: Sequence[str], channel: str, over: str
@@ -51,13 +51,13 @@ class Desk:
         where = self.folder(folder)
         for file in files:
             check.inside(where, file, "file")
-        return await self.looking.ask(
+        return await self.browse_jobs.ask(
             "curves", folder=str(where), files=list(files), channel=channel, over=over
         )
 
     async def unloaded_turns(self) -> list[str]:
         """Bags from which the parasitic signal can be identified."""
-        return await self.looking.ask("turns", root=str(self.data))
+        return await self.browse_jobs.ask("turns", root=str(self.data))
 
     async def identify(self, bag: str, mounting: str) -> tuple[str, dict[str, list[float]]]:
         """Fit of a mounting from an unloaded run: its file below the data folder, and the
@@ -65,19 +65,19 @@ class Desk:
         check.inside(self.data, bag, "run")
         day, name = date.today().isoformat(), check.name(mounting)
         file = f"{FITS}/parasitic_{name}_{day}.yaml"
-        found = await self.looking.ask(
+        found = await self.browse_jobs.ask(
             "identify", root=str(self.data), bag=str(bag), mounting=name, date=day,
             target=str(check.inside(self.data, file, "file")),
         )  # fmt: skip
         return file, found["left"]
 
 
-class Seat:
-    """One page at the desk: the campaign that it has open, and its work. Every request says what
-    it is about, so that no page acts on the campaign of another."""
+class PageAnalysis:
+    """The analysis of one page: the campaign that it has open, and its work. Every request says
+    what it is about, so that no page acts on the campaign of another."""
 
-    def __init__(self, desk: Desk) -> None:
-        self.desk = desk
+    def __init__(self, service: AnalysisService) -> None:
+        self.service = service
         self._progress: tuple[str, float] = ("", 0.0)
         self.next_run: dict[str, Any] = {}
         self._open = ""
@@ -106,8 +106,8 @@ class Seat:
 
     async def open(self, folder: str, model: str = "") -> dict[str, Any]:
         """Open a campaign; the model file is model.yaml of the campaign when `model` is empty."""
-        where = self.desk.folder(folder)
-        path = check.inside(self.desk.data, model, "model file") if model else where / MODEL
+        where = self.service.folder(folder)
+        path = check.inside(self.service.data, model, "model file") if model else where / MODEL
         if path.suffix != ".yaml":
             raise ValueError("a model file ends in .yaml")
         opened = await self._do("open", folder=str(where), model=str(path))
@@ -116,8 +116,8 @@ class Seat:
 
     async def simulate(self, folder: str, seed: Any) -> str:
         """A campaign on the twin in a new folder, with an effect hidden in it; the folder."""
-        target = check.inside(self.desk.data, folder)
-        made = target.relative_to(self.desk.data.resolve())
+        target = check.inside(self.service.data, folder)
+        made = target.relative_to(self.service.data.resolve())
         for part in made.parts or ("",):
             check.name(part)
         if target.exists():
@@ -154,22 +154,22 @@ class Seat:
 
     async def confirm(self, name: str, new: str) -> dict[str, Any]:
         """Whether the runs of another campaign agree with an effect."""
-        where = str(self.desk.folder(new))
+        where = str(self.service.folder(new))
         return await self._think("confirm", name=check.name(name), new=where)
 
     async def report(self) -> Path:
         self._checked()
-        target = check.folder_below(self.desk.data, f"reports/{self._open}")
+        target = check.folder_below(self.service.data, f"reports/{self._open}")
         return Path((await self._think("report", target=str(target)))["page"])
 
     def plan_next(self) -> Path:
         """The proposed run as a plan that the page Bench offers."""
-        return write_next(self.next_run, self._checked().name, self.desk.data)
+        return write_next(self.next_run, self._checked().name, self.service.data)
 
     def _checked(self) -> Path:
         if not self._open:
             raise ValueError("open a campaign first")
-        return self.desk.folder(self._open)
+        return self.service.folder(self._open)
 
     async def _think(self, job: str, **arguments: Any) -> Any:
         about = {"folder": str(self._checked()), "model": str(self._model)}
@@ -178,7 +178,7 @@ class Seat:
     async def _do(self, job: str, **arguments: Any) -> Any:
         if not self.busy:
             self._say("", 0.0)
-        task = asyncio.create_task(self.desk.thinking.ask(job, self._say, **arguments))
+        task = asyncio.create_task(self.service.fit_jobs.ask(job, self._say, **arguments))
         self._work.add(task)
         await asyncio.wait([task])
         wanted = task in self._work

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.tirebase.grid import gaussian
+from flatplank_analysis.contact_patch.grid import gaussian
 
 ORDERS = (1, 2, 3)
 """of the wheel angle"""

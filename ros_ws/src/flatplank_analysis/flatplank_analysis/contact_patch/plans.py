@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.data import TireRuns, _grid_groups, _steps
+from flatplank_analysis.contact_patch.grid import SPEED, node_positions
+from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.tirebase.data import TireRuns, _grid_groups, _steps
-from flatplank_analysis.tirebase.grid import SPEED, node_positions
-from flatplank_analysis.tirebase.model import TireModel
 
 LOCKED = 0.0015
 """[m] plank travel before the wheel turns"""

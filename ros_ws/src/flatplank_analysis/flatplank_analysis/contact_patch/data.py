@@ -8,14 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from flatplank_analysis.data import Campaign, MeasurementTable
-from flatplank_analysis.data.problem import Problem, problem_of
-from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
-from flatplank_analysis.tirebase.calm import Common, as_input, as_load
-from flatplank_analysis.tirebase.early import ended_early
-from flatplank_analysis.tirebase.further import coordinate_of, further_columns
-from flatplank_analysis.tirebase.grid import (
+from flatplank_analysis.contact_patch.denoising import Common, as_input, as_load
+from flatplank_analysis.contact_patch.further import coordinate_of, further_columns
+from flatplank_analysis.contact_patch.grid import (
     BEFORE,
     SPEED,
     START,
@@ -23,8 +18,13 @@ from flatplank_analysis.tirebase.grid import (
     smooth_columns,
     uniform_positions,
 )
-from flatplank_analysis.tirebase.rest import at_rest, steps_of
-from flatplank_analysis.tirebase.signs import WrongSign, wrong_signs
+from flatplank_analysis.contact_patch.rest import at_rest, steps_of
+from flatplank_analysis.contact_patch.signs import WrongSign, wrong_signs
+from flatplank_analysis.contact_patch.truncated import ended_early
+from flatplank_analysis.data import Campaign, MeasurementTable
+from flatplank_analysis.data.problem import Problem, problem_of
+from flatplank_analysis.discovery.runs import Coordinate, RunSet
+from flatplank_analysis.errors import FlatplankError, NothingUsableError
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 NEEDED = ("time", "plank_position", "wheel_angle", "fx")
