@@ -34,7 +34,7 @@ _DIAGNOSED: dict[str, Any] = {}
 
 def investigation(progress: Progress, folder: str) -> dict[str, Any]:
     """What there is of an investigation in a folder."""
-    return _told(DiskLog(Path(folder)).events, folder)
+    return _told(DiskLog(Path(folder)).events)
 
 
 def decide(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
@@ -80,10 +80,10 @@ def _kept(loop: Loop, folder: str) -> dict[str, Any]:
     _DIAGNOSED.clear()
     _DIAGNOSED[folder] = loop.diagnosed
     keep(loop, Path(folder))
-    return _told(loop.log.events, folder)
+    return _told(loop.log.events)
 
 
-def _told(events: list[dict[str, Any]], folder: str) -> dict[str, Any]:
+def _told(events: list[dict[str, Any]]) -> dict[str, Any]:
     """What the page shows of a log."""
     if not events:
         return {"entries": [], "waiting": None, "ended": "", "left": None}
@@ -105,5 +105,5 @@ def _told(events: list[dict[str, Any]], folder: str) -> dict[str, Any]:
         ],
         "decoys": decoy_words(told["batches"]),
         "proposal": proposal_of(told["proposal"]) if told["proposal"] else "",
-        "code": code_of(told["proposal"]), "notebook": str(Path(folder) / NOTEBOOK),
+        "code": code_of(told["proposal"]), "notebook": NOTEBOOK,
     }  # fmt: skip

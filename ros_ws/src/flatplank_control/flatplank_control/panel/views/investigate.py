@@ -146,7 +146,8 @@ class _Investigate:
                 _draw_entry(entry)
             if not told["entries"]:
                 ui.label(NOTHING).classes("fp-quiet")
-        self.file.set_text(f"The same as a file: {told['notebook']}" if "notebook" in told else "")
+        notebook = told.get("notebook")
+        self.file.set_text(f"The same as a file of the folder: {notebook}" if notebook else "")
         self.page.draw(self.error_chart, charts.error_of_loop(told["entries"]))
         self.page.draw(
             self.evidence_chart, charts.evidence_of_loop(told["entries"], told.get("limit", 1.0))
