@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import math
 from types import SimpleNamespace
@@ -11,6 +10,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from own_loop import finished as run
 
 from flatplank_control.panel import validation as check
 from flatplank_control.panel.access import COOKIE, Guard, address, host_of, is_loopback
@@ -106,10 +106,6 @@ def bench(tmp_path):
     operator = Operator(link, Host(tmp_path, tmp_path / "log"), tmp_path)
     operator.take("me", "me")
     return operator
-
-
-def run(work):
-    return asyncio.run(work)
 
 
 def test_ring_forgets_the_oldest():

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 from looks import looked_after, take
+from own_loop import finished
 from panel_rig import wait_for
 
 from flatplank_control.investigate.journal import NAME
@@ -105,7 +106,7 @@ def test_each_batch_waits_until_it_is_approved(tmp_path):
         with pytest.raises(ValueError, match="no batch waits"):
             of.approve("page")
 
-    asyncio.run(scene())
+    finished(scene())
 
 
 def test_on_the_bench_the_runner_makes_them_for_the_page_in_charge(tmp_path):
@@ -129,7 +130,7 @@ def test_on_the_bench_the_runner_makes_them_for_the_page_in_charge(tmp_path):
         assert of.progress[0] == "stopped; batch_01: 2 of 7 runs are made"
         assert steps.made == 1
 
-    asyncio.run(scene())
+    finished(scene())
 
 
 @pytest.mark.parametrize(
@@ -148,7 +149,7 @@ def test_what_a_page_asks_is_checked(wish, said, tmp_path):
             of.begin("page", WISH | wish, each=True)
         assert not of.busy
 
-    asyncio.run(scene())
+    finished(scene())
 
 
 @pytest.mark.browser

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_up import campaign
+from own_loop import finished
 
 from flatplank_control.calibration.parasitic import Turn, identify_turn
 from flatplank_control.panel.analysis import browse_jobs, fit_jobs, identifying
@@ -60,7 +61,7 @@ def test_each_page_acts_on_the_campaign_that_it_shows(service, tmp_path):
         await a.add("drive_backlash")
         await b.undo()
 
-    asyncio.run(work())
+    finished(work())
     x, y = str(tmp_path / "x"), str(tmp_path / "y")
     assert service.fit_jobs.asked == [("open", x), ("open", y), ("add", x), ("undo", y)]
 
@@ -88,7 +89,7 @@ def test_cancel_ends_only_the_work_of_the_page_that_asks(service, tmp_path):
                 await own
         assert not a.busy and a.progress == ("", 0.0)
 
-    asyncio.run(work())
+    finished(work())
     assert service.fit_jobs.ended == [str(tmp_path / "x")]
 
 
@@ -110,7 +111,7 @@ def test_what_is_put_away_is_forgotten(service):
         with pytest.raises(ValueError, match="open a campaign first"):
             analysis.plan_next()
 
-    asyncio.run(work())
+    finished(work())
 
 
 @pytest.mark.parametrize(
@@ -120,7 +121,7 @@ def test_what_is_put_away_is_forgotten(service):
 )  # fmt: skip
 def test_folder_and_model_are_checked(service, folder, model, why):
     with pytest.raises(ValueError, match=why):
-        asyncio.run(PageAnalysis(service).open(folder, model))
+        finished(PageAnalysis(service).open(folder, model))
     assert service.fit_jobs.asked == []
 
 
@@ -155,7 +156,7 @@ def test_a_cancelled_worker_is_followed_by_a_new_one(tmp_path):
         service.close()
         await second.wait()
 
-    asyncio.run(work())
+    finished(work())
 
 
 @pytest.mark.parametrize(
@@ -167,12 +168,12 @@ def test_a_simulated_campaign_needs_a_new_plain_name_and_a_seed(
     service, tmp_path, name, seed, why
 ):
     with pytest.raises(ValueError, match=why):
-        asyncio.run(PageAnalysis(service).simulate(name, seed))
+        finished(PageAnalysis(service).simulate(name, seed))
     assert service.fit_jobs.asked == [] and not (tmp_path / "z").exists()
 
 
 def test_a_campaign_is_simulated_below_the_data_folder(service, tmp_path):
-    assert asyncio.run(PageAnalysis(service).simulate(" day/z ", 3)) == "day/z"
+    assert finished(PageAnalysis(service).simulate(" day/z ", 3)) == "day/z"
     assert service.fit_jobs.asked == [("simulate", str(tmp_path / "day" / "z"))]
 
 
