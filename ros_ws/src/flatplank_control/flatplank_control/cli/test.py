@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from flatplank_control.cli.root import project_root
 
 CALCULATIONS = (
-    "analysis_data", "analysis_models", "blind", "discovery", "formats", "investigate",
-    "slip_sweeps",
+    "analysis_data", "analysis_models", "blind", "campaign", "control", "discovery", "formats",
+    "investigate", "plant", "slip_sweeps",
 )  # fmt: skip
 """folders of tests that only compute: they run beside the others, which wait for real time most
 of the time, and give way to them"""
