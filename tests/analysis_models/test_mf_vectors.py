@@ -263,6 +263,13 @@ def test_a_switch_is_an_option_is_kept_in_the_file_and_changes_forces(
     assert json.loads(capsys.readouterr().out) == other
 
 
+@pytest.mark.parametrize("words", [("--alpha", "2"), ("--gamma", "-5"), ("--alpha", "nan")])
+def test_an_angle_in_degrees_is_refused(words, tmp_path) -> None:
+    write_tir(shipped_tir(), tmp_path / "tire.tir")
+    with pytest.raises(FlatplankError, match="rad"):
+        tire_verb.main([str(tmp_path / "tire.tir"), "--fz", "3700", *words])
+
+
 TURNING = BOOK | {
     "TAN_ALPHA": 1, "PKY7": 0.1, "QDZ9": 0.02, "PDXP1": 0.4, "PDXP2": 0.1, "PDXP3": 0.3,
     "PKYP1": 1.2, "PDYP1": 0.4, "PDYP2": 0.1, "PDYP3": 0.2, "PDYP4": 0.3, "PHYP1": 1.1,

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.cli.arguments import Parser
+from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.magic_formula import SWITCHES
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_state import tire_state
@@ -44,6 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.add_argument(option, dest=name, type=float, metavar="NUMBER", help=text)
     parser.add_argument("--json", action="store_true", help="print JSON for programs")
     arguments = parser.parse_args(argv)
+    for name in ("alpha", "gamma"):
+        _check_angle(name, getattr(arguments, name))
     tire = read_tir(arguments.file)
     set_here = {k: getattr(arguments, k) for k in SWITCHES if getattr(arguments, k) is not None}
     tire = tire.replaced(set_here)
@@ -57,3 +61,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         rows = [(k, "-" if v is None else f"{v:.6g}", UNITS[k]) for k, v in state.items()]
         common.print_rows(("", "value", "unit"), rows)
     return 0
+
+
+def _check_angle(name: str, value: float) -> None:
+    """Refuse what can only be degrees."""
+    if not abs(value) < 0.5 * math.pi:
+        raise FlatplankError(
+            f"{value:g} rad is {math.degrees(value):.0f} deg, beyond 90",
+            f"--{name}",
+            f"angles are in rad here: {math.radians(value):.4g} for {value:g} deg",
+        )
