@@ -4,11 +4,13 @@ side by side."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numba import njit
 
-from flatplank_analysis.contact_patch import kernel, vector
+from flatplank_analysis.contact_patch import compiling, kernel, vector
 
 RUNS, NODES = 11, 400
 
@@ -110,3 +112,12 @@ def test_node_by_node_is_the_sweep():
         kernel.one_node(states, blocks, *now, 0.03, last, 1)
         found[:, :, n] = last[:, :, 0]
     np.testing.assert_allclose(found, _forces(given, rows, 1), rtol=1e-12)
+
+
+def test_the_cache_follows_every_file_of_the_kernels(monkeypatch):
+    here = compiling.folder()
+    assert Path(kernel.sweep.stats.cache_path).parent == Path(here)
+    read = Path.read_bytes
+    for name in compiling.FILES:
+        monkeypatch.setattr(Path, "read_bytes", lambda p, n=name: read(p) + b"#" * (p.name == n))
+        assert compiling.folder() != here

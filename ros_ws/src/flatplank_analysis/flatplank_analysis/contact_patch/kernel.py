@@ -24,16 +24,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import carray, njit
+from numba import carray
 
-from flatplank_analysis.contact_patch.vector import (
-    FAST,
-    INLINE,
-    choose,
-    exponential,
-    pointer,
-    power,
-)
+from flatplank_analysis.contact_patch.compiling import entry, inline, inner
+from flatplank_analysis.contact_patch.vector import choose, exponential, pointer, power
 
 #: columns of the parameter block, one row per lane and run
 NAMES = (
@@ -72,7 +66,7 @@ FAR = 1.0e3
 """slip beyond all that are looked for"""
 
 
-@njit(**INLINE)
+@inline
 def saturation(x, shape, fall, bend):
     """Force over its peak at x = K|k|/peak, its slope, and the part of it that sticks.
 
@@ -95,7 +89,7 @@ def saturation(x, shape, fall, bend):
     return level * factor, dy * (slope * factor - drop), y * slope * factor
 
 
-@njit(**INLINE)
+@inline
 def steady(k, stiff, peak, shape, fall, bend):
     """Steady force [N] at contact slip k and its slope dF/dk, without slip across."""
     level, slope, _ = saturation(stiff * abs(k) / peak, shape, fall, bend)
@@ -103,7 +97,7 @@ def steady(k, stiff, peak, shape, fall, bend):
     return choose(k >= 0.0, force, -force), stiff * slope
 
 
-@njit(**INLINE)
+@inline
 def shared(k, stiff, peak, bent_across, way_across, shape, fall, bend, swing, rotate):
     """Steady force [N] at contact slip k beside a slip across, on one friction ellipse.
 
@@ -120,7 +114,7 @@ def shared(k, stiff, peak, bent_across, way_across, shape, fall, bend, swing, ro
     return choose(x > 0.0, force, 0.0)
 
 
-@njit(**INLINE)
+@inline
 def piece(size, near, far, low, high):
     """What a straight piece of the law adds from slip `near` to `far`, and its slope."""
     slope = (high - low) / (far - near)
@@ -129,7 +123,7 @@ def piece(size, near, far, low, high):
     return slope * inside, choose(size >= near, choose(size < far, slope, 0.0), 0.0)
 
 
-@njit(**INLINE)
+@inline
 def free_law(k, h3, h2, h1, h0):
     """Factor on the force at a contact slip and its slope: straight pieces over |k|; heights from
     the smallest slip to the largest."""
@@ -141,14 +135,14 @@ def free_law(k, h3, h2, h1, h0):
     return 1.0 + h3 + a + b + c, choose(k < 0.0, -slope, slope)
 
 
-@njit(**INLINE)
+@inline
 def slipping(k, peak, slide, speed_ratio):
     """Peak force that is left at the speed of sliding."""
     ratio = abs(k) * speed_ratio / 0.05
     return peak * (1.0 - slide * ratio / (1.0 + ratio))
 
 
-@njit(**INLINE)
+@inline
 def in_play(force, play, at, soft):
     """Place in the play of the bench at a force [m], and its slope."""
     x = (force - at) / soft
@@ -156,7 +150,7 @@ def in_play(force, play, at, soft):
     return 0.5 * play * x / root, 0.5 * play / (soft * root * root * root)
 
 
-@njit(**INLINE)
+@inline
 def patch_length(k, whole, theta, half):
     """Relaxation length of the patch (7.17), (7.18) [m]; whole: size of the slip."""
     under = 1.0 + max(k, -0.5)
@@ -166,7 +160,7 @@ def patch_length(k, whole, theta, half):
     return m * half / under
 
 
-@njit(**FAST)
+@inner
 def set_up(flat, params, other, nominal, elements):
     """Constants of a block, and its state at standstill without force.
 
@@ -194,13 +188,13 @@ def set_up(flat, params, other, nominal, elements):
         w[DEFLECTED, i] = rest + 0.5 * p[PLAY] * p[PLAY_REST]
 
 
-@njit(**INLINE)
+@inline
 def table(flat):
     """A block as a table; its width is known when this is compiled."""
     return carray(pointer(flat.ctypes.data), (ROWS, WIDE), np.float64)
 
 
-@njit(**FAST)
+@inner
 def begin(flat, across):
     """What is known of a node before its slip, and a first guess of that."""
     w = table(flat)
@@ -250,7 +244,7 @@ def begin(flat, across):
         w[LOW, i], w[HIGH, i], w[MOVE, i] = -FAR, FAR, 1.0
 
 
-@njit(**FAST)
+@inner
 def newton(flat, across):
     """One step towards the slip of each element that still moves: safeguarded Newton, the left
     side grows with the slip as long as the law does not fall steeply. The largest move.
@@ -330,7 +324,7 @@ def newton(flat, across):
     return largest
 
 
-@njit(**FAST)
+@inner
 def end(flat):
     """Take over what was found at a node."""
     w = table(flat)
@@ -343,7 +337,7 @@ def end(flat):
         w[SLOPE, i] = w[NEW_SLOPE, i]
 
 
-@njit(**FAST)
+@inner
 def node(flat, across):
     """One node of a block, whose inputs are in it."""
     begin(flat, across)
@@ -353,7 +347,7 @@ def node(flat, across):
     end(flat)
 
 
-@njit(**FAST)
+@inner
 def inputs(flat, n, axis, elements, ds, dw, dt, load, friction, speed):
     """Put the inputs of a node into a block; arrays (elements, samples), dw (2, e, s)."""
     w = table(flat)
@@ -366,7 +360,7 @@ def inputs(flat, n, axis, elements, ds, dw, dt, load, friction, speed):
         w[SPEED_RATIO, i] = choose(w[DT, i] > 0.0, ratio, 0.0)
 
 
-@njit(**FAST)
+@inner
 def beside(flat, other):
     """Put the slip in the other direction into a block, as far as the two share the friction."""
     w, o = table(flat), table(other)
@@ -374,7 +368,7 @@ def beside(flat, other):
         w[ACROSS, i] = w[COMBINE, i] * o[SLIP, i]
 
 
-@njit(**FAST)
+@inner
 def through(flat, along, n, elements, dw):
     """The rubber goes through the contact with the wheel, in both directions."""
     w, x = table(flat), table(along)
@@ -383,7 +377,7 @@ def through(flat, along, n, elements, dw):
         w[DS, i] = w[DS, i] + w[TURN, i] * slip
 
 
-@njit(**FAST)
+@inner
 def both_nodes(x, y, n, do_x, do_y, elements, ds, dw, dt, load, friction, speed, across):
     """One node of a block along (x) and across (y) the wheel plane, or one of them."""
     if do_y:
@@ -398,7 +392,7 @@ def both_nodes(x, y, n, do_x, do_y, elements, ds, dw, dt, load, friction, speed,
         node(y, across)
 
 
-@njit(**FAST)
+@entry
 def sweep(blocks, do_x, do_y, ds, dw, dt, load, friction, params, nominal, speed, force, across):
     """All nodes of some blocks.
 
@@ -420,7 +414,7 @@ def sweep(blocks, do_x, do_y, ds, dw, dt, load, friction, params, nominal, speed
                     force[1, elements[i], n] = y[FORCE * WIDE + i]
 
 
-@njit(**FAST)
+@entry
 def one_node(states, blocks, ds, dw, dt, load, friction, speed, force, across):
     """One node of all blocks in both directions; states (2, blocks, ROWS * WIDE), see `rest`;
     ds, dt, load, friction (elements, 1), dw and force (2, elements, 1)."""
@@ -432,7 +426,7 @@ def one_node(states, blocks, ds, dw, dt, load, friction, speed, force, across):
             force[1, elements[i], 0] = y[FORCE * WIDE + i]
 
 
-@njit(**FAST)
+@entry
 def rest(blocks, params, nominal):
     """State at standstill without force (2, blocks, ROWS * WIDE)."""
     states = np.empty((2, blocks.shape[0], ROWS * WIDE))

@@ -10,13 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
-FAST = dict(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-"""no checks for division by zero; what is not finite is found by the engine"""
-INLINE = dict(forceinline=True, **FAST)
-"""of what is called for every element: a call inside a loop keeps it from being vectorised"""
+from flatplank_analysis.contact_patch.compiling import inline
 
 
 @intrinsic
@@ -75,7 +72,7 @@ LEAST = -1000.0
 LN2, TWO_OVER_LN2 = math.log(2.0), 2.0 / math.log(2.0)
 
 
-@njit(**INLINE)
+@inline
 def _log2(x):
     """Logarithm of a positive, normal number: atanh series of the mantissa in 0.71 .. 1.41."""
     bits = _bits(x)
@@ -90,7 +87,7 @@ def _log2(x):
     return (_float(exponent + WHOLE_BITS) - WHOLE) + TWO_OVER_LN2 * s * (1.0 + z * q)
 
 
-@njit(**INLINE)
+@inline
 def _exp2(x):
     """2 ** x for x < 1000: Taylor series within half a power of two."""
     y = max(x, LEAST)
@@ -105,13 +102,13 @@ def _exp2(x):
     return p * _float(((_bits(rounded) - WHOLE_BITS) << EXPONENT) + ONE)
 
 
-@njit(**INLINE)
+@inline
 def power(x, exponent):
     """x ** exponent for a positive, normal x."""
     return _exp2(exponent * _log2(x))
 
 
-@njit(**INLINE)
+@inline
 def exponential(x):
     """e ** x for x < 690."""
     return _exp2(x / LN2)
