@@ -21,18 +21,7 @@ def numbers(session: Session, step: Step) -> dict[str, Any]:
         session.numbers(step)
         | source_of(runs).to_dict()
         | {
-            "conditions": [
-                {
-                    "condition": name,
-                    "runs": int(len(rows)),
-                    "rmse": round(float(level.rmse_condition[i]), 3),
-                    "unexplained": round(float(level.per_condition[i]), 3),
-                    "floor": round(level.floor, 3),
-                }
-                for i, (name, rows) in enumerate(
-                    zip(runs.condition_names, runs.groups, strict=True)
-                )
-            ],
+            "conditions": by_condition(session, step),
             "where": [
                 {
                     "coordinate": m.coordinate,
@@ -53,6 +42,21 @@ def numbers(session: Session, step: Step) -> dict[str, Any]:
             "effects": [term.effect.identifier for term in step.state.fit.terms],
         }
     )
+
+
+def by_condition(session: Session, step: Step) -> list[dict[str, Any]]:
+    """Error, what of it is beyond the floor, and the floor [N], of every condition."""
+    runs, level = session.data.runs, step.state.floors[0]
+    return [
+        {
+            "condition": name,
+            "runs": len(rows),
+            "rmse": round(float(level.rmse_condition[i]), 3),
+            "unexplained": round(float(level.per_condition[i]), 3),
+            "floor": round(level.floor, 3),
+        }
+        for i, (name, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
+    ]
 
 
 def text_of(data: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flatplank_analysis.contact_patch import comparison
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
 from flatplank_analysis.discovery.fit import amplitude
@@ -91,18 +92,7 @@ def _picture(at: _Open, step: Step) -> dict[str, Any]:
         session.numbers(step)
         | source_of(runs).to_dict()
         | {
-            "conditions": [
-                {
-                    "condition": name,
-                    "runs": len(rows),
-                    "rmse": level.rmse_condition[i],
-                    "beyond": level.per_condition[i],
-                    "floor": level.floor,
-                }
-                for i, (name, rows) in enumerate(
-                    zip(runs.condition_names, runs.groups, strict=True)
-                )
-            ],
+            "conditions": comparison.by_condition(session, step),
             "maps": [_map(m) for m in maps],
             "curves": _curves(session, step),
             "ranked": _ranked(step),

@@ -230,7 +230,7 @@ class _Discover:
         )
         self.page.draw(self.error_chart, charts.against_floor(picture["conditions"]))
         names = [c["condition"] for c in picture["curves"]]
-        worst = max(picture["conditions"], key=lambda c: c["beyond"])["condition"]
+        worst = max(picture["conditions"], key=lambda c: c["unexplained"])["condition"]
         self.condition.set_options(
             names, value=self.condition.value if self.condition.value in names else worst
         )
