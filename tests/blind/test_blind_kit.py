@@ -38,7 +38,8 @@ from flatplank_validation.blind.noise import NOISES, covariance, noise, shown
 from flatplank_validation.blind.page import page
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.second import late
-from flatplank_validation.blind.worlds import COMBINED, WORLDS, Scatter
+from flatplank_validation.blind.third import ThirdMachine, ThirdTire, _shown
+from flatplank_validation.blind.worlds import COMBINED, PRESENT, WORLDS, Scatter
 from flatplank_validation.verbs.bench_blind import main
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
@@ -77,13 +78,27 @@ def test_combined_slip_is_true_of_a_tire_with_a_circle_and_not_a_false_name():
     for world, design in zip(COMBINED, WIDE, strict=True):
         case = Case("none", world, design=design)
         _, answer = make(case, 1)
-        assert answer["present"] == ["combined_slip"] and not answer["effects"]
+        assert answer["present"] == list(PRESENT[world]) and not answer["effects"]
         said = {"name": "combined_slip", "size": 1.0, "interval": [0.9, 1.1], "class": []}
         assert score({"verdict": "found", "effects": [said]}, answer)["right"]
         assert score({"verdict": "at floor", "effects": []}, answer)["right"]
         other = dict(said, name="wear")
         assert not score({"verdict": "found", "effects": [said, other]}, answer)["right"]
         assert not score({"verdict": "partly", "effects": [said]}, answer)["right"]
+
+
+def test_the_third_tire_resists_its_rolling_and_it_is_no_false_name_to_say_so():
+    tire = ThirdTire()
+    load = np.array([2000.0, 4000.0])
+    turn = np.array([100.0, 100.0])
+    zero = np.zeros(2)
+    shown = _shown(tire, ThirdMachine(), turn, turn, 0.0, zero, zero, load)
+    np.testing.assert_allclose(shown["fx"], -tire.rolling * load)
+    said = {"name": "rolling_resistance", "size": 0.01, "interval": [0.0, 0.02], "class": []}
+    _, answer = make(Case("none", "third", design="wide_loads"), 1)
+    assert score({"verdict": "found", "effects": [said]}, answer)["right"]
+    _, answer = make(Case("none", "circle", design="wide_loads"), 1)
+    assert not score({"verdict": "found", "effects": [said]}, answer)["right"]
 
 
 def test_another_seed_is_another_list():

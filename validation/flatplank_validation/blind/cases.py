@@ -21,7 +21,7 @@ from flatplank_validation.blind.detectable import (
 from flatplank_validation.blind.menu import KIN, MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, shown
 from flatplank_validation.blind.plan import runs_of
-from flatplank_validation.blind.worlds import COMBINED, WORLDS, Scatter
+from flatplank_validation.blind.worlds import PRESENT, WORLDS, Scatter
 
 """what a factor multiplies, by the letter in the name of a campaign"""
 PAIR = 3.0
@@ -89,8 +89,9 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
     columns = world.run(runs, sizes, random, scatter)
     answer: dict[str, Any] = {"effects": [_answer(case, n, s) for n, s in sizes.items()]}
     answer["outside"] = None
-    # a steering angle that nobody sees is enough to show it
-    answer["present"] = ["combined_slip"] if case.world in COMBINED else []
+    # a steering angle that nobody sees is enough to show combined slip, and loads that differ are
+    # to show the rolling resistance
+    answer["present"] = list(PRESENT.get(case.world, ()))
     if case.group == "outside":
         draw = int(random.integers(2**32))
         unit, _ = OUTSIDE[case.hidden[0]](1.0, np.random.default_rng(draw))

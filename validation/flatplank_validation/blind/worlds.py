@@ -211,3 +211,5 @@ WORLDS: dict[str, Callable[[np.random.Generator | None], World]] = {
 }
 COMBINED = ("circle", "third")
 """worlds of combined slip and several loads, asked in a row of their own"""
+PRESENT = {"circle": ("combined_slip",), "third": ("combined_slip", "rolling_resistance")}
+"""effects of the library that the tires of a world have of themselves: naming them is right"""
