@@ -8,7 +8,7 @@ own scores among repeats, and among conditions, and the effect must have one siz
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,7 +38,10 @@ SAME = 0.015
 """share of the drop by which the size may differ along the run: true effects 0-0.005, false ones
 0.3 and more"""
 OTHER = 0.4
-"""share of the drop by which it may differ where a fault has another form than the effect"""
+"""share of the drop by which it may differ where a fault has another form than the effect, and
+nothing that counts is left beside it"""
+NEARLY = 0.15
+"""the same where something is left: half of what impostors have at least"""
 PRIOR = 4.0
 """degrees of freedom at least that the dispersion among repeats lends to that among conditions"""
 CONDITIONS = 0.0005
@@ -150,10 +153,10 @@ class Judge:
         condition_q, condition_n = _condition_test(state, local, info)
         worth = 12.0 if term.effect.kind == "tire" else 6.0
         wide = 5.0 if term.effect.local else 1.0
-        visible = float(info.sum()) / max(float(gram.products[:, base, base].sum()), 1e-30)
         # the form of the law is not that of the tire: that is no noise, no repeat shows it, and
-        # the less of an effect is visible, the more of its size it can feign
-        form = FORM**2 / max(visible, 1e-9)
+        # the less of an effect is visible beside the law, the more of its size it can feign
+        beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
+        form = FORM**2 / max(_visible(gram, beside, base), 1e-9)
         variance = max(kappa, drawn) / max(float(info.sum()), 1e-30) + form
         allowed = worth * stretch_n + wide * SAME * drop, worth * condition_n + SAME * drop
         if stretch_q > allowed[0] or condition_q > allowed[1]:
@@ -220,6 +223,15 @@ def at_edge(term: Term) -> bool:
     ) or bool(np.isfinite(width) and p.null == p.lower and value >= p.upper - 1e-6 * width)
 
 
+def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
+    """Share of a column that the others do not make."""
+    products, scores, _ = gram.total()
+    inverse = solve(products[np.ix_(others, others)], scores[others])[1]
+    across = products[others, column]
+    whole = max(float(products[column, column]), 1e-30)
+    return (whole - float(across @ inverse @ across)) / whole
+
+
 def _linear(fit: Fit, index: int, owner: int, name: str) -> bool:
     return owner == index and name in {p.name for p in fit.terms[index].effect.linear()}
 
@@ -264,7 +276,7 @@ def _stretch_test(gram: Gram, base: int) -> tuple[float, int]:
     for rows in (one, many):
         step, _ = solve(products[np.ix_(rows, rows)], scores[rows])
         gains.append(float(step @ scores[rows]))
-    alive = np.diag(products)[base + 1 :] > 1e-6 * products[base, base]
+    alive = np.diag(products)[base + 1 : base + 1 + STRETCHES] > 1e-6 * products[base, base]
     return gains[1] - gains[0], max(int(alive.sum()) - 1, 1)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
-from flatplank_analysis.discovery.decide import SHARE, Decision, Judge
+from flatplank_analysis.discovery.decide import NEARLY, SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.model import Model, starts_of
@@ -224,10 +224,14 @@ class _Searcher:
     def complete(
         self, step: Step, judge: Judge, tried: list[tuple[Decision, Whitened]]
     ) -> Step | None:
-        """An effect of another form, where nothing that counts is left beside it."""
+        """An effect of another form, where its form is nearly right or nothing that counts is
+        left beside it.
+        """
         odd = [pair for pair in tried if pair[0].misshapen]
         taken = self.take(step, judge, odd[:1], misshapen=True) if odd else None
-        return taken if taken and not invariants.rest(taken.state, True) else None
+        if taken is None or taken.found[-1].decision.unevenness < NEARLY:
+            return taken
+        return None if invariants.rest(taken.state, True) else taken
 
     def gaps(
         self, step: Step, judge: Judge, items: list[Screened]

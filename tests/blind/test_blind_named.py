@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns of the kit that were once named wrongly, for a reason that holds for others too."""
+
+from __future__ import annotations
+
+import pytest
+
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.data import Campaign
+from flatplank_analysis.effects.registry import library
+from flatplank_sim.sealed.score import score
+from flatplank_validation.blind.cases import Case, make
+
+SEED = 90417
+pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
+
+
+def diagnosed(case: Case):
+    tables, answer = make(case, SEED)
+    data = from_tables(tables)
+    session = Session(Campaign("blind", []), data, TireModel(data), library())
+    return session.diagnose(None, None).to_dict(), answer
+
+
+def test_a_number_of_the_effect_itself_does_not_hide_its_size():
+    """The load wave of a run-out is thousands of floors; its force is what its size is known
+    from, and what the form of the law may feign is a share of that.
+    """
+    diagnosis, answer = diagnosed(
+        Case("single", "plant", ("runout_1",), 3.0, "trending", 0.03, "plain", 0, "c")
+    )
+    assert diagnosis["effects"][0]["name"] == "runout_1"
+    assert len(diagnosis["effects"]) == 1 and score(diagnosis, answer)["right"]
+
+
+def test_a_fault_of_nearly_the_right_form_is_named_though_something_is_left():
+    diagnosis, _ = diagnosed(
+        Case("pair", "forms", ("runout_2", "drive_backlash"), 3.0, "trending", 0.01, "plain", 0)
+    )
+    first, second = diagnosis["effects"]
+    assert first["name"] == "runout_2" and diagnosis["verdict"] == "partly"
+    assert "drive_backlash" in (second["name"], *second["class"])
