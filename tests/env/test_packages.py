@@ -81,6 +81,7 @@ def test_the_packages_are_there() -> None:
         "flatplank_control",
         "flatplank_hw",
         "flatplank_msgs",
+        "flatplank_panel",
         "flatplank_sim",
     ]
 

@@ -73,6 +73,7 @@ def workspace() -> Finding:
         "flatplank_hw",
         "flatplank_sim",
         "flatplank_control",
+        "flatplank_panel",
         "flatplank_analysis",
     ]
     lacking = [name for name in names if not (install / name / "share" / name).exists()]
