@@ -15,9 +15,9 @@ from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.order import condition
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement
+from flatplank_data.limits import LIMITS
+from flatplank_data.params import ParameterError, updated
 from flatplank_hw.hub import HubParameters
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.params import ParameterError, updated
 from flatplank_hw.share import config_file
 from flatplank_panel.operator import HANDS
 from flatplank_sim.plant.config import PlantConfig

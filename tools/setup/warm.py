@@ -30,6 +30,7 @@ def modules() -> None:
         import_module(name)
     write_byte_code()
     for name in (
+        "flatplank_data",
         "flatplank_hw",
         "flatplank_sim",
         "flatplank_control",

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flatplank_data.params import ParamInfo, describe
 from flatplank_hw.encoders import EncoderParameters
 from flatplank_hw.encoders.params import SETUP_CONSTANTS as OF_ENCODERS
 from flatplank_hw.hub import HubParameters
 from flatplank_hw.hub.params import SETUP_CONSTANTS as OF_HUB
-from flatplank_hw.params import ParamInfo, describe
 
 
 class Constant(NamedTuple):

@@ -14,8 +14,8 @@ from flatplank_control.bench.node_specs import BUSES
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import book_for
+from flatplank_data.params import load_parameters
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.params import load_parameters
 from flatplank_hw.share import config_file
 from flatplank_panel import validation
 

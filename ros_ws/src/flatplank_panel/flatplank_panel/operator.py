@@ -18,12 +18,12 @@ from uuid import uuid4
 
 import yaml
 
-from flatplank_analysis.data.measured import UNKNOWN
 from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.limits import LIMITS
+from flatplank_data.machine import ROAD_LENGTH
+from flatplank_data.measured import UNKNOWN
+from flatplank_data.params import from_mapping
 from flatplank_hw.drive.modes import MODES
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.machine import ROAD_LENGTH
-from flatplank_hw.params import from_mapping
 from flatplank_panel import validation as check
 from flatplank_panel.charge import Charge
 from flatplank_panel.constants import CONSTANTS

@@ -13,8 +13,8 @@ from typing import Any
 
 from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.naming import check_name
-from flatplank_hw.limits import LIMITS, Limit
-from flatplank_hw.params import nearest
+from flatplank_data.limits import LIMITS, Limit
+from flatplank_data.params import nearest
 
 NOTE_LENGTH = 2000
 

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.campaign import CAMPAIGN_FILE
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
+from flatplank_data.errors import FlatplankError
 from flatplank_panel.analysis.names import CHANNELS, OVER
 from flatplank_panel.analysis.stamp import Stamp, stamp_of
 from flatplank_panel.analysis.verdicts import verdicts_of

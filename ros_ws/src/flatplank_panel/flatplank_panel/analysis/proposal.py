@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import RunInfo
+from flatplank_data.info import RunInfo
 
 CONSTANT = ("fz", "pressure", "alpha_deg", "gamma_deg")
 

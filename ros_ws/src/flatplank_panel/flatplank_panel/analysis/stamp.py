@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flatplank_analysis.data.campaign import CAMPAIGN_FILE
-from flatplank_analysis.data.readers import suffixes
 from flatplank_control.runner.campaign import SUFFIX
+from flatplank_data.campaign import CAMPAIGN_FILE
+from flatplank_data.readers import suffixes
 
 Stamp = tuple[tuple[str, int, int], ...]
 

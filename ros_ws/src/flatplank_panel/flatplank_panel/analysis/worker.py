@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 from flatplank_hw.parent import end_with_parent
 
 Progress = Callable[[str, float], None]

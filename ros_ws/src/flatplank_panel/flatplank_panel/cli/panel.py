@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from flatplank_analysis.cli import main as command
-from flatplank_analysis.cli.arguments import Parser
+from flatplank_data.arguments import Parser
 from flatplank_hw.parent import end_with_parent
 from flatplank_panel.access import address, is_loopback
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from flatplank_analysis.wording import with_unit
+from flatplank_data.wording import with_unit
 from flatplank_panel.views.plots import ACTUAL, LINE, REFERENCE, SOFT
 
 COLORS = [

@@ -9,7 +9,7 @@ from typing import Any
 
 from nicegui import ui
 
-from flatplank_analysis.wording import sized, with_unit
+from flatplank_data.wording import sized, with_unit
 from flatplank_panel.service import PageAnalysis
 from flatplank_panel.views import charts
 from flatplank_panel.views.page import Page

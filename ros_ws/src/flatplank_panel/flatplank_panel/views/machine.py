@@ -7,7 +7,7 @@ import time
 
 from nicegui import ui
 
-from flatplank_hw.limits import LIMITS
+from flatplank_data.limits import LIMITS
 from flatplank_panel.host import KINDS, PRESETS, TIRES, interfaces
 from flatplank_panel.operator import HANDS
 from flatplank_panel.views.page import Page

@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from flatplank_analysis.wording import sized
+from flatplank_data.wording import sized
 from flatplank_panel.views import charts
 
 ASK = "When nothing of the library explains what is left, Propose writes an effect of its own."

@@ -9,8 +9,8 @@ import numpy as np
 from nicegui import ui
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_hw.machine import USABLE_ROAD
-from flatplank_hw.params import describe
+from flatplank_data.machine import USABLE_ROAD
+from flatplank_data.params import describe
 from flatplank_panel.operator import waveform_of
 from flatplank_panel.views.page import Page
 from flatplank_panel.views.plots import ACTUAL, LINE, SOFT
