@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which tests need one package only: those that `colcon test` runs in the folder of that package.
+"""Which tests are those of a package: what `colcon test` runs in its folder.
 
 A plug-in of pytest for the conftest.py of the packages. A test needs what it imports, and what the
-helpers beside it import.
+helpers beside it import. It is a test of the package that depends on all others that it needs.
 """
 
 from __future__ import annotations
 
 import ast
 import sys
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -16,18 +17,34 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).resolve().parent
+SOURCES = TESTS.parent / "ros_ws" / "src"
 PREFIX = "flatplank_"
-INTERFACES = "flatplank_msgs"
 HELPERS = ("ethercat", "graph")
 """folders whose helpers all tests see, as in pyproject.toml"""
-NEED_MORE = ("graph", "env", "panel")
-"""folders whose tests start nodes, browsers or the tools of the repository"""
+NEED_MORE = ("graph", "env")
+"""folders whose tests start nodes or the tools of the repository"""
+BROWSER = "pytest.mark.browser"
+"""a file with this mark has tests that start nodes and a browser"""
 
 
 def own_tests(package: str) -> list[Path]:
-    """Files of tests that need this package and no other of ours, sorted."""
-    files = (f for f in TESTS.rglob("test_*.py") if f.parent.name not in NEED_MORE)
-    return sorted(f for f in files if needed(f) - {INTERFACES} == {package})
+    """Files of tests that need this package, and no other of ours but those below it; sorted."""
+    files = (f for f in TESTS.rglob("test_*.py") if package in needed(f))
+    return sorted(f for f in files if needed(f) <= with_those_below(package) and not _more(f))
+
+
+def _more(file: Path) -> bool:
+    """Whether its tests start nodes, a browser or the tools of the repository."""
+    return file.parent.name in NEED_MORE or BROWSER in file.read_text(encoding="utf-8")
+
+
+@cache
+def with_those_below(package: str) -> frozenset[str]:
+    """A package and those of ours that it depends on."""
+    root = ElementTree.parse(SOURCES / package / "package.xml").getroot()
+    named = {e.text or "" for e in root if e.tag in ("depend", "exec_depend")}
+    below = (with_those_below(name) for name in named if name.startswith(PREFIX))
+    return frozenset({package}).union(*below)
 
 
 @cache
@@ -72,7 +89,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     """Where the other tests are; on stderr, which colcon shows."""
     package = config.invocation_params.dir.name
     print(
-        f"{len(own_tests(package))} files of tests need {package} only; those that need several "
-        f"packages, nodes or a browser: ./flatplank test in {TESTS.parent}",
+        f"{len(own_tests(package))} files of tests of {package}; those that need nodes, a browser "
+        f"or the whole checkout: ./flatplank test in {TESTS.parent}",
         file=sys.stderr,
     )

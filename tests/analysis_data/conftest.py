@@ -9,7 +9,7 @@ import pytest
 import yaml
 from steptable import step_table
 
-from flatplank_analysis.data.exporters import export_campaign
+from flatplank_data.exporters import export_campaign
 
 
 @pytest.fixture

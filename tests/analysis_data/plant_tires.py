@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_analysis.data.exporters import export_campaign
+from flatplank_data.exporters import export_campaign
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.truth import TruthRow, truth_row

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 
 SPEED = 0.031
 RADIUS = 0.31

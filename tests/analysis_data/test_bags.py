@@ -13,11 +13,11 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from steptable import step_table
 
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.bags.cdr import decode_one
-from flatplank_analysis.data.bags.definitions import parse_definition
-from flatplank_analysis.data.cache import FOLDER
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.bags.cdr import decode_one
+from flatplank_data.bags.definitions import parse_definition
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.readers.cache import FOLDER
 
 NAME = "TOY_REL_LNG_5perc_T_p25_Fz3700_1"
 RECORD = "kappa: 0.05\nfz: 3700.0\nstep_position: 1.5\neffective_rolling_radius: 0.31\n"

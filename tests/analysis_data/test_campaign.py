@@ -9,11 +9,11 @@ import pickle
 import numpy as np
 import pytest
 
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.info import RunInfo, info_from_dict
-from flatplank_analysis.data.names import parse_name, run_name
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.info import RunInfo, info_from_dict
+from flatplank_data.names import parse_name, run_name
+from flatplank_data.table import MeasurementTable
 
 
 def _problems(folder):

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from steptable import step_table
 
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.analysis import analyse
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.exporters import export_campaign
 
 pytestmark = pytest.mark.long
 

@@ -15,8 +15,8 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from steptable import step_table
 
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
 
 NAME = "TOY_REL_LNG_5perc_T_p25_Fz3700_1"
 RECORD = "kappa: 0.05\nfz: 3700.0\nstep_position: 1.5\neffective_rolling_radius: 0.31\n"

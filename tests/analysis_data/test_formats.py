@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import scipy.io
 
-from flatplank_analysis.data import STANDARD_COLUMNS, Campaign
-from flatplank_analysis.data.exporters import EXPORTERS
-from flatplank_analysis.data.readers import suffixes
-from flatplank_analysis.data.tydex import parse_tydex
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.exporters import EXPORTERS
+from flatplank_data.readers import suffixes
+from flatplank_data.table import STANDARD_COLUMNS
+from flatplank_data.tydex import parse_tydex
 
 TOLERANCE = {".parquet": 0.0, ".csv": 1e-12, ".tdx": 2e-6}
 

@@ -8,9 +8,9 @@ import json
 import pytest
 from plant_tires import plant_campaign
 
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.report.analysis import analyse
+from flatplank_data.campaign import Campaign
 from flatplank_validation.fits import tires
 
 TIRES = {"toyo": "TOY", "continental": "CON", "michelin": "MIC", "racing": "RAC"}

@@ -10,9 +10,10 @@ from steptable import step_table
 
 from flatplank_analysis.cli import fit as cli_fit
 from flatplank_analysis.cli import table as cli_table
-from flatplank_analysis.data import Campaign, MeasurementTable
-from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.report.analysis import analyse
+from flatplank_data.campaign import Campaign
+from flatplank_data.exporters import export_campaign
+from flatplank_data.table import MeasurementTable
 
 
 def test_a_slip_run_without_wheel_angle_is_told_by_table(tmp_path, capsys):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from steptable import step_table
 
-from flatplank_analysis.data import MeasurementTable
-from flatplank_analysis.data.checks import run_checks
+from flatplank_data.checks import run_checks
+from flatplank_data.table import MeasurementTable
 
 
 def with_wheel(kappa: float, change) -> MeasurementTable:

@@ -14,12 +14,12 @@ from steptable import RATE, SPEED, step_table
 
 from flatplank_analysis.cli import fit, table
 from flatplank_analysis.contact_patch.data import load_runs
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.data.lost import lost_samples
-from flatplank_analysis.errors import NothingUsableError
 from flatplank_analysis.report import tables
 from flatplank_analysis.report.analysis import analyse
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import NothingUsableError
+from flatplank_data.exporters import export_campaign
+from flatplank_data.lost import lost_samples
 
 NAME = "TOY_REL_LNG_5perc_T_p25_Fz3700_1"
 RECORD = "kappa: 0.05\nfz: 3700.0\nstep_position: 1.5\neffective_rolling_radius: 0.31\n"

@@ -14,12 +14,12 @@ from bagmaker import write_run
 from steptable import RADIUS, step_table
 
 from flatplank_analysis.cli import report
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.data.measured import measured_facts, reconciled
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.report.analysis import analyse
 from flatplank_control.recording.filled import in_words, told
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.exporters import export_campaign
+from flatplank_data.measured import measured_facts, reconciled
 
 SILENT = "tire: X\nname: mine\nmeasurement: slip\nkappa: 0.0\nfz: 0.0\npressure: 0.0\nstart: 1\n"
 """what a recorder wrote that was told nothing"""

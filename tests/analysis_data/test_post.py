@@ -6,7 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.post import (
     CUTOFF_PER_METRE,
     GRID,
@@ -19,6 +18,7 @@ from flatplank_analysis.post import (
     step_facts,
 )
 from flatplank_analysis.post.frequency import frequency_response
+from flatplank_data.errors import FlatplankError
 
 
 def test_grid_of_the_thesis():

@@ -16,8 +16,6 @@ from flatplank_analysis.cli import fit as fit_verb
 from flatplank_analysis.cli import report as report_verb
 from flatplank_analysis.cli import table as table_verb
 from flatplank_analysis.cli import tire as tire_verb
-from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
-from flatplank_analysis.data.exporters import export_campaign
 from flatplank_analysis.figures.draw import canvas
 from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.figures.spec import Figure, Panel, Series
@@ -27,6 +25,10 @@ from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.tables import all_tables
 from flatplank_analysis.report_files.build import write
+from flatplank_data.campaign import Campaign
+from flatplank_data.exporters import export_campaign
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 
 SLIPS = (-0.02, -0.01, 0.0, 0.01, 0.02)
 
@@ -36,7 +38,7 @@ def folder(tmp_path_factory):
     """Five slips x two loads x two starts, a free-rolling, a stiffness and a footprint run."""
     from steptable import step_table
 
-    from flatplank_analysis.data.exporters import export_campaign
+    from flatplank_data.exporters import export_campaign
 
     tables = []
     for fz in (3700.0, 5550.0):

@@ -10,9 +10,9 @@ import pytest
 from steptable import step_table
 
 from flatplank_analysis.cli import report as report_verb
-from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.report.sessions import Session, charts_of, variance_parts
+from flatplank_data.errors import FlatplankError
+from flatplank_data.exporters import export_campaign
 
 
 def sessions(values, name="r_e"):

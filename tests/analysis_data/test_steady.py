@@ -6,8 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.steady.contact import fit_contact_length, friction
 from flatplank_analysis.steady.rolling_radius import radius_of_run, radius_table
 from flatplank_analysis.steady.stiffness import (
@@ -15,6 +13,9 @@ from flatplank_analysis.steady.stiffness import (
     vertical_stiffness,
 )
 from flatplank_analysis.steady.transmission import efficiency, friction_torque
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 
 
 def test_rolling_radius_by_motor_and_by_wheel(make_step):

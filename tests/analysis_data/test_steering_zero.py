@@ -10,11 +10,11 @@ import pytest
 from plant_tires import plant_campaign
 
 from flatplank_analysis.cli import fit as fit_verb
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.identify.lateral import fit_lateral_carcass, lateral_run
 from flatplank_analysis.models.tire_record import shipped_record
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.tables import all_tables
+from flatplank_data.campaign import Campaign
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.truth import truth_row
 

@@ -15,9 +15,6 @@ from steptable import SIGMA, STIFFNESS, step_table
 from flatplank_analysis.cli import fit as fit_verb
 from flatplank_analysis.cli import main as command
 from flatplank_analysis.cli import report as report_verb
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_record import (
     FILE,
@@ -29,6 +26,9 @@ from flatplank_analysis.models.tire_record import (
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.tables import all_tables
 from flatplank_analysis.report.tire import made_from
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.exporters import export_campaign
 
 SLIPS = (-0.05, -0.02, 0.0, 0.02, 0.05)
 LOAD, BAR = 3250.0, 2.8

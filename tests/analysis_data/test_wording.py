@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from flatplank_analysis.wording import plain, quantity
+from flatplank_data.wording import plain, quantity
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.information import Candidate, confusions
 from flatplank_analysis.identify.least_squares import solve
@@ -22,6 +21,7 @@ from flatplank_analysis.identify.quality import (
 )
 from flatplank_analysis.identify.results import Estimate, Fit, to_plain
 from flatplank_analysis.identify.uncertainty import run_covariance
+from flatplank_data.errors import FlatplankError
 from flatplank_validation.fits.campaigns import coloured_noise
 
 # NIST Statistical Reference Datasets, Misra1a (lower level of difficulty), certified values.

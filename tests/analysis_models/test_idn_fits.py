@@ -10,9 +10,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify import (
     FitFile,
     StepRun,
@@ -36,6 +33,9 @@ from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.nonlinear import NonlinearY
 from flatplank_analysis.models.steady_law import table_law
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_validation.fits.campaigns import Truth, simulate_linear, simulate_runs
 
 QUIET = Truth(noise=1e-6, gain_scatter=0.0, slip_scatter=0.0, carcass_scatter=0.0)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import yaml
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify import (
     FitFile,
     MFFit,
@@ -30,6 +29,7 @@ from flatplank_analysis.identify.mf.stages import PREDICTIONS
 from flatplank_analysis.models.magic_formula import SECTION_OF, operating_point, steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_data.errors import FlatplankError
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_runs
 
 TRUTH = shipped_tir().replaced(

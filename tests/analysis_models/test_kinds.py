@@ -6,10 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.kinds.camber_sweep import camber_sweep
 from flatplank_analysis.kinds.cleat import cleat, envelope
 from flatplank_analysis.kinds.lagged import relaxed
@@ -21,6 +17,10 @@ from flatplank_control.bench.listing import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant import PlantConfig
 from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.twin.log import TableLog

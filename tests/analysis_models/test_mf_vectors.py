@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.cli import tire as tire_verb
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.magic_formula import (
     DEFAULTS,
     OLD,
@@ -31,6 +30,7 @@ from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.shipped import shipped_tir
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.models.tire_state import tire_state
+from flatplank_data.errors import FlatplankError
 
 BOOK = {
     "FNOMIN": 4000, "NOMPRES": 220000, "LONGVL": 16.7, "UNLOADED_RADIUS": 0.3135, "WIDTH": 0.205,

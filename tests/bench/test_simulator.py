@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_control.bench import simulator as port
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_data.errors import FlatplankError
 
 
 def test_it_has_all_that_is_asked_of_it() -> None:

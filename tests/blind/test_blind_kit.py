@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flatplank_analysis.data import Campaign as Folder
 from flatplank_analysis.effects.registry import library
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_data.campaign import Campaign as Folder
 from flatplank_sim.plant.campaign import Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.outside import OUTSIDE

@@ -11,8 +11,10 @@ import pytest
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.effects.registry import library
+from flatplank_data.campaign import Campaign
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Run, Setting
 from flatplank_validation.blind.noise import NOISES, RELATIVE, Noise, noise
 from flatplank_validation.blind.worlds import PlantWorld, Scatter

@@ -8,8 +8,8 @@ import json
 import numpy as np
 import pytest
 
-from flatplank_analysis.data import Campaign as Folder
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign as Folder
+from flatplank_data.errors import FlatplankError
 from flatplank_sim.cli import reveal, simulate
 from flatplank_sim.sealed import generate
 from flatplank_sim.sealed.seal import seal, unseal

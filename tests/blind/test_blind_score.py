@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 from flatplank_sim.sealed.score import score
 from flatplank_sim.sealed.seal import unseal
 

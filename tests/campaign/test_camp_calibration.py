@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flatplank_analysis.data import Campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration import Book, Entry, fit_line
 from flatplank_control.calibration.parasitic import amplitudes, difference, still_fits
@@ -22,6 +21,7 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.turn_watch import TurnWatch
+from flatplank_data.campaign import Campaign
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import to_text

@@ -10,16 +10,16 @@ import pytest
 from camp_plans import HEAD, RUNS, small
 
 from flatplank_control.cli.run import main
-from flatplank_control.panel.operator import HANDS
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.order import condition
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement
+from flatplank_data.limits import LIMITS
+from flatplank_data.params import ParameterError, updated
 from flatplank_hw.hub import HubParameters
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.params import ParameterError, updated
 from flatplank_hw.share import config_file
+from flatplank_panel.operator import HANDS
 from flatplank_sim.plant.config import PlantConfig
 
 TIRES = config_file("flatplank_control", "tires.yaml")

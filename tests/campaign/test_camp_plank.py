@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from camp_plans import LENIENT, ROAD, small
 
-from flatplank_analysis.data import Campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.cli.bench import axes_of
 from flatplank_control.runner.campaign import Conductor, Journal
@@ -15,6 +14,7 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import SPEED
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import PlanFailed, Wait
+from flatplank_data.campaign import Campaign
 from flatplank_hw.cia402 import State
 from flatplank_sim.twin.campaign_run import run_on_twin
 from flatplank_sim.twin.log import TableLog

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from camp_plans import small
 
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.bench.listing import write_campaign
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.panel.next_plan import block_of
 from flatplank_control.runner.campaign import PlanError
 from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.measurement import Measurement, MeasurementError
 from flatplank_control.runner.plans import plan_of
+from flatplank_data.campaign import Campaign
+from flatplank_panel.next_plan import block_of
 from flatplank_sim.plant import PlantConfig
 from flatplank_sim.plant.truth import truth_row
 from flatplank_sim.twin.log import TableLog

@@ -10,9 +10,9 @@ from flatplank_analysis.cli.diagnose import starting_values
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.state import measured_term
 from flatplank_analysis.effects.registry import find
-from flatplank_analysis.errors import FlatplankError
 from flatplank_control.calibration.sheet import LINES
 from flatplank_control.cli.calibrate import main
+from flatplank_data.errors import FlatplankError
 
 
 def test_the_sheet_reaches_the_search(tmp_path, capsys):

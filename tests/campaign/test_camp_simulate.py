@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.models.tire_record import FILE, read_record
+from flatplank_data.campaign import Campaign
 from flatplank_sim.cli.simulate import main, mounted, parser
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.truth import truth_row

@@ -11,7 +11,7 @@ import pytest
 
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
 from flatplank_control.sequencer.waveforms import MAX_SLIP, WAVEFORMS
-from flatplank_hw.params import describe, from_mapping, to_mapping
+from flatplank_data.params import describe, from_mapping, to_mapping
 from flatplank_hw.samples import EncoderSample
 
 P = SequencerParameters()

@@ -16,7 +16,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
-from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 
 SLIPS = (-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1)
 STEP, RADIUS, LOAD, DT = 1.5, 0.3108, 3700.0, 0.05

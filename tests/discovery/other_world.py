@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.contact_patch.data import TireRuns, from_tables
-from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, STEP, Columns, Run, Setting

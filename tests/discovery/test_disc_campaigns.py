@@ -13,10 +13,10 @@ from bristles import Truth, campaign
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects.registry import library
+from flatplank_data.campaign import Campaign
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 

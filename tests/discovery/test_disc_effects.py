@@ -15,13 +15,14 @@ from bristles import Truth, campaign
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects import registry
 from flatplank_analysis.effects.checks import check_effect, probe_model
 from flatplank_analysis.effects.registry import GROUP, find, library, load_file, source_file
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 OWN = '''
 """Rail friction: the plank guide takes a part of the force, whatever the slip."""

@@ -17,7 +17,7 @@ from flatplank_analysis.discovery.decide import CONDITIONS, _reasons
 from flatplank_analysis.discovery.descent import bounded_step
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, diagnose, undecidable
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 
 @pytest.mark.parametrize("seed", [1, 2])

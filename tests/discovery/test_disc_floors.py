@@ -28,7 +28,7 @@ from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.sources.ranked import SOURCES, level_of, seen, source_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, PARTLY, diagnose, undecidable
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import nothing_hidden, session_of
 
 RECORDS = {

@@ -10,8 +10,8 @@ import pytest
 from bristles import Truth, campaign, save
 
 from flatplank_analysis.contact_patch.data import from_tables, load_runs
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,6 @@ from flatplank_analysis.contact_patch.further import coordinates_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.checks import check_effect, probe_of
 from flatplank_analysis.effects.registry import load_file
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.curves import acting
 from flatplank_analysis.proposal.hooks import HOOKS, NONE
 from flatplank_analysis.proposal.modulators import BY_NAME, MODULATORS
@@ -20,6 +19,7 @@ from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
 from flatplank_analysis.proposal.sites import Place, Site, places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, renamed, text_of
+from flatplank_data.errors import FlatplankError
 
 OVER = {
     PLACE: ("plank position", Span(0.0, 4.15, PLACE, "m")),

@@ -20,14 +20,14 @@ from flatplank_analysis.cli import compare
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.discovery import invariants, verdict
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import Form
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
 from flatplank_validation.blind.nulls import session_of as made
 from flatplank_validation.blind.plan import DESIGNS

@@ -13,7 +13,7 @@ from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import add, compare, diagnose, effects, remove, undo
 from flatplank_analysis.discovery import modelfile
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 from flatplank_sim.sealed import seal
 from flatplank_sim.sealed.score import score
 

@@ -11,7 +11,7 @@ import run_cells
 import yaml
 from bristles import Truth, campaign, save
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 ROOT = Path(__file__).resolve().parents[2]
 BOOKS = ROOT / "examples" / "notebooks"

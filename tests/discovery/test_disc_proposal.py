@@ -16,14 +16,14 @@ from flatplank_analysis.cli import add, confirm, effects, propose
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.effects.registry import load_file
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.propose import refuted
 from flatplank_analysis.proposal.scan import Scanned
 from flatplank_analysis.proposal.search import doubt, looks_of
 from flatplank_analysis.proposal.sites import places_of, sites_of
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
 
 pytestmark = pytest.mark.timeout(900)  # whole searches: a busy machine takes minutes
 

@@ -14,11 +14,12 @@ from flatplank_analysis.cli import add, compare, diagnose, effects, remove
 from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.parameters import NAMES
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import modelfile
 from flatplank_analysis.effects.checks import probe_model
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 SMALL = (-0.05, -0.01, 0.01, 0.05)
 FORCE = "self.force * np.tanh(signal.true_fx / 50.0)"

@@ -12,8 +12,9 @@ from third_campaigns import tables
 
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.signs import wrong_signs
-from flatplank_analysis.data import Campaign, MeasurementTable
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,10 @@ from __future__ import annotations
 import pytest
 from drive_rig import WORDS, Rig, up
 
+from flatplank_data.params import load_parameters
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.cia402 import QUICK_STOP, State
 from flatplank_hw.drive.safety import RULES
-from flatplank_hw.params import load_parameters
 from flatplank_hw.share import config_file
 
 PLANK = load_parameters(config_file("flatplank_hw", "plank_drive.yaml"), "plank_drive")

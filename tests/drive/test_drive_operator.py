@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from drive_rig import PERIOD, Rig, up
 
+from flatplank_data.params import load_parameters
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive.safety import RULES
-from flatplank_hw.params import load_parameters
 
 CONFIG = Path(__file__).parents[2] / "ros_ws/src/flatplank_hw/config"
 

@@ -11,12 +11,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from flatplank_data.params import load
 from flatplank_hw.bus.image import AXES, Health
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.drive.safety import RULES, Situation, first_stop
 from flatplank_hw.drive.watch import Watch
-from flatplank_hw.params import load
 from flatplank_hw.share import config_file
 
 MS = 1_000_000

@@ -95,7 +95,12 @@ def test_a_broken_environment_is_one_line(broken: str, tmp_path: Path) -> None:
             assert len(said.strip().splitlines()) == 1, f"{verb}: {said}"
 
 
-def test_a_taken_port_is_one_line(tmp_path: Path) -> None:
+PANEL = ROOT / "ros_ws/install/flatplank_panel/lib/flatplank_panel/panel"
+"""what `ros2 run flatplank_panel panel` starts"""
+
+
+@pytest.mark.parametrize("command", [[ROOT / "flatplank", "panel"], [PANEL]])
+def test_a_taken_port_is_one_line(command: list[Path], tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -103,7 +108,7 @@ def test_a_taken_port_is_one_line(tmp_path: Path) -> None:
         # NiceGUI believes itself in a test of its own when it sees pytest's variable
         env = {k: v for k, v in os.environ.items() if k != "PYTEST_CURRENT_TEST"}
         done = subprocess.run(
-            [ROOT / "flatplank", "panel", "--port", port, "--data", tmp_path],
+            [*command, "--port", port, "--data", tmp_path],
             capture_output=True, text=True, timeout=280, env=env,
         )  # fmt: skip
     assert done.returncode == 1

@@ -55,3 +55,10 @@ def test_ctrl_c_while_a_node_is_imported_is_no_traceback() -> None:
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130
     assert said == ""
+
+
+def test_no_node_of_the_machine_waits_for_arrow() -> None:
+    """Files are read by `flatplank_data`, whose limits and parameters every node uses."""
+    cores = ("flatplank_hw.drive.axis", "flatplank_hw.hub", "flatplank_control.sequencer")
+    check = f"import sys, {', '.join(cores)}; sys.exit('pyarrow' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", check], timeout=60).returncode == 0

@@ -17,10 +17,11 @@ from diagnostic_msgs.msg import DiagnosticArray
 from ethercat_rig import namespace
 from std_srvs.srv import SetBool
 
-from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
+from flatplank_data.campaign import Campaign
+from flatplank_data.table import MeasurementTable
 from flatplank_hw.cia402 import State
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState

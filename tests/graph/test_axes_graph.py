@@ -33,8 +33,9 @@ profile_time: 4.5
 
 
 def columns(path):
-    from flatplank_analysis.data import Run, RunInfo
-    from flatplank_analysis.data.store import open_store
+    from flatplank_data.campaign import Run
+    from flatplank_data.info import RunInfo
+    from flatplank_data.store import open_store
 
     names = [*COLUMNS, "steer_angle", "mz"]
     return Run(RunInfo(file=path.name), open_store(path.parent)).table(names).columns

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from bench_graph import graph
 
-from flatplank_analysis.data import Campaign
 from flatplank_control.cli.run import find_plan
 from flatplank_control.nodes import client
 from flatplank_control.nodes.client import BenchError
 from flatplank_control.recording.run_record import load_record
 from flatplank_control.runner.campaign import Journal, plan_from_text
+from flatplank_data.campaign import Campaign
 
 pytestmark = pytest.mark.graph
 PLAN = """

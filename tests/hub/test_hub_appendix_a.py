@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hub_inputs import bus
 
+from flatplank_data.params import updated
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.hub.appendix_a import (
     contact_from_wheel,
@@ -17,7 +18,6 @@ from flatplank_hw.hub.appendix_a import (
     wheel_from_contact,
     wheel_from_volts,
 )
-from flatplank_hw.params import updated
 from flatplank_hw.samples import Wrench
 
 P = HubParameters(et_value=0.038, adapter_thickness=0.025)

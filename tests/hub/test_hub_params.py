@@ -14,10 +14,7 @@ from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.load_control import LoadParameters
 from flatplank_control.sequencer import SequencerParameters
 from flatplank_control.steering_hold import AngleParameters
-from flatplank_hw.drive import DriveParameters
-from flatplank_hw.encoders import EncoderParameters
-from flatplank_hw.hub import HubParameters
-from flatplank_hw.params import (
+from flatplank_data.params import (
     ParameterError,
     Params,
     describe,
@@ -27,6 +24,9 @@ from flatplank_hw.params import (
     to_mapping,
     updated,
 )
+from flatplank_hw.drive import DriveParameters
+from flatplank_hw.encoders import EncoderParameters
+from flatplank_hw.hub import HubParameters
 
 SRC = Path(__file__).parents[2] / "ros_ws" / "src"
 SHIPPED = {

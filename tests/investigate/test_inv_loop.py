@@ -77,7 +77,7 @@ def test_nothing_is_found_where_nothing_is_hidden(tmp_path):
     ],
 )
 def test_bad_input_is_one_line(words, said, tmp_path):
-    from flatplank_analysis.errors import FlatplankError
+    from flatplank_data.errors import FlatplankError
 
     with pytest.raises(FlatplankError, match=said):
         main([str(tmp_path / "new"), *words])

@@ -45,8 +45,8 @@ MOTOR_TURN = 2**23 * 1425.04
 WHEEL_TURN = 20_000
 """counts of the wheel's encoder per turn"""
 ACCEPTS = """
-from flatplank_control.nodes.panel import PanelNode
-from flatplank_control.panel.link import Reply
+from flatplank_panel.nodes.panel import PanelNode
+from flatplank_panel.link import Reply
 
 async def accept(*_, **__):
     return Reply(True, "", {"token": "anybody"})
@@ -57,7 +57,7 @@ PanelNode.beat = lambda *_: None
 """
 IDLE = {
     "hands": ACCEPTS,
-    "eyes": "from flatplank_control.nodes.panel import PanelNode\nPanelNode.look = lambda _: None",
+    "eyes": "from flatplank_panel.nodes.panel import PanelNode\nPanelNode.look = lambda _: None",
 }
 """what a panel does not do -> Python that takes it away: it acts on nothing, or sees nothing"""
 
@@ -95,7 +95,7 @@ def clean_environment() -> dict[str, str]:
 def panel_process(data: Path, *options: str, before: str = "") -> Iterator[str]:
     """`flatplank panel` on a free port; its address. `before`: Python that runs in it first."""
     port = free_port()
-    command = [sys.executable, "-c", "import sys; from flatplank_control.cli.panel import main; "]
+    command = [sys.executable, "-c", "import sys; from flatplank_panel.cli.panel import main; "]
     command[-1] += f"{before}\nsys.exit(main(sys.argv[1:]))"
     log = open(data.parent / f"panel_{port}.log", "wb")  # noqa: SIM115
     with log:

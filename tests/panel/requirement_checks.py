@@ -17,7 +17,7 @@ import pytest
 import yaml
 from panel_rig import wait_for
 
-from flatplank_analysis.data import Campaign
+from flatplank_data.campaign import Campaign
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.hub.parasitic import ParasiticFit, Sine, to_text
 

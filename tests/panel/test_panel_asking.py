@@ -20,10 +20,10 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from flatplank_control.nodes import panel
-from flatplank_control.panel.bench_state import BenchState
 from flatplank_msgs.action import RunMeasurement
 from flatplank_msgs.srv import SetValue
+from flatplank_panel.bench_state import BenchState
+from flatplank_panel.nodes import panel
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(120)]
 

@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 from own_loop import finished as run
 
-from flatplank_control.panel import validation as check
-from flatplank_control.panel.access import COOKIE, Guard, address, host_of, is_loopback
-from flatplank_control.panel.analysis.worker import plain
-from flatplank_control.panel.bench_state import BEHIND, BenchState, Samples, Slip
-from flatplank_control.panel.charge import HOLDER_TIMEOUT_S, Charge, NotInCharge
-from flatplank_control.panel.constants import CONSTANTS
-from flatplank_control.panel.host import Host
-from flatplank_control.panel.link import Reply
-from flatplank_control.panel.live import Live, script
-from flatplank_control.panel.operator import Operator
-from flatplank_control.panel.rings import Ring
-from flatplank_control.panel.signals import COLUMN, SIGNALS
-from flatplank_control.panel.views import page
-from flatplank_control.panel.views.waveform import preview
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_hw.bus.image import AXES, AxisInputs, BusInputs
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
+from flatplank_panel import validation as check
+from flatplank_panel.access import COOKIE, Guard, address, host_of, is_loopback
+from flatplank_panel.analysis.worker import plain
+from flatplank_panel.bench_state import BEHIND, BenchState, Samples, Slip
+from flatplank_panel.charge import HOLDER_TIMEOUT_S, Charge, NotInCharge
+from flatplank_panel.constants import CONSTANTS
+from flatplank_panel.host import Host
+from flatplank_panel.link import Reply
+from flatplank_panel.live import Live, script
+from flatplank_panel.operator import Operator
+from flatplank_panel.rings import Ring
+from flatplank_panel.signals import COLUMN, SIGNALS
+from flatplank_panel.views import page
+from flatplank_panel.views.waveform import preview
 
 
 def samples(cycle: int, fz: float = 1.0) -> Samples:
@@ -364,7 +364,7 @@ def test_beats_go_on_only_with_a_claim(bench):
 
 def test_the_claim_is_renewed_and_given_back(bench, monkeypatch):
     clock = Clock()
-    monkeypatch.setattr("flatplank_control.panel.operator.time", clock)
+    monkeypatch.setattr("flatplank_panel.operator.time", clock)
     bench.take("me", "me")
     bench.link.state.accept(samples(1), math.inf)
     for _ in range(30):

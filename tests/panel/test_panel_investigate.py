@@ -16,10 +16,10 @@ from own_loop import finished
 from panel_rig import wait_for
 
 from flatplank_control.investigate.journal import NAME
-from flatplank_control.panel.bench_state import Progress
-from flatplank_control.panel.charge import Charge
-from flatplank_control.panel.investigation import Investigation
-from flatplank_control.panel.service import AnalysisService
+from flatplank_panel.bench_state import Progress
+from flatplank_panel.charge import Charge
+from flatplank_panel.investigation import Investigation
+from flatplank_panel.service import AnalysisService
 
 pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes
 PLANT = "defects: {drive_brake_asymmetry: {friction: 0.12}}\n"

@@ -13,10 +13,10 @@ from made_up import campaign
 from flatplank_analysis.contact_patch.plans import plans_for
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
-from flatplank_control.panel.analysis.proposal import runs_of
-from flatplank_control.panel.next_plan import block_of, plans_of, write_next
 from flatplank_control.runner.campaign import load_plan
 from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_panel.analysis.proposal import runs_of
+from flatplank_panel.next_plan import block_of, plans_of, write_next
 
 RUN = {"kappa": 0.05, "fz": 3700.0, "pressure": 2.5, "step_position": 1.5}
 

@@ -13,8 +13,8 @@ from panel_rig import shows, status, wait_for
 
 from flatplank_analysis.effects.checks import check_effect
 from flatplank_analysis.effects.registry import load_file
-from flatplank_control.panel.analysis import proposing
-from flatplank_control.panel.analysis.worker import do
+from flatplank_panel.analysis import proposing
+from flatplank_panel.analysis.worker import do
 from flatplank_sim.sealed.conditions import STEP
 from flatplank_sim.sealed.generate import make_challenge, more_runs
 

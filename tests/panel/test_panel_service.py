@@ -12,12 +12,12 @@ from made_up import campaign
 from own_loop import finished
 
 from flatplank_control.calibration.parasitic import Turn, identify_turn
-from flatplank_control.panel.analysis import browse_jobs, fit_jobs, identifying
-from flatplank_control.panel.analysis.stamp import stamp_of
-from flatplank_control.panel.analysis.verdicts import verdicts_of
-from flatplank_control.panel.service import AnalysisService, PageAnalysis
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict, plan_from_text
 from flatplank_control.runner.campaign.quality import Finding
+from flatplank_panel.analysis import browse_jobs, fit_jobs, identifying
+from flatplank_panel.analysis.stamp import stamp_of
+from flatplank_panel.analysis.verdicts import verdicts_of
+from flatplank_panel.service import AnalysisService, PageAnalysis
 
 
 def quiet(_text: str, _share: float) -> None:

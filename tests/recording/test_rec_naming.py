@@ -6,7 +6,6 @@ from __future__ import annotations
 import pytest
 import rec_samples as samples
 
-from flatplank_analysis.data.names import parse_name as facts_of_name
 from flatplank_control.recording import RecordingError
 from flatplank_control.recording.naming import (
     SETTINGS,
@@ -15,6 +14,7 @@ from flatplank_control.recording.naming import (
     free_name,
     parse_name,
 )
+from flatplank_data.names import parse_name as facts_of_name
 
 THESIS = {
     "BMW_ERR_REL_LNG_T_p23_Fz1625_1": MeasurementName("BMW", "ERR_REL_LNG", 2.3, 1625.0, 1),

@@ -13,10 +13,10 @@ import pytest
 
 import flatplank_analysis as fp
 from flatplank_analysis.cli.main import main
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.slip_sweeps.study import study
+from flatplank_data.errors import FlatplankError
 
 SHIPPED = files("flatplank_analysis") / "tire_data" / "toyo_nanoenergy.tir"
 WRITERS = {

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 SHELLS = [
     path
-    for package in ("flatplank_hw", "flatplank_sim", "flatplank_control")
+    for package in ("flatplank_hw", "flatplank_sim", "flatplank_control", "flatplank_panel")
     for path in (ROOT / "ros_ws/src" / package / package / "nodes").glob("*.py")
 ]
 NAMES = {node.executable: node.name for node in NODES} | {

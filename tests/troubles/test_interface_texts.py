@@ -15,7 +15,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_control.steering_hold.profiles import PROFILES
-from flatplank_hw.params import describe
+from flatplank_data.params import describe
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFINITION = ROOT / "ros_ws/src/flatplank_msgs/srv/SetWaveform.srv"

@@ -60,7 +60,7 @@ def test_every_trouble_is_told_by_somebody():
     """Stops and health by their tables, the others by name in a node or a launch file."""
     code = "".join(
         path.read_text(encoding="utf-8")
-        for package in ("flatplank_hw", "flatplank_sim", "flatplank_control")
+        for package in ("flatplank_hw", "flatplank_sim", "flatplank_control", "flatplank_panel")
         for path in (SOURCES / package).rglob("*.py")
         if "troubles" not in path.parts
     )

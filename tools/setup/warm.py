@@ -29,7 +29,14 @@ def modules() -> None:
     for name in ("flatplank_sim.cli.demo", "flatplank_control.nodes.client"):
         import_module(name)
     write_byte_code()
-    for name in ("flatplank_hw", "flatplank_sim", "flatplank_control", "flatplank_analysis"):
+    for name in (
+        "flatplank_data",
+        "flatplank_hw",
+        "flatplank_sim",
+        "flatplank_control",
+        "flatplank_panel",
+        "flatplank_analysis",
+    ):
         compileall.compile_dir(import_module(name).__path__[0], quiet=2)
 
 

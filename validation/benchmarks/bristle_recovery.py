@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.steady.contact import fit_contact_length
 from flatplank_analysis.steady.stiffness import vertical_stiffness
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.truth import TruthRow, truth_row
 from plant_points import analyse_runs, simulate_point

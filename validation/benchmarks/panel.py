@@ -27,7 +27,7 @@ FLAGS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-backgroun
 PAGES = 3
 WANTED_HZ = 10
 NODES = ("simulated_plant", "measurement_hub", "encoders", "wheel_drive", "recorder")
-PANEL = "import sys; from flatplank_control.cli.panel import main; sys.exit(main(sys.argv[1:]))"
+PANEL = "import sys; from flatplank_panel.cli.panel import main; sys.exit(main(sys.argv[1:]))"
 
 
 def tree(pid: int) -> list[int]:

@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.problem import Problem
-from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.report.analysis import PointJob, analyse_point
 from flatplank_analysis.report.results import PointResult
+from flatplank_data.info import RunInfo
+from flatplank_data.problem import Problem
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 

@@ -14,9 +14,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.table import MeasurementTable
+from flatplank_data.exporters import export_campaign
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.drivetrain import friction_torque

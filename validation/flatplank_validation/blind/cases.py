@@ -10,7 +10,8 @@ from zlib import crc32
 
 import numpy as np
 
-from flatplank_analysis.data import MeasurementTable, RunInfo
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Columns, Run
 from flatplank_sim.sealed.outside import OUTSIDE, Force
 from flatplank_validation.blind.detectable import (

@@ -18,9 +18,9 @@ import flatplank_analysis
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
+from flatplank_data.campaign import Campaign
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.detectable import kit_version
 

@@ -12,12 +12,13 @@ import numpy as np
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.invariants import largest_of
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_analysis.effects.registry import library
+from flatplank_data.campaign import Campaign
+from flatplank_data.table import MeasurementTable
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 from flatplank_validation.blind.plan import runs_of, runs_once

@@ -12,9 +12,9 @@ from pathlib import Path
 
 from mcap.reader import make_reader
 
-from flatplank_analysis.data.bags.topics import RUN_TOPIC, topic_map
-from flatplank_analysis.data.readers.bag import import_bag
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.bags.topics import RUN_TOPIC, topic_map
+from flatplank_data.errors import FlatplankError
+from flatplank_data.readers.bag import import_bag
 from flatplank_validation.fits.command import command
 
 

@@ -10,18 +10,20 @@ from dataclasses import asdict
 
 import numpy as np
 
-from flatplank_analysis import data as recorded
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
-from flatplank_analysis.data.store import open_store
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.loop import Made
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
 from flatplank_control.investigate.plans import price_of
+from flatplank_data.campaign import Campaign
+from flatplank_data.campaign import Run as Recorded
+from flatplank_data.info import RunInfo
+from flatplank_data.store import open_store
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import Campaign as Plant
 from flatplank_sim.plant.campaign import CampaignRun
 from flatplank_sim.plant.config import PlantConfig
@@ -70,7 +72,7 @@ class FastBench:
         """These runs."""
         tables = [self.tables[f] for f in files]
         data = from_tables(tables)
-        campaign = Campaign("made", [recorded.Run(t.info, open_store(".")) for t in tables])
+        campaign = Campaign("made", [Recorded(t.info, open_store(".")) for t in tables])
         return Session(campaign, data, TireModel(data), self.effects)
 
     def seed(self) -> Candidate:

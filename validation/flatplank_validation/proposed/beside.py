@@ -20,7 +20,6 @@ from flatplank_analysis.contact_patch.data import TireRuns, from_tables
 from flatplank_analysis.contact_patch.further import coordinates_of
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign, MeasurementTable
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.proposal.modulators import BY_NAME
@@ -28,6 +27,8 @@ from flatplank_analysis.proposal.propose import of_diagnosis
 from flatplank_analysis.proposal.search import Tried
 from flatplank_analysis.proposal.shapes.base import Span
 from flatplank_analysis.proposal.sites import factor, places_of
+from flatplank_data.campaign import Campaign
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import Run, Setting
 from flatplank_validation.blind.journal import read
 from flatplank_validation.blind.noise import NOISES

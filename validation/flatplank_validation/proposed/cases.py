@@ -11,7 +11,7 @@ from zlib import crc32
 
 import numpy as np
 
-from flatplank_analysis.data import MeasurementTable
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import Columns, Run
 from flatplank_validation.blind import cases as blind
 from flatplank_validation.blind.detectable import detectable_force

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.detectable import cache
 
 KNOTS, PENALTIES = 14, np.geomspace(1e-3, 1e5, 9)

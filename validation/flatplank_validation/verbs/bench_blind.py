@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_analysis.cli.arguments import Parser
+from flatplank_data.arguments import Parser
 from flatplank_validation.blind import journal
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.lists import full

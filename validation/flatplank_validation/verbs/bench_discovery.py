@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import start_base
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
+from flatplank_data.arguments import Parser
+from flatplank_data.campaign import Campaign
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 from flatplank_validation.blind.nulls import (

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.cli.arguments import Parser
+from flatplank_data.arguments import Parser
 from flatplank_validation.fits import (
     bag_import,
     campaign_fit,

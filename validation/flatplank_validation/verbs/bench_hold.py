@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from flatplank_analysis.cli.arguments import Parser
+from flatplank_data.arguments import Parser
 from flatplank_validation.bench.hold_bench import load_over_the_road, load_step, steering
 
 SLIPS = (0.0, -0.1)

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from flatplank_analysis.cli.arguments import Parser
+from flatplank_data.arguments import Parser
 
 PARTS = ("margins", "twin", "lockstep", "realtime", "ethercat", "start", "panel")
 

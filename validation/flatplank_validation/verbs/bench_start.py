@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.free_rolling.design import phase_margin
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA
+from flatplank_data.arguments import Parser
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.driven_plank import DrivenPlank
 from flatplank_validation.bench.start_bench import StartBench

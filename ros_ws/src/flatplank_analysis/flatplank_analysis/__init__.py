@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from flatplank_analysis.api.runs import Run, load
     from flatplank_analysis.api.sweeps import Sweeps, sweeps
     from flatplank_analysis.discovery.parameters import param
-    from flatplank_analysis.errors import FlatplankError
     from flatplank_analysis.machines.declared import Missing
     from flatplank_analysis.machines.files import column, read_table
     from flatplank_analysis.machines.motion import Motion
     from flatplank_analysis.machines.records import Record, table_of
     from flatplank_analysis.machines.swings import half_swings
+    from flatplank_data.errors import FlatplankError
 
 __all__ = [
     "Comparison",

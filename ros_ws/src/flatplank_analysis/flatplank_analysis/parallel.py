@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, contextmanager
 from threading import Thread
 from typing import Protocol, TypeVar
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -113,7 +113,7 @@ def _dask(address: str) -> Iterator[Executor]:
         raise FlatplankError(
             "a scheduler needs the package distributed",
             address,
-            "pip install 'flatplank-analysis[dask]'",
+            "pip install distributed",
         ) from error
     try:
         client = Client(address, timeout="20s", set_as_default=False)

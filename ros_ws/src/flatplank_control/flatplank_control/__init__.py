@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Free-rolling controller, slip sequencer, recorder, measurement runner and operator panel."""
+"""Free-rolling controller, slip sequencer, recorder and measurement runner."""

@@ -17,7 +17,7 @@ from flatplank_analysis.api.shown import figure_of, page
 from flatplank_analysis.cli import loop
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import diagnose
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 
 def explain(model: Model, effects: Sequence[type[Effect]]) -> Diagnosed:

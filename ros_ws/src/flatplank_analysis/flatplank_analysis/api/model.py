@@ -19,7 +19,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import determined
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
 from flatplank_analysis.discovery.steps import Step
-from flatplank_analysis.wording import sized
+from flatplank_data.wording import sized
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,11 +12,12 @@ from typing import Any
 import pandas as pd
 
 from flatplank_analysis.cli.common import read_mapping
-from flatplank_analysis.data import Campaign, MeasurementTable, RunInfo
-from flatplank_analysis.data.campaign import Run as CampaignRun
-from flatplank_analysis.data.info import UNITS
-from flatplank_analysis.data.problem import Problem
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.campaign import Run as CampaignRun
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import UNITS, RunInfo
+from flatplank_data.problem import Problem
+from flatplank_data.table import MeasurementTable
 
 RUN = "run"
 """column of a table of runs that holds the runs themselves"""

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 from typing import TYPE_CHECKING, TypeVar
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 if TYPE_CHECKING:
     import pandas as pd

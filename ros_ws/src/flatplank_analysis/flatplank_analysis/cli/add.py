@@ -9,7 +9,7 @@ from typing import Any
 
 from flatplank_analysis.cli import change
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.wording import sized
+from flatplank_data.wording import sized
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -11,10 +11,10 @@ from typing import Any
 
 import yaml
 
-from flatplank_analysis.cli.arguments import Parser
-from flatplank_analysis.data.campaign import Campaign
-from flatplank_analysis.data.problem import Problem
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_data.arguments import Parser
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.problem import Problem
 
 NOTHING_USABLE = 2
 

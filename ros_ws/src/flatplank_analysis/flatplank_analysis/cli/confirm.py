@@ -10,9 +10,9 @@ from pathlib import Path
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import load_file
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.confirm import Confirmation, confirm, fitted, interval_of
-from flatplank_analysis.wording import sized, span
+from flatplank_data.errors import FlatplankError
+from flatplank_data.wording import sized, span
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -15,7 +15,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, write_atomic
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import NONE, PARTLY, Diagnosis
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 
 def main(argv: Sequence[str] | None = None) -> int:

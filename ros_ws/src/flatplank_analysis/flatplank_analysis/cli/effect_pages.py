@@ -13,11 +13,12 @@ import numpy as np
 
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
-from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 
 SLIPS = (-0.10, -0.02, 0.0, 0.02, 0.10)
 STARTS = (1, 2)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import find, library, load_file
-from flatplank_analysis.wording import table
+from flatplank_data.arguments import Parser
+from flatplank_data.wording import table
 
 
 def main(argv: Sequence[str] | None = None) -> int:

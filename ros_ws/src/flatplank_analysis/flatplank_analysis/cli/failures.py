@@ -8,7 +8,7 @@ import os
 import tempfile
 import traceback
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 AT_FAULT = 1
 """The input, the computer or the bench is at fault; the line says how to mend it."""

@@ -13,8 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.data.campaign import Campaign
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.campaign import FITTERS, ConditionFits, carcass_fits, fit_campaign
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.fit_file import FitFile, read_fit_file
@@ -28,6 +26,8 @@ from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.geometry import geometry_of_campaigns
 from flatplank_analysis.report.steps import extra_points, read_group, read_lateral, read_steps
 from flatplank_analysis.report.tire import record_for, tires_of
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
 
 FORMAT = "flatplank-fit/1"
 READERS = {"lateral": read_lateral}

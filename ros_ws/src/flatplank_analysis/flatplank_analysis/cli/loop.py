@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.arguments import Parser
+from flatplank_data.errors import FlatplankError
 
 MODEL = "model.yaml"
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.discovery.modelfile import write_atomic
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.propose import PROPOSED, Proposal, propose
-from flatplank_analysis.wording import sized
+from flatplank_data.errors import FlatplankError
+from flatplank_data.wording import sized
 
 
 def main(argv: Sequence[str] | None = None) -> int:

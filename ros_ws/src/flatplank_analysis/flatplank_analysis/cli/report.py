@@ -8,8 +8,8 @@ from functools import reduce
 from pathlib import Path
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.report_files.build import build
+from flatplank_data.errors import FlatplankError
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.models.tir import TirFile, read_tir
 from flatplank_analysis.slip_sweeps.axes import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE
 from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
 from flatplank_analysis.slip_sweeps.levels import HELD
 from flatplank_analysis.slip_sweeps.study import FAILS, TITLES, Study, by_level, study
+from flatplank_data.arguments import Parser
 
 DEGREES = {"alpha": 180.0 / np.pi, "kappa": 100.0}
 PER = {"alpha": "deg", "kappa": "%"}

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.data.campaign import Campaign
-from flatplank_analysis.data.exporters import EXPORTERS, export_campaign
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.lost import lost_samples
-from flatplank_analysis.data.needs import what_is_missing
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.results import to_plain
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.exporters import EXPORTERS, export_campaign
+from flatplank_data.info import RunInfo
+from flatplank_data.lost import lost_samples
+from flatplank_data.needs import what_is_missing
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -8,11 +8,11 @@ import sys
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.cli.arguments import Parser
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.magic_formula import SWITCHES
 from flatplank_analysis.models.tir import read_tir
 from flatplank_analysis.models.tire_state import tire_state
+from flatplank_data.arguments import Parser
+from flatplank_data.errors import FlatplankError
 
 UNITS = {
     "fx": "N",

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_analysis.discovery.modelfile import load_model, save_unchanged
+from flatplank_data.arguments import Parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -10,7 +10,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, where
 from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.discovery.steps import Step
-from flatplank_analysis.wording import span, table
+from flatplank_data.wording import span, table
 
 
 def numbers(session: Session, step: Step) -> dict[str, Any]:

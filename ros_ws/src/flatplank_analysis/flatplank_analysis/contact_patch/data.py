@@ -21,10 +21,11 @@ from flatplank_analysis.contact_patch.grid import (
 from flatplank_analysis.contact_patch.rest import at_rest, steps_of
 from flatplank_analysis.contact_patch.signs import WrongSign, wrong_signs
 from flatplank_analysis.contact_patch.truncated import ended_early
-from flatplank_analysis.data import Campaign, MeasurementTable
-from flatplank_analysis.data.problem import Problem, problem_of
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.problem import Problem, problem_of
+from flatplank_data.table import MeasurementTable
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 NEEDED = ("time", "plank_position", "wheel_angle", "fx")

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatplank_analysis.data import MeasurementTable
-from flatplank_analysis.data.table import COLUMN_UNITS
 from flatplank_analysis.discovery.runs import Coordinate
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 
 if TYPE_CHECKING:
     from flatplank_analysis.contact_patch.data import TireRuns

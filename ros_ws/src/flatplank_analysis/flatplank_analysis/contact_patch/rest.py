@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from flatplank_analysis.contact_patch.grid import quantum
-from flatplank_analysis.data import MeasurementTable
+from flatplank_data.table import MeasurementTable
 
 STILL = 1e-5
 """[m] plank travel up to which nothing moves: at the start of a run a tire has tens of newtons"""

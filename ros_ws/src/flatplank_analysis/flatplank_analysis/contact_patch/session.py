@@ -14,7 +14,6 @@ from flatplank_analysis.contact_patch.data import TireRuns, load_runs
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.parameters import BASE, NAMES
 from flatplank_analysis.contact_patch.plans import plans_for
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.discovery import invariants, nextrun, screen, verdict
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect
@@ -32,7 +31,8 @@ from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, source_file
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
 
 
 @dataclass

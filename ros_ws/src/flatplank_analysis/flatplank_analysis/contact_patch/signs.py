@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data import MeasurementTable
+from flatplank_data.table import MeasurementTable
 
 CLEAR = 0.8
 """share of the runs, weighed by their force, that must speak against a sign"""

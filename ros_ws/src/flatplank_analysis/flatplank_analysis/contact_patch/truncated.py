@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flatplank_analysis.data import MeasurementTable
+from flatplank_data.table import MeasurementTable
 
 SHARE = 0.8
 """of the usual travel; a shorter run would cost the others more than it brings"""

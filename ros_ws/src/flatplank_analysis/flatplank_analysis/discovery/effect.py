@@ -12,7 +12,7 @@ import numpy as np
 
 from flatplank_analysis.discovery.parameters import Parameter, parameters_of
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 Kind = Literal["machine", "sensor", "tire"]
 

@@ -23,7 +23,7 @@ from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.state import State
-from flatplank_analysis.wording import brief
+from flatplank_data.wording import brief
 
 if TYPE_CHECKING:
     from flatplank_analysis.discovery.verdict import Diagnosis

@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 FORMAT = "flatplank-discovery-model/1"
 

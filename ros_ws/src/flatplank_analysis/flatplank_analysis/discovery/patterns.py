@@ -18,7 +18,7 @@ from scipy.stats import f as f_distribution
 from flatplank_analysis.discovery.dispersion import Usual, among_repeats, scores_of, usual
 from flatplank_analysis.discovery.gram import Gram, Metric, solve
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.wording import span
+from flatplank_data.wording import span
 
 WIDTHS = (20, 10, 5)
 """a place is so many widths of a bump long"""

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 
 @dataclass(frozen=True)

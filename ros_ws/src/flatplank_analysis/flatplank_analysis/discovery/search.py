@@ -30,7 +30,7 @@ from flatplank_analysis.discovery.state import (
 )
 from flatplank_analysis.discovery.steps import Found, Progress, Search, Step
 from flatplank_analysis.discovery.whitened import Whitened
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 COLD = 2
 """refits, those with the largest drops, that may be repeated from the start values of the base"""

@@ -20,7 +20,7 @@ from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.sources.ranked import can_show, level_of, source_of
 from flatplank_analysis.discovery.whitened import Whitened, settle
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from flatplank_analysis.discovery.sources.base import FOUND, PARTLY, UNDECIDED, 
 from flatplank_analysis.discovery.sources.cap import capped
 from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, Found, Search, Step
-from flatplank_analysis.wording import brief
+from flatplank_data.wording import brief
 
 AT_FLOOR = "at floor"
 GROUP = "found group"

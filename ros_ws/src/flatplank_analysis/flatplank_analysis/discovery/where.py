@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.wording import span
+from flatplank_data.wording import span
 
 
 @dataclass(frozen=True)

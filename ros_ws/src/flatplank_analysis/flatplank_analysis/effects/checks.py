@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from flatplank_analysis.contact_patch.further import coordinates_of
-from flatplank_analysis.data import MeasurementTable, RunInfo
 from flatplank_analysis.discovery.effect import Effect, ask, variants_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.effects.registry import library, source_file
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 
 KINDS = ("machine", "sensor", "tire")
 TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "removes")

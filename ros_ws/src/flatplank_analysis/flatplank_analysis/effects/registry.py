@@ -17,7 +17,7 @@ from zlib import crc32
 
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.base import TireEffect
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 GROUP = "flatplank.effects"
 _USER = "flatplank_user_effects_"

@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from flatplank_analysis.data.info import Condition
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
@@ -18,6 +17,7 @@ from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.post.settling import ExponentialFit
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_data.info import Condition
 
 
 @maker("radius")

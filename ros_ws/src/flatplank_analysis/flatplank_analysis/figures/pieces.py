@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data.info import Condition
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import slip_colors
 from flatplank_analysis.models.magic_formula import (
@@ -19,6 +18,7 @@ from flatplank_analysis.models.magic_formula import (
     operating_point,
 )
 from flatplank_analysis.report.results import CampaignResult, ConditionResult, PointResult
+from flatplank_data.info import Condition
 
 DISPLACEMENT = "road displacement [m]"
 SINCE_STEP = "road displacement since the step [m]"

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from ..models.tir import TirFile, read_tir
 from .carcass import fit_carcass
 from .carcass_report import CarcassFit

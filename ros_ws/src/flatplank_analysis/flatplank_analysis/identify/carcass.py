@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from ..models.contact import TOYO, ContactGeometry
 from .carcass_joint import solve_jointly
 from .carcass_problem import carcass_problem, search_carcass

@@ -27,7 +27,8 @@ from typing import Any
 
 import yaml
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from ..models.contact import ContactGeometry
 from .mf.fit import MFSettings
 from .mf.parameters import COEFFICIENTS

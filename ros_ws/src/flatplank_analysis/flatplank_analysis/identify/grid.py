@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 SPACING = 0.002
 """Grid of the fits [m]: fine against every relaxation length, coarse against the filter."""

@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from ..data.table import MeasurementTable
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
+
 from .carcass import fit_carcass
 from .carcass_report import CarcassFit
 from .grid import SPACING, bin_means

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ..data.table import MeasurementTable
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
+
 from ..models.base import RunInputs
 from .grid import SPACING, bin_means
 from .linear import BEFORE, LinearFit, linear_run

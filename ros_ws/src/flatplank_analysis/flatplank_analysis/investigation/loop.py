@@ -27,7 +27,7 @@ from flatplank_analysis.investigation.settings import (
     candidates,
     settings_of,
 )
-from flatplank_analysis.wording import quantity
+from flatplank_data.wording import quantity
 
 BEGIN, BATCH, ANSWER, END = "begin", "batch", "answer", "end"
 

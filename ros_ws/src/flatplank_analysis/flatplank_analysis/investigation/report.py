@@ -14,7 +14,7 @@ from flatplank_analysis.investigation import figures
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
 from flatplank_analysis.investigation.loop import decoy_words
 from flatplank_analysis.investigation.notebook import bet_words, proposal_of, summary, verdict_of
-from flatplank_analysis.wording import sized
+from flatplank_data.wording import sized
 
 DIAGNOSIS = "diagnosis"
 """folder of the last diagnosis beside the page"""

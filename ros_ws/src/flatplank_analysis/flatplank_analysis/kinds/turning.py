@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 SPACING = 0.004
 """of the grid over travel [m]"""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 BEGIN = ("begin x", "begin v")
 """facts of a run: position and speed at its first node"""

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 CELLS = 2000
 """Cells of the even table that a measured curve is turned into."""

@@ -15,7 +15,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from .magic_formula import (
     DEFAULTS,
     LATEST,

@@ -34,7 +34,8 @@ from typing import Any
 
 import yaml
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from .contact import ContactGeometry
 from .tir import TirFile, check_tir, parse_tir, read_tir
 

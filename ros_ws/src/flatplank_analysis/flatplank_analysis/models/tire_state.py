@@ -7,7 +7,8 @@ import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from .magic_formula import (
     LATEST,
     Coefficients,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 SHARE = 0.05
 """lines of the slip spectrum with less than this of the largest amplitude are left out"""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 SPACING = 1e-4
 """thesis 6.2 [m]"""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data.table import MeasurementTable
+from flatplank_data.table import MeasurementTable
 
 WINDOW_BEFORE = 0.5
 """length of road before the step that counts as free rolling [m]"""

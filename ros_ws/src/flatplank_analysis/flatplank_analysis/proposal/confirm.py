@@ -26,7 +26,7 @@ from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.noise import make_whitener
 from flatplank_analysis.discovery.state import State, stiff_columns
 from flatplank_analysis.discovery.steps import Step
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 CONFIRMED, FAILED = "confirmed", "not confirmed"
 LEAST_RUNS = 3

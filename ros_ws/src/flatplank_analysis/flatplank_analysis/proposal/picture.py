@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, Drawn, png
 from flatplank_analysis.proposal.propose import Proposal
-from flatplank_analysis.wording import displayed
+from flatplank_data.wording import displayed
 
 WIDEST = 3.0
 """of the form's height: where the band is wider than that, the free curve is not drawn"""

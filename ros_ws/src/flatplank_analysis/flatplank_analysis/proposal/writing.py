@@ -14,12 +14,12 @@ from zlib import crc32
 
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.registry import effects_in
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.proposed import Proposed
 from flatplank_analysis.proposal.shapes.base import PLACE, Shape, literal
 from flatplank_analysis.proposal.sites import Site
-from flatplank_analysis.wording import quantity, span
+from flatplank_data.errors import FlatplankError
+from flatplank_data.wording import quantity, span
 
 _CLASSES = {"signal": "Signal", "motion": "Motion", "tire": "Tire"}
 _HELPERS = ("follow", "play")

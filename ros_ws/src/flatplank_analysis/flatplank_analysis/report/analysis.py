@@ -10,11 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data.campaign import Campaign, Run
-from flatplank_analysis.data.info import Condition
-from flatplank_analysis.data.problem import Problem, problem_of
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
 from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
@@ -39,6 +34,11 @@ from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.report.tire import record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 from flatplank_analysis.steady.stopping import until_stop
+from flatplank_data.campaign import Campaign, Run
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.info import Condition
+from flatplank_data.problem import Problem, problem_of
+from flatplank_data.table import MeasurementTable
 
 COLUMNS = (*STEP_COLUMNS, "motor_torque", "loaded_radius")
 MODEL_SPACING = 0.005

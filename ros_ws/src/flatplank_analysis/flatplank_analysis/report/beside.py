@@ -9,9 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data.info import Condition
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.linear import LinearFit, linear_run
@@ -19,6 +16,9 @@ from flatplank_analysis.identify.mean_response import has_mean, mean_response
 from flatplank_analysis.identify.runs import StepRun
 from flatplank_analysis.steady.stiffness import static_longitudinal_stiffness
 from flatplank_analysis.steady.transmission import DriveState, drive_state
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import Condition
+from flatplank_data.table import MeasurementTable
 
 SMALLEST_ANGLE = 0.3
 """[deg]; below it there is no lateral step to speak of"""

@@ -9,15 +9,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flatplank_analysis.data.info import Condition
-from flatplank_analysis.data.lost import lost_samples
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.linear import LinearFit, linear_run
 from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of_starts, on_grid, repeat_std
 from flatplank_analysis.post.slip import StepFacts, step_facts
 from flatplank_analysis.report.results import ConditionResult
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import Condition
+from flatplank_data.lost import lost_samples
+from flatplank_data.table import MeasurementTable
 
 SHOWN = ("fx", "fy", "fz", "plank_velocity")
 THIN = 20

@@ -10,11 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data.campaign import Campaign
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.problem import problem_of
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.kinds.camber_sweep import camber_sweep
 from flatplank_analysis.kinds.cleat import cleat
 from flatplank_analysis.kinds.parking import parking
@@ -32,6 +27,11 @@ from flatplank_analysis.steady.stiffness import (
 )
 from flatplank_analysis.steady.stopping import until_stop
 from flatplank_analysis.steady.transmission import friction_torque
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.problem import problem_of
+from flatplank_data.table import MeasurementTable
 
 Found = dict[str, Any]
 Extra = Callable[[Campaign, list[MeasurementTable], Mapping[str, Any]], Found]

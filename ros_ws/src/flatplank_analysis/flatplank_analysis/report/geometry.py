@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.models.contact import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.report.extras import other_measurements
+from flatplank_data.campaign import Campaign
 
 MEASURED = "measured in this campaign"
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
 from flatplank_analysis.identify.mf.parameters import general_start
 from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
@@ -19,6 +18,7 @@ from flatplank_analysis.models.mf_tyre import MFTyre
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.results import ConditionResult, ModelCurves, PointResult
+from flatplank_data.errors import FlatplankError
 
 MIN_LEVELS = 5
 """slip levels of one operating point without which a Magic Formula says nothing"""

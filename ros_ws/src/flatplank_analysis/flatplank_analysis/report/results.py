@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data.info import Condition
-from flatplank_analysis.data.problem import Problem
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.linear import LinearFit
 from flatplank_analysis.identify.mf.fit import MFFit
@@ -23,6 +21,8 @@ from flatplank_analysis.post.slip import StepFacts
 from flatplank_analysis.report.beside import Beside
 from flatplank_analysis.report.geometry import Geometry
 from flatplank_analysis.steady.rolling_radius import RadiusRun
+from flatplank_data.info import Condition
+from flatplank_data.problem import Problem
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from flatplank_analysis.data.campaign import Campaign
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
 
 LEAST_SESSIONS = 4
 """fewer give no control limits"""

@@ -9,10 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data.campaign import Campaign, Run
-from flatplank_analysis.data.info import Condition
-from flatplank_analysis.data.problem import Problem, problem_of
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.mf.points import AT_REST, SteadyPoints, steady_points
@@ -23,6 +19,10 @@ from flatplank_analysis.report.extras import other_measurements
 from flatplank_analysis.report.results import PointResult
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 from flatplank_analysis.steady.stopping import until_stop
+from flatplank_data.campaign import Campaign, Run
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.info import Condition
+from flatplank_data.problem import Problem, problem_of
 
 COLUMNS = (
     "time",

@@ -11,9 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from flatplank_analysis.data.campaign import Campaign, Run
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.tire_record import (
     FILE,
     TYPICAL_DEFLECTION,
@@ -22,6 +19,9 @@ from flatplank_analysis.models.tire_record import (
     read_record,
 )
 from flatplank_analysis.report.extras import other_measurements
+from flatplank_data.campaign import Campaign, Run
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
 
 BY_ROLLING = 1.022
 """R0 over r_e where nothing else tells R0: 318 mm over 310.8 mm, thesis Tables 5.1, 5.2"""

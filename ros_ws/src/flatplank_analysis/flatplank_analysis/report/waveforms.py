@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify.least_squares import solve
 from flatplank_analysis.identify.quality import rmse
 from flatplank_analysis.identify.runs import StepRun, step_run
@@ -17,6 +15,8 @@ from flatplank_analysis.models.linear import LinearX
 from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.frequency import frequency_response
 from flatplank_analysis.steady.rolling_radius import BRAKING
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 PERIODIC = ("sine", "triangle")
 SPACING = 0.005

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from flatplank_analysis.data.campaign import Campaign
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.sessions import Session, charts_of, session_of
 from flatplank_analysis.report.tire import record_for
+from flatplank_data.campaign import Campaign
 
 PAGE = "report.html"
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 UP = 0.05
 """share of the largest load: below it the tire is not loaded [-]"""

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_analysis.data.units import canonical, to_si
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+from flatplank_data.units import canonical, to_si
 
 
 class Guess(NamedTuple):

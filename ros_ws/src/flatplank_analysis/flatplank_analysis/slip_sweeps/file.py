@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.data.readers.csv import split_header
-from flatplank_analysis.data.readers.mat import variables
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.slip_sweeps.channels import BY_NAME, channel_of, in_si, needed, sizes
+from flatplank_data.errors import FlatplankError
+from flatplank_data.readers.csv import split_header
+from flatplank_data.readers.mat import variables
 
 LEAST = 50
 """samples; less is no sweep"""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import median_filter
 
-from flatplank_analysis.wording import plain
+from flatplank_data.wording import plain
 
 SMOOTH = 25
 """samples of the running median that takes noise and ripple of the load off"""

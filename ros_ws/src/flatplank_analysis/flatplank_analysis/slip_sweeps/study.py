@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps import axes, file
 from flatplank_analysis.slip_sweeps.conditions import FORCE, Condition, cut
 from flatplank_analysis.slip_sweeps.curves import Curve, Formula, curve_of, fit_formula
 from flatplank_analysis.slip_sweeps.failing import Failure, failures
 from flatplank_analysis.slip_sweeps.levels import HELD
+from flatplank_data.errors import FlatplankError
 
 FAILS = 1.5
 """floors above which a file fails in a condition"""

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data.info import Condition
-from flatplank_analysis.data.table import MeasurementTable
 from flatplank_analysis.steady.value import Value, mean_value
+from flatplank_data.info import Condition
+from flatplank_data.table import MeasurementTable
 
 GEAR = 30.32 * 47.0
 """i = i_RED i_SD, Table 5.1"""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 WINDOW = (0.285, 0.305)
 """loaded radius that is fitted, outside the play of the supports [m]"""

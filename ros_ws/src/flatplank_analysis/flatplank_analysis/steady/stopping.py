@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.data.table import MeasurementTable
+from flatplank_data.table import MeasurementTable
 
 WINDOW = 0.1
 """half the time over which the plank's speed is taken [s]"""

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.steady.rolling_radius import GEAR
+from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 CLEAR = 3.0
 """The net torque must be so many times the scatter of the friction ..."""

@@ -7,9 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from flatplank_analysis.data import MeasurementTable, Run, RunInfo
-from flatplank_analysis.data.readers import describe
-from flatplank_analysis.data.store import open_store
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.calibration.fit_check import still_fits
 from flatplank_control.runner.campaign.conductor import Job, Outcome
@@ -19,6 +16,11 @@ from flatplank_control.runner.conditions import PRELOAD
 from flatplank_control.runner.moves import ENOUGH
 from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.turn_watch import TurnWatch
+from flatplank_data.campaign import Run
+from flatplank_data.info import RunInfo
+from flatplank_data.readers import describe
+from flatplank_data.store import open_store
+from flatplank_data.table import MeasurementTable
 
 COLUMNS = [
     "time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fy", "fz",

@@ -12,8 +12,8 @@ from flatplank_control.bench.node_specs import DRIVEN
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
+from flatplank_data.params import nearest
 from flatplank_hw.bus.pacing import PACES
-from flatplank_hw.params import nearest
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import TROUBLES
 

@@ -13,7 +13,7 @@ import yaml
 from flatplank_control.bench.node_specs import BUSES, DRIVEN, NODES, NodeSpec
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import CALIBRATED, Book
-from flatplank_hw.params import load_parameters
+from flatplank_data.params import load_parameters
 from flatplank_hw.share import config_file
 
 LOOP_PRIORITY = 20

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from flatplank_control.recording.metadata import replace_text
-from flatplank_hw.params import nearest, parsed
+from flatplank_data.params import nearest, parsed
 
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"

@@ -13,11 +13,11 @@ import numpy as np
 
 from flatplank_control.calibration.fit_check import MISMATCH, still_fits
 from flatplank_control.recording.metadata import replace_text
+from flatplank_data.machine import COUNTS_PER_TURN
 from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, to_text
-from flatplank_hw.machine import COUNTS_PER_TURN
 
 __all__ = [
     "MISMATCH", "Turn", "amplitudes", "difference", "identify_turn", "still_fits", "turn_of_bag",

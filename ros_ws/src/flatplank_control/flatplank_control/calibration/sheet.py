@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from flatplank_hw.params import nearest, parsed
+from flatplank_data.params import nearest, parsed
 
 FORMAT = "flatplank-preflight/1"
 

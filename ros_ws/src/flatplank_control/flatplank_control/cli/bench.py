@@ -12,14 +12,14 @@ import threading
 import time
 from pathlib import Path
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.bench.node_specs import DRIVEN
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.starting import Start
 from flatplank_control.calibration.book import Book, book_for
 from flatplank_control.speed_map.use import with_road
-from flatplank_hw.params import nearest
+from flatplank_data.arguments import Parser
+from flatplank_data.params import nearest
 
 
 def parser() -> argparse.ArgumentParser:

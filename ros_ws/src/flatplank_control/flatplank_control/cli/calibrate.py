@@ -11,14 +11,14 @@ from typing import Any
 
 import yaml
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, Book, Entry
 from flatplank_control.calibration.line import Line, fit_line
 from flatplank_control.calibration.sheet import blank, starting_values
+from flatplank_data.arguments import Parser
+from flatplank_data.params import from_mapping
 from flatplank_hw.hub.params import HubParameters
-from flatplank_hw.params import from_mapping
 
 Work = Callable[[argparse.Namespace, Book], int]
 HUB_AXES = ("fx", "fy", "fz")

@@ -13,8 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.cli.root import project_root
+from flatplank_data.arguments import Parser
 
 JAZZY = Path("/opt/ros/jazzy")
 SCRATCH_GB = 5.0
@@ -70,9 +70,11 @@ def workspace() -> Finding:
     install = project_root() / "ros_ws" / "install"
     names = [
         "flatplank_msgs",
+        "flatplank_data",
         "flatplank_hw",
         "flatplank_sim",
         "flatplank_control",
+        "flatplank_panel",
         "flatplank_analysis",
     ]
     lacking = [name for name in names if not (install / name / "share" / name).exists()]

@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.cli.arguments import Parser
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_control.cli.keys import Keys
 from flatplank_control.cli.run import KEYS, on_key
@@ -23,6 +21,8 @@ from flatplank_control.investigate.journal import NAME
 from flatplank_control.investigate.opening import NOTEBOOK, keep, open_loop
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
 from flatplank_control.runner.steps import PlanFailed
+from flatplank_data.arguments import Parser
+from flatplank_data.errors import FlatplankError
 
 STOPPED = 130
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from flatplank_analysis.cli.arguments import Parser
-from flatplank_analysis.data import Campaign
 from flatplank_control.bench.judging import read
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import ENCODERS, book_for
 from flatplank_control.speed_map.learn import Run, check_follows, learn
+from flatplank_data.arguments import Parser
+from flatplank_data.campaign import Campaign
 
 
 def runs_of(folder: Path) -> list[Run]:

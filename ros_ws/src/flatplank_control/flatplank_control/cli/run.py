@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.calibration.book import book_for
 from flatplank_control.cli.bench import axes_of
 from flatplank_control.cli.keys import Keys
@@ -29,6 +28,7 @@ from flatplank_control.runner.campaign import (
 )
 from flatplank_control.runner.campaign.dry_run import DryRun, dry_run
 from flatplank_control.runner.steps import PlanFailed
+from flatplank_data.arguments import Parser
 from flatplank_hw.share import config_file
 
 STOPPED = 130

@@ -6,10 +6,10 @@ from __future__ import annotations
 import argparse
 import sys
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.cli.keys import Keys
 from flatplank_control.cli.wishes import OF_A_RUN, tell
 from flatplank_control.runner.measurement import from_mapping
+from flatplank_data.arguments import Parser
 
 
 def parser() -> argparse.ArgumentParser:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import yaml
 
-from flatplank_analysis.cli.arguments import Parser
 from flatplank_control.free_rolling.design import Gains, design
 from flatplank_control.free_rolling.figures import draw, loop_of, margins
 from flatplank_control.free_rolling.params import THESIS_LEAD_ALPHA, FreeRollingParameters
+from flatplank_data.arguments import Parser
 
 THESIS = Gains(5.0e-3, 5.0e-4, 0.1105, THESIS_LEAD_ALPHA)
 

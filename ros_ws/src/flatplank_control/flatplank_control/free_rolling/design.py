@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from flatplank_hw.machine import GEAR_RATIO
+from flatplank_data.machine import GEAR_RATIO
 
 CROSSOVER = 20.0
 """of the thesis's own loop, 3.14 Hz [rad/s]; reached when the delay allows it"""

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_hw.machine import GEAR_RATIO
-from flatplank_hw.params import Params, param
+from flatplank_data.machine import GEAR_RATIO
+from flatplank_data.params import Params, param
 
 THESIS_LEAD_ALPHA = 0.2174
 """alpha_l of (5.11). With two cycles of delay and the zero-order hold at 250 Hz it leaves 28.6

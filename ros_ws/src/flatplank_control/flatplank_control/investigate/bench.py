@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign
-from flatplank_analysis.errors import FlatplankError, NothingUsableError
 from flatplank_analysis.investigation.loop import Made
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
@@ -18,6 +16,8 @@ from flatplank_control.investigate import plans
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Journal, plan_from_text
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.steps import PlanFailed
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError, NothingUsableError
 
 REPORT = "investigation"
 """folder of the page; no run"""

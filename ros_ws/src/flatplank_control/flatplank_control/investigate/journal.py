@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_control.runner.campaign.journal import cut_torn_line, read_lines, write_line
+from flatplank_data.errors import FlatplankError
 
 NAME = "investigation.jsonl"
 FORMAT = "flatplank-investigation/1"

@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report.page import write_report
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.investigation.loop import Loop, Say
 from flatplank_analysis.investigation.notebook import text_of
 from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
@@ -20,7 +18,9 @@ from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
 from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
 from flatplank_control.investigate.journal import DiskLog
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
-from flatplank_hw.params import nearest
+from flatplank_data.campaign import Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_data.params import nearest
 
 NOTEBOOK = "investigation.txt"
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flatplank_hw.limits import LIMITS, Limit
-from flatplank_hw.params import Params, param
+from flatplank_data.limits import LIMITS, Limit
+from flatplank_data.params import Params, param
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "follow"

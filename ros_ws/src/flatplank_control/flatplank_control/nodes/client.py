@@ -18,10 +18,10 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.starting import STALL_TIMEOUT_S, Start
 from flatplank_control.nodes.interrupt import Interrupt
+from flatplank_data.errors import FlatplankError
 from flatplank_msgs.action import RunMeasurement
 
 Say = Callable[[str], None]

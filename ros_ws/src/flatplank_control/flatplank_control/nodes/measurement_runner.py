@@ -19,8 +19,8 @@ from flatplank_control.runner import plans
 from flatplank_control.runner.goal import is_campaign, mapping_of, measurement_of
 from flatplank_control.runner.progress import on_paper
 from flatplank_control.runner.steps import PlanFailed
+from flatplank_data.params import Params, param
 from flatplank_hw.nodes.support import BenchNode, run
-from flatplank_hw.params import Params, param
 from flatplank_msgs.action import RunMeasurement
 
 

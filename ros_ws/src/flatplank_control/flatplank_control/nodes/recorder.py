@@ -24,10 +24,10 @@ from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.runner.provenance import InForce, complete, software_version
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
+from flatplank_data.params import Params, param
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
-from flatplank_hw.params import Params, param
 from flatplank_msgs.msg import Run
 from flatplank_msgs.srv import StartRecording, StopRecording
 

@@ -12,8 +12,8 @@ from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import SLOW, SPEED
 from flatplank_control.runner.performing import Patience
 from flatplank_control.runner.quantities import QUANTITIES, condition_of
+from flatplank_data.machine import ROAD_LENGTH
 from flatplank_hw.cia402 import State
-from flatplank_hw.machine import ROAD_LENGTH
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 STEP = 0.1

@@ -11,12 +11,12 @@ from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_data.limits import LIMITS, RECORDED, Limit
+from flatplank_data.machine import FAST as SPEED
+from flatplank_data.machine import ROAD_LENGTH, SLOW
+from flatplank_data.params import ParameterError, nearest
+from flatplank_data.params import from_mapping as from_params
 from flatplank_hw.hub import HubParameters
-from flatplank_hw.limits import LIMITS, RECORDED, Limit
-from flatplank_hw.machine import FAST as SPEED
-from flatplank_hw.machine import ROAD_LENGTH, SLOW
-from flatplank_hw.params import ParameterError, nearest
-from flatplank_hw.params import from_mapping as from_params
 
 DIRECTIONS = {"forward": 1, "reverse": -1}
 TRIGGER_AT = 0.02

@@ -17,10 +17,10 @@ from flatplank_control.free_rolling import FreeRollingParameters
 from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.runner.quantities import SET_UP
 from flatplank_control.sequencer import SequencerParameters
+from flatplank_data.params import describe
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.encoders import EncoderParameters
 from flatplank_hw.hub import HubParameters
-from flatplank_hw.params import describe
 
 InForce = Mapping[str, Mapping[str, Any]]
 """node -> parameter -> value that it has now; nodes that are there"""

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.machine import GEAR_RATIO, USABLE_ROAD
-from flatplank_hw.params import Params, param
+from flatplank_data.limits import LIMITS
+from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
+from flatplank_data.params import Params, param
 
 SETUP_CONSTANTS = ("commanded_speed",)
 """parameters that a plan may change while the node runs"""

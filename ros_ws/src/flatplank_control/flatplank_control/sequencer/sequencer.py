@@ -10,9 +10,9 @@ from typing import NamedTuple
 from flatplank_control.sequencer.follow import Follower
 from flatplank_control.sequencer.params import SETUP_CONSTANTS, SequencerParameters
 from flatplank_control.sequencer.waveforms import WAVEFORMS, Waveform
+from flatplank_data.limits import Limit
+from flatplank_data.params import ParameterError, from_mapping, nearest, only_these
 from flatplank_hw.answers import Agenda, Answer, refused
-from flatplank_hw.limits import Limit
-from flatplank_hw.params import ParameterError, from_mapping, nearest, only_these
 from flatplank_hw.samples import EncoderSample, Reference
 
 SOURCE = "slip"

@@ -17,7 +17,7 @@ import numpy as np
 import yaml
 
 from flatplank_control.sequencer import SequencerParameters
-from flatplank_hw.params import Params, from_mapping, param, parsed
+from flatplank_data.params import Params, from_mapping, param, parsed
 
 FOLLOWS = 3e-4
 """a wheel that follows the encoder keeps to its travel within this part; the mean error that a map

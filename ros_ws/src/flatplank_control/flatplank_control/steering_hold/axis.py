@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from flatplank_control.steering_hold.hold import HoldParameters, SteeringHold
 from flatplank_control.steering_hold.profiles import PROFILES, Profile
+from flatplank_data.params import ParameterError, describe, from_mapping, nearest, param
 from flatplank_hw.answers import Answer, refused
-from flatplank_hw.params import ParameterError, describe, from_mapping, nearest, param
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "follow"

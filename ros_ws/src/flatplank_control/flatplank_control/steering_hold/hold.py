@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_hw.params import Params, param
+from flatplank_data.params import Params, param
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from flatplank_hw.params import Params, param
+from flatplank_data.params import Params, param
 
 ANGLE = (-math.pi, math.pi)
 TIME = (1e-3, 1e4)

@@ -6,11 +6,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flatplank_data.limits import LIMITS
+from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
+from flatplank_data.params import Params, nearest, param
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.drive.safety import RULES
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.machine import GEAR_RATIO, USABLE_ROAD
-from flatplank_hw.params import Params, nearest, param
 
 _POSITIVE = (1e-9, 1e9)
 _TIMEOUT = (0.005, 0.1)

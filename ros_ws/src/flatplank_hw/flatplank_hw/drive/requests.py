@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 
+from flatplank_data.params import nearest
 from flatplank_hw.answers import Agenda, Answer, refused
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive import safety
@@ -17,7 +18,6 @@ from flatplank_hw.drive.road_trigger import RoadTrigger
 from flatplank_hw.drive.safety import RULES
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
-from flatplank_hw.params import nearest
 from flatplank_hw.troubles import TROUBLES
 from flatplank_hw.troubles.drive import error_words
 

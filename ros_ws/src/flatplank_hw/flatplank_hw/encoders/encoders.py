@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import math
 
+from flatplank_data.params import only_these
 from flatplank_hw.answers import Agenda, Answer
 from flatplank_hw.bus.image import BusInputs, Digital
 from flatplank_hw.encoders.counter import SlopeCounter, turns_between
 from flatplank_hw.encoders.params import SETUP_CONSTANTS, EncoderParameters
-from flatplank_hw.params import only_these
 from flatplank_hw.samples import EncoderSample
 
 _TURN = 2.0 * math.pi

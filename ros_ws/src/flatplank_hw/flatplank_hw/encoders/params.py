@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flatplank_hw.machine import COUNTS_PER_TURN, GEAR_RATIO
-from flatplank_hw.params import Params, param
+from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO
+from flatplank_data.params import Params, param
 
 _COUNTS = (-(2**31), 2**31)
 _WINDOW = (0.001, 5.0)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from flatplank_data.params import only_these
 from flatplank_hw.answers import Agenda, Answer, refused
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.encoders.counter import turns_between
@@ -15,7 +16,6 @@ from flatplank_hw.hub.drive_moment import SOURCES
 from flatplank_hw.hub.params import SETUP_CONSTANTS, HubParameters
 from flatplank_hw.hub.parasitic import ParasiticFit
 from flatplank_hw.hub.tare import Tare, TareStatus
-from flatplank_hw.params import only_these
 from flatplank_hw.samples import HubSample
 
 NO_ZERO = (0.0, 0.0, 0.0, 0.0, 0.0)

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flatplank_data.limits import LIMITS
+from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO
+from flatplank_data.params import Params, param
 from flatplank_hw.hub.drive_moment import SOURCES
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.machine import COUNTS_PER_TURN, GEAR_RATIO
-from flatplank_hw.params import Params, param
 
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)

@@ -11,7 +11,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from flatplank_hw import params
+from flatplank_data import params
 
 
 def _descriptor(info: params.ParamInfo) -> ParameterDescriptor:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from flatplank_analysis.cli.arguments import Parser
+from flatplank_data.arguments import Parser
 from flatplank_sim.demo import discover, evaluate
 from flatplank_sim.demo.measure import measure
 from flatplank_sim.demo.steps import Teller

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from flatplank_analysis.cli.arguments import Parser
+from flatplank_data.arguments import Parser
 from flatplank_sim.sealed.score import score
 from flatplank_sim.sealed.seal import unseal
 from flatplank_sim.sealed.words import DIAGNOSIS, text_of

@@ -9,7 +9,7 @@ from pathlib import Path
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.modelfile import ModelFile, save_model, write_atomic
 from flatplank_analysis.discovery.report.page import write_report
-from flatplank_analysis.wording import quantity
+from flatplank_data.wording import quantity
 from flatplank_sim.demo.steps import Teller
 from flatplank_sim.sealed.generate import make_challenge
 from flatplank_sim.sealed.score import score

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report_files.build import write
+from flatplank_data.campaign import Campaign
 from flatplank_sim.demo.steps import Teller
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_control.bench.listing import write_campaign, write_tire
 from flatplank_control.bench.loopback import loopback
@@ -14,6 +13,7 @@ from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement
+from flatplank_data.campaign import Campaign
 from flatplank_sim.demo.steps import Teller
 from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many
 

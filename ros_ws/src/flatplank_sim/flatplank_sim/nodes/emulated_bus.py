@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.params import param
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes.ethercat_bus import BusParameters, EthercatBus
 from flatplank_hw.nodes.support import run
-from flatplank_hw.params import param
 from flatplank_sim.emulated import EmulatedBus
 from flatplank_sim.emulator.control import ControlError
 from flatplank_sim.nodes.operator_services import OperatorServices

@@ -10,7 +10,7 @@ from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_hw.limits import refusal
+from flatplank_data.limits import refusal
 from flatplank_hw.nodes.support import BenchNode, answer
 from flatplank_msgs.srv import PlankSwitch, SetValue
 

@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
+from flatplank_data.params import Params, param
 from flatplank_hw.bus.histogram import percentile
 from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_hw.bus.pacing import PACES, Pacer
@@ -17,7 +18,6 @@ from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.reporting import SHOWN
 from flatplank_hw.nodes.support import BenchNode, answer, run
-from flatplank_hw.params import Params, param
 from flatplank_msgs.msg import BusInputs, BusOutputs
 from flatplank_msgs.srv import Advance, SetPace
 from flatplank_sim.nodes.operator_services import OperatorServices

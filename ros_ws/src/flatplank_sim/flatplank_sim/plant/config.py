@@ -13,8 +13,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from flatplank_data.limits import LIMITS
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.limits import LIMITS
 from flatplank_sim.plant.defects import Defect, build_defects
 from flatplank_sim.plant.yamlconfig import (
     PlantConfigError,

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from flatplank_analysis.data import MeasurementTable, RunInfo
-from flatplank_analysis.data.exporters import export_campaign
-from flatplank_analysis.errors import FlatplankError
 from flatplank_control.runner.measurement import START_ANGLES
+from flatplank_data.errors import FlatplankError
+from flatplank_data.exporters import export_campaign
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flatplank_analysis.wording import quantity
+from flatplank_data.wording import quantity
 
 DIAGNOSIS = "diagnosis.json"
 """file of a diagnosis in a challenge's folder"""

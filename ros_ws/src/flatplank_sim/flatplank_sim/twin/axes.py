@@ -10,10 +10,10 @@ from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.steering_hold import AngleControl, AngleParameters
+from flatplank_data.params import Params, from_mapping
 from flatplank_hw.bus.image import AxisCommand, BusInputs
 from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
-from flatplank_hw.params import Params, from_mapping
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
 
 CONTROLLERS: dict[str, tuple[type, type[Params]]] = {

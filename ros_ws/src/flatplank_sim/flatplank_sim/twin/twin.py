@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_data.params import from_mapping, to_mapping
 from flatplank_hw.bus.image import AxisCommand, BusInputs
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
-from flatplank_hw.params import from_mapping, to_mapping
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 from flatplank_sim.plant import Plant, PlantConfig
 from flatplank_sim.twin.axes import TwinAxis, make_axis

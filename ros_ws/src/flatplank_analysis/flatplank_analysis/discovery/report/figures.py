@@ -18,7 +18,7 @@ from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.discovery.steps import Search, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
-from flatplank_analysis.wording import with_unit
+from flatplank_data.wording import with_unit
 
 BLUE, ORANGE, GREY, GREEN = "#2b6cb0", "#c05621", "#718096", "#2f855a"
 COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}

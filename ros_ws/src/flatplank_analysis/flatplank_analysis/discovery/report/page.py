@@ -19,8 +19,8 @@ from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report import figures
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
-from flatplank_analysis.errors import FlatplankError
-from flatplank_analysis.wording import quantity, sized
+from flatplank_data.errors import FlatplankError
+from flatplank_data.wording import quantity, sized
 
 HERE = Path(__file__).parent
 

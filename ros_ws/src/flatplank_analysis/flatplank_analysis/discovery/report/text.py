@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.wording import brief, quantity, sized
+from flatplank_data.wording import brief, quantity, sized
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
 """channels as people write them"""

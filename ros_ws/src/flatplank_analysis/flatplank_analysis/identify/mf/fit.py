@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from ...models.magic_formula import LATEST, Coefficients
 from ...models.tir import TirFile
 from ...models.tir_whole import whole

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...errors import FlatplankError
+from flatplank_data.errors import FlatplankError
+
 from ..carcass_report import CarcassFit
 from ..mean_response import asymptotes, balanced
 from ..runs import StepRun, by_condition

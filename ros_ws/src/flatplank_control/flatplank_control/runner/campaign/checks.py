@@ -20,8 +20,8 @@ from flatplank_control.runner.standing import CLEAT_AT, STANDS_AT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.sequencer.waveforms.base import LENGTH
 from flatplank_control.steering_hold.profiles import PROFILES, Profile
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.params import ParameterError, from_mapping, nearest
+from flatplank_data.limits import LIMITS
+from flatplank_data.params import ParameterError, from_mapping, nearest
 
 STEER_LIMIT = LIMITS["steer_deg"].high
 """[deg]"""

@@ -30,8 +30,8 @@ from flatplank_control.runner.measurement import (
     MeasurementError,
     from_mapping,
 )
+from flatplank_data.params import nearest
 from flatplank_hw.files import read_text
-from flatplank_hw.params import nearest
 
 FORMAT = "flatplank-plan/1"
 KEYS = (

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from flatplank_control.runner.campaign.located import Located
-from flatplank_hw.params import nearest
+from flatplank_data.params import nearest
 
 Span = tuple[float, float]
 Hints = Mapping[str, str]

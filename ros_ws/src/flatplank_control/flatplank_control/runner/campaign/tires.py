@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from flatplank_analysis.models.tire_record import TireRecord, read_record, shipped_record
-from flatplank_hw.params import nearest
+from flatplank_data.params import nearest
 from flatplank_hw.share import config_file
 
 FILE = "tires.yaml"

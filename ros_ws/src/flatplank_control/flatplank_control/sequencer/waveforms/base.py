@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from flatplank_hw.limits import LIMITS
-from flatplank_hw.params import Params
+from flatplank_data.limits import LIMITS
+from flatplank_data.params import Params
 
 SLIP = LIMITS["kappa"].bounds
 MAX_SLIP = SLIP[1]

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_control.sequencer.waveforms.base import SLIP, Waveform
-from flatplank_hw.params import param
+from flatplank_data.params import param
 
 
 @dataclass(frozen=True)

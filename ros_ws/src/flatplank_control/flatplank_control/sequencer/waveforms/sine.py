@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from flatplank_control.sequencer.waveforms.base import LENGTH, MAX_SLIP, SLIP, Waveform
-from flatplank_hw.params import param
+from flatplank_data.params import param
 
 
 @dataclass(frozen=True)

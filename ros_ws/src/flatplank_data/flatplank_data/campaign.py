@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A campaign folder as one object: run records at once, samples only when they are asked for."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import yaml
+
+from flatplank_data import checks
+from flatplank_data.errors import FlatplankError, NothingUsableError
+from flatplank_data.info import Condition, RunInfo, info_from_dict, stem_of
+from flatplank_data.measured import fill, is_silent, reconciled, untold
+from flatplank_data.names import parse_name
+from flatplank_data.problem import Problem, problem_of
+from flatplank_data.readers import Request, describe, reader_for, suffixes
+from flatplank_data.readers.bag import MEASURED, METADATA_FILE, RECORD_FILE
+from flatplank_data.store import Store, open_store
+from flatplank_data.table import COLUMN_UNITS, MeasurementTable
+from flatplank_data.turned import turned_columns, turned_facts, turned_info, turned_names
+
+FORMAT = "flatplank-measurement-table/1"
+CAMPAIGN_FILE = "campaign.yaml"
+USED = ("", "complete")
+"""how a run ended that is evaluated; none: its file does not say"""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a campaign; `table` reads its samples."""
+
+    info: RunInfo
+    store: Store
+    mapping: Mapping[str, Any] | None = None
+    said: Collection[str] = ()
+    """keys with a value in campaign.yaml, which count whatever the file itself says"""
+
+    def table(self, columns: Sequence[str] | None = None, check: bool = True) -> MeasurementTable:
+        """The samples, `columns` only or all; raises `FlatplankError` when they are unusable."""
+        return self.read(columns, check)[0]
+
+    def read(
+        self, columns: Sequence[str] | None = None, check: bool = True, further: bool = False
+    ) -> tuple[MeasurementTable, list[Problem]]:
+        """The samples and the remarks on them; raises on a fatal one. further: with the numeric
+        columns whose names are not ours."""
+        wanted = None if columns is None else _with_required(columns, self.info, check)
+        request = Request(self.store, self.info.file, wanted, self.mapping, further)
+        loaded = reader_for(self.store, self.info.file)(request)
+        facts = dict(loaded.facts)
+        measured = turned_facts(facts.pop(MEASURED, {}), self.mapping)
+        merged = _merged(self.info, turned_facts(facts, self.mapping), self.said)
+        info, remarks = reconciled(merged, measured)
+        table = MeasurementTable(turned_columns(loaded.columns, self.mapping), info)
+        remarks += [Problem(self.info.file, text, fatal=False) for text in loaded.remarks]
+        if check:
+            remarks += checks.run_checks(table)
+        for problem in remarks:
+            if check and problem.fatal:
+                raise problem.error()
+        if columns is not None:
+            more = [name for name in table.columns if name not in COLUMN_UNITS]
+            table = table.select([*(name for name in columns if name in table), *more])
+        return table, remarks
+
+
+def _with_required(columns: Sequence[str], info: RunInfo, check: bool) -> list[str]:
+    extra = checks.REQUIRED.get(info.measurement, ()) if check else ()
+    return list(dict.fromkeys([*columns, *extra]))
+
+
+def _described(store: Store, info: RunInfo, mapping: Mapping | None) -> RunInfo:
+    """What the file itself tells goes over what its name tells; what neither tells is taken from
+    the samples."""
+    facts = dict(describe(store, info.file))
+    facts.pop("file", None)
+    said = {k: v for k, v in info.to_dict().items() if k != "_own"} | facts
+    found = info_from_dict(said, info.file)[0]
+    if not is_silent(found):
+        return found
+    loaded = reader_for(store, info.file)(Request(store, info.file, (), mapping))
+    return info_from_dict(fill(said, loaded.facts.get(MEASURED, {})), info.file)[0]
+
+
+def _merged(info: RunInfo, facts: Mapping[str, Any], said: Collection[str]) -> RunInfo:
+    """The record of the campaign file, which `said` these keys, with what only the run's own file
+    knows."""
+    own, _ = info_from_dict(facts, info.file)
+    changes = {}
+    for item in dataclasses.fields(RunInfo):
+        ours, theirs = getattr(info, item.name), getattr(own, item.name)
+        if item.name in ("file", "extra") or theirs == item.default:
+            continue
+        if ours != ours or (ours == item.default and item.name not in said):
+            changes[item.name] = theirs
+    return dataclasses.replace(info, **changes) if changes else info
+
+
+@dataclass
+class Campaign:
+    """Runs of one folder. `problems` grows while tables are read; nothing else changes."""
+
+    path: str
+    runs: list[Run]
+    tire: str = ""
+    problems: list[Problem] = field(default_factory=list)
+    _files: dict[str, str] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def load(
+        cls, path: str | os.PathLike[str], mapping: Mapping[str, Any] | None = None
+    ) -> Campaign:
+        """Read the run records of a folder of tables and/or bags."""
+        store = open_store(path)
+        problems: list[Problem] = []
+        raw = _records(store, problems)
+        campaign = cls(os.fspath(path), [], str(raw.get("tire") or ""), problems)
+        mapping = mapping or _mapping(store, raw)
+        turned_names(mapping)
+        for number, entry in enumerate(raw["runs"], start=1):
+            campaign._add(store, entry, number, mapping)
+        campaign._drop_doubles()
+        campaign._tell_unlisted(store)
+        if not campaign.runs:
+            first = f" (first problem: {problems[0]})" if problems else ""
+            raise NothingUsableError(
+                f"no usable run{first}", os.fspath(path), "check the folder and its campaign.yaml"
+            )
+        return campaign
+
+    def _add(self, store: Store, entry: Any, number: int, mapping: Mapping | None) -> None:
+        where = f"{CAMPAIGN_FILE}, run {number}"
+        try:
+            if not isinstance(entry, Mapping) or not entry.get("file"):
+                raise FlatplankError("entry without 'file'", where, "name the file of the run")
+            info, remarks = info_from_dict(entry, f"{entry['file']}, {where}")
+            if not info.tire:
+                info = dataclasses.replace(info, tire=self.tire)
+            if not store.exists(info.file):
+                raise FlatplankError(
+                    "no such file", info.file, f"correct {where}, or copy it here"
+                )
+            reader_for(store, info.file)
+            own = "_own" in info.extra
+            if own:
+                info = _described(store, info, mapping)
+        except FlatplankError as error:
+            file = entry.get("file", where) if isinstance(entry, Mapping) else where
+            self.problems.append(problem_of(error, str(file)))
+            return
+        # a bag that was opened by itself is meant, however it ended
+        if info.status not in USED and not store.exists(RECORD_FILE):
+            self.problems.append(_left_out(info.file, info.to_dict()))
+            return
+        self.problems += [
+            Problem(info.file, text, where, "correct the spelling", fatal=False)
+            for text in remarks
+        ]
+        if own and _is_bag(store, info.file):
+            self.problems += untold(info, RECORD_FILE)
+        said = () if own else frozenset(k for k, v in entry.items() if v not in (None, "", {}))
+        self.runs.append(Run(turned_info(info, mapping), store, mapping, said))
+
+    def _tell_unlisted(self, store: Store) -> None:
+        """Runs that lie in the folder, and that its campaign.yaml does not name."""
+        if not store.exists(CAMPAIGN_FILE):
+            return
+        known = {run.info.file for run in self.runs} | {problem.file for problem in self.problems}
+        for entry in _found(store):
+            file = entry["file"]
+            if file not in known and (_is_bag(store, file) or "tire" in entry):
+                self.problems.append(_left_out(file, _told(store, file)))
+
+    def _drop_doubles(self) -> None:
+        """Two runs with one UUID are one run copied, or a record gone wrong: keep the first."""
+        seen: dict[str, str] = {}
+        kept = []
+        for run in self.runs:
+            file = run.info.file
+            keys = [k for k in (run.info.uuid, file) if k]
+            other = next((seen[k] for k in keys if k in seen), None)
+            if other is not None:
+                what = f"same UUID {run.info.uuid}" if run.info.uuid else "listed twice,"
+                remedy = "leave one of them out, or give it its own UUID"
+                self.problems.append(Problem(file, f"{what} as {other}", remedy=remedy))
+                continue
+            seen.update(dict.fromkeys(keys, file))
+            kept.append(run)
+        self.runs = kept
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    @property
+    def infos(self) -> list[RunInfo]:
+        """Run records in the order in which the runs were made."""
+        return [run.info for run in self.runs]
+
+    def where(self, keep: Callable[[RunInfo], bool]) -> Campaign:
+        """The runs for which `keep(info)` is true; shares the list of problems."""
+        runs = [run for run in self.runs if keep(run.info)]
+        return Campaign(self.path, runs, self.tire, self.problems, self._files)
+
+    def merged(self, other: Campaign) -> Campaign:
+        """Both campaigns as one."""
+        out = Campaign(
+            f"{self.path}+{other.path}",
+            self.runs + other.runs,
+            self.tire or other.tire,
+            self.problems + other.problems,
+        )
+        if os.path.abspath(self.path) == os.path.abspath(other.path):
+            out._drop_doubles()
+        return out
+
+    def conditions(self) -> dict[Condition, list[Run]]:
+        """Runs by condition (tire, load, pressure, angles, slip), in a sorted order."""
+        groups: dict[Condition, list[Run]] = {}
+        for run in self.runs:
+            groups.setdefault(run.info.condition, []).append(run)
+        return dict(sorted(groups.items(), key=lambda item: item[0].sort_key))
+
+    def tables(self, columns: Sequence[str] | None = None) -> Iterator[MeasurementTable]:
+        """One table after the other; a run that cannot be used goes to `problems`."""
+        for run in self.runs:
+            table = self.try_table(run, columns)
+            if table is not None:
+                yield table
+
+    def try_table(
+        self, run: Run, columns: Sequence[str] | None = None, further: bool = False
+    ) -> MeasurementTable | None:
+        """The samples of a run, or None with the reason in `problems`; see `Run.read`."""
+        try:
+            table, remarks = run.read(columns, further=further)
+        except FlatplankError as error:
+            self.note(problem_of(error, run.info.file))
+            return None
+        for problem in remarks:
+            self.note(problem)
+        first = self._files.setdefault(table.info.uuid or run.info.file, run.info.file)
+        if first != run.info.file:
+            what = f"same UUID {table.info.uuid} as {first}"
+            self.note(Problem(run.info.file, what, remedy="leave one of them out"))
+            return None
+        return table
+
+    def note(self, problem: Problem) -> None:
+        """Remember a problem once."""
+        if problem not in self.problems:
+            self.problems.append(problem)
+
+
+def _records(store: Store, problems: list[Problem]) -> dict[str, Any]:
+    """Content of campaign.yaml, or the runs found in the folder by their names."""
+    if not store.exists(CAMPAIGN_FILE):
+        return {"runs": _found(store)}
+    with store.open(CAMPAIGN_FILE) as stream:
+        try:
+            raw = yaml.load(stream.read(), Loader=_LOADER)
+        except yaml.YAMLError as error:
+            raise FlatplankError(
+                f"not YAML ({error})", CAMPAIGN_FILE, "mend the file at that line"
+            ) from error
+    if not isinstance(raw, Mapping) or not isinstance(raw.get("runs"), list):
+        raise FlatplankError("no list 'runs'", CAMPAIGN_FILE, f"write 'format: {FORMAT}' and runs")
+    if raw.get("format") != FORMAT:
+        what = f"format '{raw.get('format')}' is not {FORMAT}"
+        problems.append(
+            Problem(CAMPAIGN_FILE, what, "key 'format'", "check the file", fatal=False)
+        )
+    return dict(raw)
+
+
+def _found(store: Store) -> list[dict[str, Any]]:
+    out: list[dict[str, Any]] = []
+    for name in store.names():
+        known = name.lower().endswith(tuple(suffixes()))
+        if known or _is_bag(store, name):
+            facts = parse_name(stem_of(name))
+            out.append({"file": name, "run_index": len(out)} | facts | {"_own": True})
+    return out
+
+
+def _told(store: Store, file: str) -> Mapping[str, Any]:
+    """What an unlisted file says of itself; one that cannot be read says nothing."""
+    try:
+        return describe(store, file)
+    except FlatplankError:
+        return {}
+
+
+def _left_out(file: str, facts: Mapping[str, Any]) -> Problem:
+    """Why a run is not evaluated: how it ended, or that it is not in the list."""
+    status = str(facts.get("status") or "")
+    if status in USED:
+        what, remedy = f"left out: not in {CAMPAIGN_FILE}", "list it there if it counts"
+    else:
+        why = facts.get("stop_reason") or facts.get("notes")
+        what = f"left out: it ended as '{status}'" + (f" ({why})" if why else "")
+        remedy = "measure it again if it is missed"
+    return Problem(file, what, remedy=remedy, fatal=False, left_out=True)
+
+
+def _is_bag(store: Store, name: str) -> bool:
+    """A folder with metadata.yaml, or with the file that a killed recorder left."""
+    files = (METADATA_FILE, f"{name}_0.mcap", f"{name}_0.db3")
+    return store.is_dir(name) and any(store.exists(f"{name}/{file}") for file in files)
+
+
+def _mapping(store: Store, raw: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The mapping of foreign names: in campaign.yaml, or in a file that it names."""
+    mapping = raw.get("mapping")
+    if isinstance(mapping, str):
+        with store.open(mapping) as stream:
+            mapping = yaml.load(stream.read(), Loader=_LOADER)
+    return mapping
+
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)

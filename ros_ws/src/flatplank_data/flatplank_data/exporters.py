@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables to files: one exporter per format, found by suffix; each is read back by its reader."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pc
+import pyarrow.parquet as pq
+import yaml
+
+from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.names import run_name
+from flatplank_data.readers.parquet import INFO_KEY
+from flatplank_data.readers.tydex import CHANNELS, CONSTANTS
+from flatplank_data.table import COLUMN_UNITS, MeasurementTable
+from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
+
+Exporter = Callable[[MeasurementTable, Path], None]
+EXPORTERS: dict[str, Exporter] = {}
+
+
+def exporter(suffix: str) -> Callable[[Exporter], Exporter]:
+    """Register an exporter for a suffix."""
+
+    def register(function: Exporter) -> Exporter:
+        EXPORTERS[suffix] = function
+        return function
+
+    return register
+
+
+@exporter(".parquet")
+def write_parquet(table: MeasurementTable, path: Path) -> None:
+    """float64 columns, unit in the field metadata, run record in the schema metadata."""
+    fields = [
+        pa.field(name, pa.float64(), metadata={"unit": COLUMN_UNITS.get(name, "1")})
+        for name in table.columns
+    ]
+    record = json.dumps(table.info.to_dict(), default=str).encode()
+    schema = pa.schema(fields, metadata={INFO_KEY: record})
+    arrays = [pa.array(values) for values in table.columns.values()]
+    pq.write_table(pa.table(arrays, schema=schema), path, compression="zstd", use_dictionary=False)
+
+
+@exporter(".csv")
+def write_csv(table: MeasurementTable, path: Path) -> None:
+    """Header with units; numbers with all their digits."""
+    names = [f"{name} [{COLUMN_UNITS.get(name, '1')}]" for name in table.columns]
+    arrow = pa.table([pa.array(values) for values in table.columns.values()], names=names)
+    pc.write_csv(arrow, path, pc.WriteOptions(quoting_style="none"))
+
+
+@exporter(".tdx")
+def write_tydex(table: MeasurementTable, path: Path) -> None:
+    """TYDEX 1.3; nine characters per number, so about seven digits."""
+    names = {ours: theirs for theirs, ours in reversed(CHANNELS.items())}
+    used = [name for name in table.columns if name in names]
+    channels = [
+        Channel(names[n], {"1": "-"}.get(COLUMN_UNITS[n], COLUMN_UNITS[n]), note=n) for n in used
+    ]
+    data = np.column_stack([table[name] for name in used])
+    file = TydexFile(_header(table.info), _comments(table.info), _constants(table.info))
+    text = format_tydex(
+        TydexFile(file.header, file.comments, file.constants, tuple(channels), data)
+    )
+    path.write_text(text, encoding="latin-1", errors="replace")
+
+
+def _header(info: RunInfo) -> dict[str, str]:
+    return {
+        "RELEASE": "1.3",
+        "MEASID": info.uuid or info.name,
+        "SUPPLIER": info.operator,
+        "DATE": info.date,
+    }
+
+
+def _comments(info: RunInfo) -> list[str]:
+    return [f"flat plank measurement {info.name}", *info.notes.splitlines()]
+
+
+def _constants(info: RunInfo) -> dict[str, Quantity]:
+    units = {"kappa": "-", "pressure": "bar", "alpha_deg": "deg", "gamma_deg": "deg"}
+    out = {}
+    for key, (ours, si, _) in CONSTANTS.items():
+        value = getattr(info, ours)
+        if isinstance(value, float) and math.isnan(value):
+            continue
+        unit = units.get(ours, {"1": "-"}.get(si, si))
+        out[key] = Quantity(unit, f"{value:.10g}", ours)
+    return out
+
+
+def export_campaign(
+    tables: Iterable[MeasurementTable], folder: str | os.PathLike[str], suffix: str = ".parquet"
+) -> Path:
+    """Write tables and their campaign.yaml; returns the folder."""
+    write = EXPORTERS.get(suffix)
+    if write is None:
+        known = ", ".join(EXPORTERS)
+        raise FlatplankError(f"no exporter for '{suffix}'", os.fspath(folder), f"use {known}")
+    out = Path(folder)
+    out.mkdir(parents=True, exist_ok=True)
+    runs = []
+    for table in tables:
+        name = table.info.name or run_name(table.info)
+        write(table, out / f"{name}{suffix}")
+        runs.append(table.info.to_dict() | {"file": f"{name}{suffix}"})
+    content = {"format": FORMAT, "tire": runs[0]["tire"] if runs else "", "runs": runs}
+    part = out / f"{CAMPAIGN_FILE}.part"
+    part.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    os.replace(part, out / CAMPAIGN_FILE)
+    return out

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the machine can be set to: one table for services, plans, panel and simulated bench."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flatplank_data.machine import USABLE_ROAD
+
+
+class Limit(NamedTuple):
+    """Range of one setting."""
+
+    low: float
+    high: float
+    unit: str
+    source: str = ""
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Lowest and highest value."""
+        return self.low, self.high
+
+    def refusal(self, name: str, value: float) -> str:
+        """Why a value cannot be set, in the words that everybody uses; empty when it can."""
+        if self.low <= value <= self.high:
+            return ""
+        amount = f"{value:g} {self.unit}".rstrip()
+        return f"{name} is {amount}, must be within {self.low:g} .. {self.high:g}"
+
+
+LIMITS: dict[str, Limit] = {
+    "kappa": Limit(-0.5, 0.5, "", "slip control, thesis section 4.2"),
+    "fz": Limit(0.0, 8000.0, "N", "measurement hub, thesis section 2.2"),
+    "pressure": Limit(0.5, 6.0, "bar", "compressor; placeholder, not in the thesis"),
+    "camber_deg": Limit(
+        -15.0, 15.0, "deg", "of road and hub each; placeholder, not in the thesis"
+    ),
+    "steer_deg": Limit(-48.0, 48.0, "deg", "the motor hits the pillar, thesis section 3.1"),
+    "effective_rolling_radius": Limit(0.15, 0.5, "m", "wheels that fit the hub; placeholder"),
+    "step_position": Limit(0.0, USABLE_ROAD, "m", "the road"),
+    "end_position": Limit(0.0, USABLE_ROAD, "m", "the road"),
+    "cleat_mm": Limit(0.0, 20.0, "mm", "placeholder, not in the thesis"),
+}
+"""Setting -> range in the unit of its name."""
+
+RECORDED: dict[str, Limit] = {
+    **{
+        key: LIMITS[key]
+        for key in ("kappa", "fz", "pressure", "effective_rolling_radius", "step_position")
+    },
+    "alpha_deg": LIMITS["steer_deg"],
+    "wheel_camber_deg": LIMITS["camber_deg"],
+}
+"""key of plans and run records -> its range"""
+
+
+def refusal(setting: str, value: float) -> str:
+    """Why a setting cannot have a value; empty when it can."""
+    return LIMITS[setting].refusal(setting, value)

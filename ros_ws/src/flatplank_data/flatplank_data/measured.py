@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the samples of a run say of it by themselves, and where its record says otherwise.
+
+Slip, start of the step and rolling radius are those that the slip control had in use; load, angles
+and speed are measured.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from flatplank_data.info import RunInfo
+from flatplank_data.problem import Problem
+
+UNKNOWN = "unknown"
+"""of a tire or a measurement that nobody named"""
+SLIP, FREE_ROLLING = "slip", "free_rolling"
+VARYING = "varying"
+"""waveform of a slip that is not constant after its start, when nobody named it"""
+MOVING = 0.2
+"""share of the usual speed above which the plank moves [-]"""
+LOAD_STEP = 50.0
+"""a load that nobody named is rounded to this, so that repeats are one condition [N]"""
+ANGLE_STEP = 0.1
+"""the same for angles [deg]"""
+START_TOLERANCE = 10.0
+"""of the wheel's start angles, a third of a turn apart [deg]"""
+SAME_KAPPA = 0.002
+"""slips that differ by less are one level [-]"""
+SAME_RADIUS = 1e-5
+"""[m]"""
+SAME_PLACE = 1e-3
+"""[m]"""
+
+Columns = Mapping[str, np.ndarray]
+Facts = dict[str, Any]
+
+
+def measured_facts(columns: Columns) -> Facts:
+    """Keys of the run record with the values that the samples show; only what they do show."""
+    if "plank_position" not in columns or "time" not in columns:
+        return {}
+    position, time = columns["plank_position"], columns["time"]
+    if len(time) < 10 or np.ptp(position) < 0.01:
+        return {"measurement": UNKNOWN}
+    rate = np.gradient(position, time)
+    usual = float(np.percentile(np.abs(rate), 90))
+    moving = np.abs(rate) > MOVING * usual
+    speed = float(np.median(rate[moving]))
+    facts: Facts = {"direction": "forward" if speed >= 0.0 else "reverse"}
+    facts["speed"] = round(abs(speed), 4)
+    facts |= _control(columns, moving)
+    before = moving & (position < facts.get("step_position", math.inf))
+    rolled = before if before.sum() >= 10 else moving
+    facts |= _load_and_angles(columns, rolled)
+    return facts | _start(columns)
+
+
+def _control(columns: Columns, moving: np.ndarray) -> Facts:
+    """Which control was on while the plank moved, and what it was asked for."""
+    if _spoken(columns, "controller_error", moving):
+        return {"measurement": FREE_ROLLING}
+    if not _spoken(columns, "slip_reference", moving):
+        return {"measurement": UNKNOWN}
+    facts: Facts = {"measurement": SLIP}
+    start, radius = (_last(columns, name) for name in ("slip_start", "slip_radius"))
+    if math.isfinite(radius):
+        facts["effective_rolling_radius"] = radius
+    if not math.isfinite(start):
+        return facts
+    facts["step_position"] = start
+    asked = columns["slip_reference"][moving & (columns["plank_position"] > start)]
+    asked = asked[np.isfinite(asked)]
+    if asked.size and np.ptp(asked) < SAME_KAPPA:
+        kappa = round(float(np.median(asked)), 6)
+        facts |= {"kappa": kappa, "waveform": {"name": "step", "kappa": kappa}}
+    elif asked.size:
+        facts["waveform"] = {"name": VARYING}
+    return facts
+
+
+def _spoken(columns: Columns, name: str, moving: np.ndarray) -> bool:
+    return name in columns and bool(np.isfinite(columns[name][moving]).mean() > 0.5)
+
+
+def _last(columns: Columns, name: str) -> float:
+    known = columns[name][np.isfinite(columns[name])] if name in columns else []
+    return float(known[-1]) if len(known) else math.nan
+
+
+def _load_and_angles(columns: Columns, rolled: np.ndarray) -> Facts:
+    facts: Facts = {}
+    sources = {
+        "fz": ("fz", 1.0, LOAD_STEP),
+        "alpha_deg": ("steer_angle", 180.0 / math.pi, ANGLE_STEP),
+        "gamma_deg": ("total_camber", 180.0 / math.pi, ANGLE_STEP),
+    }
+    for key, (name, factor, step) in sources.items():
+        if name in columns and np.isfinite(columns[name][rolled]).any():
+            value = factor * float(np.nanmean(columns[name][rolled]))
+            facts[key] = round(round(value / step) * step, 6) + 0.0
+    if facts.get("fz", 1.0) <= 0.0:
+        del facts["fz"]  # not loaded
+    return facts
+
+
+def _start(columns: Columns) -> Facts:
+    """1, 2, 3 when the wheel began near one of its three start angles."""
+    if "wheel_angle" not in columns or not math.isfinite(columns["wheel_angle"][0]):
+        return {}
+    thirds = math.degrees(float(columns["wheel_angle"][0])) / 120.0
+    near = abs(thirds - round(thirds)) * 120.0 < START_TOLERANCE
+    return {"start": round(thirds) % 3 + 1} if near else {}
+
+
+def is_silent(info: RunInfo) -> bool:
+    """The record of a rolling run that names no load says nothing: nobody filled it in."""
+    return info.measurement in (SLIP, FREE_ROLLING, UNKNOWN) and not info.fz > 0.0
+
+
+def untold(info: RunInfo, record: str) -> list[Problem]:
+    """What no instrument measures, and nobody has said: one remark with the keys to write into
+    the file of the record.
+    """
+    rolls = info.measurement in (SLIP, FREE_ROLLING)
+    lacking = {
+        "tire": info.tire in ("", UNKNOWN),
+        "pressure": rolls and not info.pressure > 0.0,
+        "measurement": info.measurement == UNKNOWN,
+    }
+    keys = [key for key, lacks in lacking.items() if lacks]
+    remedy = f"write {' and '.join(f'{key}:' for key in keys)} in its {record}"
+    what = f"{' and '.join(keys)} unknown: nobody said"
+    return [Problem(info.file, what, remedy=remedy, fatal=False)] if keys else []
+
+
+def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
+    """The record with what was measured where it has nothing but defaults."""
+    defaults = {f.name: f.default for f in dataclasses.fields(RunInfo)}
+    silent = {
+        key
+        for key in measured
+        if said.get(key) in (None, "", {}, 0, 0.0, defaults.get(key), "forward")
+    }
+    return {**said, **{key: measured[key] for key in silent}}
+
+
+def reconciled(info: RunInfo, measured: Mapping[str, Any]) -> tuple[RunInfo, list[Problem]]:
+    """The record with the radius and the start of the step that were in use, and remarks on all
+    that was said otherwise; another slip or another control is fatal, since the run would stand
+    among runs that it does not belong to.
+    """
+    problems = [
+        Problem(info.file, text, f"key '{key}'", "correct the run record")
+        for key, text in _contradictions(info, measured)
+    ]
+    changes = {}
+    for key, same in (("effective_rolling_radius", SAME_RADIUS), ("step_position", SAME_PLACE)):
+        said, found = getattr(info, key), measured.get(key, math.nan)
+        if info.measurement != SLIP or not abs(found - said) > same:
+            continue
+        changes[key] = found
+        unit, factor = ("mm", 1e3) if key == "effective_rolling_radius" else ("m", 1.0)
+        text = (
+            f"{factor * said:.6g} {unit} said, {factor * found:.6g} {unit} was in use and is used"
+        )
+        problems.append(Problem(info.file, text, f"key '{key}'", "", fatal=False))
+    return dataclasses.replace(info, **changes) if changes else info, problems
+
+
+def _contradictions(info: RunInfo, measured: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Keys and what is wrong with them."""
+    found = measured.get("measurement", UNKNOWN)
+    if found != UNKNOWN and info.measurement in {SLIP, FREE_ROLLING} - {found}:
+        return [("measurement", f"{info.measurement} said, but {found} was on")]
+    if not info.is_step or found != SLIP:
+        return []
+    waveform = info.waveform or {}
+    name = measured.get("waveform", {}).get("name")
+    if name == VARYING and "length" not in waveform:
+        return [("waveform", "a step said, but the slip asked for was not constant")]
+    kappa = measured.get("kappa", math.nan)
+    if abs(kappa - info.kappa) > SAME_KAPPA:
+        return [("kappa", f"{100 * info.kappa:+g} % said, but {100 * kappa:+g} % was asked for")]
+    return []

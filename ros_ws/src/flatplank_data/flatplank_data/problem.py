@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A remark on one file of a campaign; the other runs go on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flatplank_data.errors import FlatplankError
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong with one file, where in it, and what to do."""
+
+    file: str
+    what: str
+    place: str = ""
+    """row, column or key"""
+    remedy: str = ""
+    fatal: bool = True
+    """the run cannot be used"""
+    left_out: bool = False
+    """the run is not used, and nothing is wrong with that"""
+
+    def __str__(self) -> str:
+        head = f"{self.file}: {self.place}: " if self.place else f"{self.file}: "
+        tail = f"; {self.remedy}" if self.remedy else ""
+        return f"{head}{self.what}{tail}" + ("" if self.fatal or self.left_out else " (run kept)")
+
+    def error(self) -> FlatplankError:
+        """The same as an exception."""
+        where = f"{self.file}, {self.place}" if self.place else self.file
+        return FlatplankError(self.what, where, self.remedy)
+
+
+def problem_of(error: FlatplankError, file: str) -> Problem:
+    """The remark that an exception makes on `file`."""
+    where = error.where.removeprefix(file).lstrip(":, ")
+    return Problem(file, error.what, where, error.remedy)

@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bags to measurement tables: needed topics only, joined on the stamp of the bus cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from flatplank_data.bags.cdr import decode_many, decode_one
+from flatplank_data.bags.compression import SUFFIX, CompressedFile, plain_blocks
+from flatplank_data.bags.definitions import parse_definition
+from flatplank_data.bags.mcap import McapFile
+from flatplank_data.bags.sqlite import SqliteFile
+from flatplank_data.bags.topics import OWN, RUN_TOPIC, TopicMap, topic_map
+from flatplank_data.errors import FlatplankError
+from flatplank_data.measured import measured_facts
+from flatplank_data.readers import cache
+from flatplank_data.readers.base import Loaded, Request, describer, reader
+from flatplank_data.store import Store
+from flatplank_data.table import STANDARD_COLUMNS
+
+RECORD_FILE = "run.yaml"
+METADATA_FILE = "metadata.yaml"
+MEASURED = "measured"
+"""key of the facts that hold what the samples say of the run"""
+SAME_RATE = 0.1
+"""periods that differ by less are one rate [-]"""
+SAME_CLOCK = 0.05
+"""stamps of another clock agree more rarely, by accident [-]"""
+_STAMP = ("header.stamp.sec", "header.stamp.nanosec")
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_PLAIN = {".mcap": McapFile, ".db3": SqliteFile}
+_STORAGE: dict[str, Callable[[Path], Any]] = {
+    **_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN),
+}  # fmt: skip
+"""suffix -> what gives the messages of such a file"""
+
+
+@reader(*_STORAGE)
+def read_bag(request: Request) -> Loaded:
+    """A bag folder or a single file; the table is kept in a Parquet cache beside it."""
+    key = cache.key_of(request)
+    kept = cache.load(request, key)
+    if kept is not None:
+        return kept
+    loaded = import_bag(request.store.local(request.name), topic_map(request.mapping))
+    cache.save(request, key, loaded)
+    if request.columns is None:
+        return loaded
+    columns = {k: v for k, v in loaded.columns.items() if request.wants(k)}
+    return Loaded(columns, loaded.facts, loaded.remarks)
+
+
+@describer(*_STORAGE)
+def describe_bag(store: Store, name: str) -> dict[str, Any]:
+    """The run record beside the bag, else the last message on `/run`, which has the end."""
+    record = f"{name}/{RECORD_FILE}" if store.is_dir(name) else _beside(name)
+    if store.exists(record):
+        with store.open(record) as stream:
+            return _record({"record": stream.read().decode("utf-8")})
+    facts: dict[str, Any] = {}
+    for file in _files(store.local(name)):
+        for block in plain_blocks(file.blocks({RUN_TOPIC})):
+            kind = parse_definition(block.channel.type, block.channel.definition)
+            facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
+    return facts
+
+
+def _beside(name: str) -> str:
+    """The run record of a bag whose own folder was opened."""
+    folder, _, _ = name.rpartition("/")
+    return f"{folder}/{RECORD_FILE}" if folder else RECORD_FILE
+
+
+def import_bag(path: Path, topics: TopicMap) -> Loaded:
+    """Read a bag from disk: columns in SI, the run record, remarks."""
+    files = _files(path)
+    series: dict[str, list] = {topic: [] for topic in topics.sources}
+    facts: dict[str, Any] = {}
+    remarks = []
+    for file in files:
+        wanted = {*topics.sources, RUN_TOPIC}
+        for block in plain_blocks(file.blocks(wanted)):
+            kind = parse_definition(block.channel.type, block.channel.definition)
+            if block.channel.topic == RUN_TOPIC:
+                facts |= _record(decode_one(kind, block.payloads[-1].tobytes()))
+                continue
+            sources = topics.sources[block.channel.topic]
+            use_log = topics.time == "log_time"
+            paths = [s.path for s in sources] + ([] if use_log else list(_STAMP))
+            rows, values = decode_many(kind, block.payloads, paths)
+            stamp = block.log_time[rows] if use_log else _stamps(values, block.log_time[rows])
+            series[block.channel.topic].append((stamp, values))
+        if file.cut_short:
+            remarks.append("the bag has no end (recorder killed?): read as far as it goes")
+    columns = _join(path, topics, series)
+    if topics is OWN:
+        facts[MEASURED] = measured_facts(columns)
+    return Loaded(columns, facts, remarks)
+
+
+def _files(path: Path) -> list:
+    """The storage files of a bag in their order; one that lies unpacked beside is read so."""
+    paths = [path]
+    if path.is_dir():
+        _refuse_compression(path)
+        paths = sorted(p for p in path.iterdir() if p.suffix in _STORAGE)
+        paths = [p for p in paths if p.suffix != SUFFIX or p.with_suffix("") not in paths]
+    if not paths:
+        raise FlatplankError("no .mcap or .db3 file", path.name, "copy the whole bag folder")
+    return [_STORAGE[p.suffix](p) for p in paths]
+
+
+def _refuse_compression(folder: Path) -> None:
+    """A bag that was compressed in a way that this reader does not know, by its metadata."""
+    try:
+        content = yaml.load((folder / METADATA_FILE).read_text("utf-8"), Loader=_LOADER)
+        information = content["rosbag2_bagfile_information"]
+    except (OSError, yaml.YAMLError, TypeError, KeyError):
+        return  # what is in the files counts
+    kind = information.get("compression_format") or SUFFIX[1:]
+    if kind != SUFFIX[1:]:
+        mode = str(information.get("compression_mode", "")).lower()
+        plain = "output_bags: [{uri: plain, storage_id: mcap, all_topics: true}]"
+        raise FlatplankError(
+            f"compressed by {mode} with '{kind}', only {SUFFIX[1:]} is read",
+            folder.name,
+            f"unpack it: echo '{plain}' > plain.yaml; ros2 bag convert -i {folder.name} "
+            "-o plain.yaml",
+        )
+
+
+def _record(message: dict[str, Any]) -> dict[str, Any]:
+    """Facts of a `/run` message: the YAML record, its UUID and status."""
+    try:
+        record = yaml.load(str(message.get("record") or ""), Loader=_LOADER) or {}
+    except yaml.YAMLError as error:
+        what = f"the run record is not YAML ({error})"
+        raise FlatplankError(what, RUN_TOPIC, "mend it") from error
+    facts = dict(record) if isinstance(record, dict) else {}
+    facts.pop("file", None)
+    for key in ("uuid", "status"):
+        if message.get(key):
+            facts[key] = message[key]
+    return facts
+
+
+def _stamps(values: dict[str, np.ndarray], log_time: np.ndarray) -> np.ndarray:
+    """[ns]; the time of recording where a message has no header."""
+    sec, nsec = (values[path] for path in _STAMP)
+    if sec.dtype.kind == "f":
+        return log_time
+    return sec.astype(np.int64) * 1_000_000_000 + nsec.astype(np.int64)
+
+
+def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np.ndarray]:
+    if not series[topics.base]:
+        raise FlatplankError(
+            f"no message on {topics.base}",
+            path.name,
+            "check that the topic was recorded, or give a mapping file",
+        )
+    base, _ = _sorted(series[topics.base], [])
+    columns = {"time": (base - base[0]) * 1e-9}
+    whole = np.ones(base.size, dtype=bool)
+    for topic, parts in series.items():
+        if not parts:
+            continue
+        sources = topics.sources[topic]
+        stamp, values = _sorted(parts, [s.path for s in sources])
+        if any(source.column in STANDARD_COLUMNS for source in sources):
+            whole &= _heard(base, stamp)
+        for source in sources:
+            column = values[source.path]
+            if np.isnan(column).all():
+                continue
+            if source.factor != 1.0 or source.offset != 0.0:
+                column = column * source.factor + source.offset
+            columns[source.column] = _on_base(base, stamp, column)
+    columns = {name: values[whole] for name, values in columns.items()}
+    return _since_trigger(columns, path.name)
+
+
+def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Stamps in order without doubles, and the float64 columns that belong to them."""
+    stamp = np.concatenate([s for s, _ in parts])
+    order = None
+    if np.any(np.diff(stamp) <= 0):
+        stamp, order = np.unique(stamp, return_index=True)
+    values = {}
+    for path in paths:
+        column = np.concatenate([np.asarray(v[path], dtype=np.float64) for _, v in parts])
+        values[path] = column if order is None else column[order]
+    return stamp, values
+
+
+def _heard(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
+    """Cycles of the base that a topic has, too, or that lie outside of it; all of them when it
+    follows another clock or another rate: then it is interpolated.
+
+    A cycle of which one topic was lost is lost, and not made up from its neighbours.
+    """
+    everything = np.ones(base.size, dtype=bool)
+    if base.size < 3 or stamp.size < 3 or np.array_equal(base, stamp):
+        return everything
+    ours, theirs = (float(np.percentile(np.diff(s), 5)) for s in (base, stamp))
+    present = np.isin(base, stamp, assume_unique=True)
+    if abs(theirs / ours - 1.0) > SAME_RATE or present.mean() < SAME_CLOCK:
+        return everything
+    return present | (base < stamp[0]) | (base > stamp[-1])
+
+
+def _on_base(base: np.ndarray, stamp: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """`column` at the base stamps: as it is on the same cycles, else interpolated in time."""
+    if base.size == stamp.size and np.array_equal(base, stamp):
+        return column
+    zero = base[0]
+    return np.interp(
+        (base - zero) * 1e-9, (stamp - zero) * 1e-9, column, left=np.nan, right=np.nan
+    )
+
+
+def _since_trigger(columns: dict[str, np.ndarray], where: str) -> dict[str, np.ndarray]:
+    """From the motion trigger on: before it the plank position has another zero.
+
+    Cycles at the ends that one of the topics has not reached are left out.
+    """
+    first = 0
+    trigger = columns.get("motion_trigger")
+    if trigger is not None and trigger.any():
+        first = int(np.argmax(trigger > 0.5))
+    measured = [v for n, v in columns.items() if n in STANDARD_COLUMNS]
+    whole = np.flatnonzero(np.all(np.isfinite(measured), axis=0))
+    last = int(whole[-1]) + 1 if whole.size else len(columns["time"])
+    first = max(first, int(whole[0])) if whole.size else first
+    if last <= first:
+        what = "no cycle after the motion trigger has all channels"
+        raise FlatplankError(what, where, "the run ended too early: measure it again")
+    out = {name: values[first:last] for name, values in columns.items()}
+    out["time"] = out["time"] - out["time"][0]
+    return out

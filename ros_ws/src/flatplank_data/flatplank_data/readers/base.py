@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One reader per file format, found by suffix."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flatplank_data.errors import FlatplankError
+from flatplank_data.store import Store
+from flatplank_data.table import COLUMN_UNITS
+from flatplank_data.units import to_si
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What a reader found in a file: columns in SI, facts of the run record, remarks."""
+
+    columns: Mapping[str, np.ndarray]
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    remarks: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a reader."""
+
+    store: Store
+    name: str
+    columns: Sequence[str] | None = None
+    """wanted columns; None for all"""
+    mapping: Mapping[str, Any] | None = None
+    """foreign names, as in a mapping file"""
+    further: bool = False
+    """numeric columns of other names are wanted, too, as they are; see `column_of`"""
+
+    def wants(self, column: str) -> bool:
+        """True when `column` was asked for."""
+        if self.columns is None or column in self.columns:
+            return True
+        return self.further and column not in COLUMN_UNITS
+
+
+Reader = Callable[[Request], Loaded]
+_READERS: dict[str, Reader] = {}
+
+
+def reader(*suffixes: str) -> Callable[[Reader], Reader]:
+    """Register a reader for file suffixes (lower case, with dot)."""
+
+    def register(function: Reader) -> Reader:
+        for suffix in suffixes:
+            _READERS[suffix] = function
+        return function
+
+    return register
+
+
+Describer = Callable[[Store, str], Mapping[str, Any]]
+_DESCRIBERS: dict[str, Describer] = {}
+
+
+def describer(*suffixes: str) -> Callable[[Describer], Describer]:
+    """Register what tells the run record of a file without reading its samples."""
+
+    def register(function: Describer) -> Describer:
+        for suffix in suffixes:
+            _DESCRIBERS[suffix] = function
+        return function
+
+    return register
+
+
+def describe(store: Store, name: str) -> Mapping[str, Any]:
+    """Facts of the run record that the file itself tells cheaply."""
+    function = _DESCRIBERS.get(_suffix(store, name))
+    return function(store, name) if function else {}
+
+
+def suffixes() -> list[str]:
+    """Suffixes that can be read."""
+    return sorted(_READERS)
+
+
+def reader_for(store: Store, name: str) -> Reader:
+    """The reader of a file; a folder is read as a bag."""
+    suffix = _suffix(store, name)
+    try:
+        return _READERS[suffix]
+    except KeyError:
+        raise FlatplankError(
+            f"no reader for '{suffix or name}'", name, f"use one of {', '.join(suffixes())}"
+        ) from None
+
+
+def _suffix(store: Store, name: str) -> str:
+    suffix = "." + name.rsplit(".", 1)[-1].lower() if "." in name else ""
+    return ".mcap" if suffix not in _READERS and store.is_dir(name) else suffix
+
+
+def column_of(
+    values: np.ndarray, unit: str | None, name: str, where: str
+) -> tuple[str, np.ndarray]:
+    """Name and values of a column in SI. One that we do not know keeps its unit, in brackets."""
+    if name in COLUMN_UNITS:
+        known = COLUMN_UNITS[name]
+        return name, to_si(values, known if unit is None else unit, known, where)
+    return (f"{name} [{unit}]" if unit and not name.endswith("]") else name), values
+
+
+def canonical_names(
+    names: Iterable[str], mapping: Mapping[str, Any] | None, further: bool = False
+) -> tuple[dict[str, str], list[str]]:
+    """File column -> our column, and remarks on columns that are not known.
+
+    The mapping file may have `columns: {theirs: ours}`. further: columns that are not known are
+    kept under their own names.
+    """
+    foreign = dict((mapping or {}).get("columns") or {})
+    out, remarks = {}, []
+    for name in names:
+        ours = foreign.get(name, name)
+        if ours in COLUMN_UNITS:
+            out[name] = ours
+            continue
+        near = difflib.get_close_matches(ours.lower(), COLUMN_UNITS, n=1, cutoff=0.6)
+        hint = f" (nearest: '{near[0]}')" if near else ""
+        if further:
+            out[name] = ours
+            remarks += [f"column '{name}' is kept as a further coordinate{hint}"] if hint else []
+            continue
+        remarks.append(f"column '{name}' is not known and was left out{hint}")
+    return out, remarks

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parquet cache beside the bags, keyed by size and time of the files; it may be deleted."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from flatplank_data.readers.base import Loaded, Request
+from flatplank_data.store import LocalStore
+
+FOLDER = ".flatplank-cache"
+_VERSION = 2
+_FACTS, _REMARKS = b"flatplank.facts", b"flatplank.remarks"
+
+
+def key_of(request: Request) -> str:
+    """Changes when the bag, the mapping or this format changes."""
+    store = request.store
+    names = [request.name]
+    if store.is_dir(request.name):
+        folder = store.local(request.name)
+        names = sorted(f"{request.name}/{p.name}" for p in folder.iterdir() if p.is_file())
+    parts = [(name, *store.stamp(name)) for name in names]
+    text = json.dumps([_VERSION, parts, request.mapping], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def load(request: Request, key: str) -> Loaded | None:
+    """The kept table, or None."""
+    path = _path(request, key)
+    if path is None or not path.exists():
+        return None
+    try:
+        file = pq.ParquetFile(path)
+        names = [n for n in file.schema_arrow.names if request.wants(n)]
+        table = file.read(columns=names, use_threads=False)
+    except (pa.ArrowException, OSError):
+        return None
+    metadata = file.schema_arrow.metadata or {}
+    facts = json.loads(metadata.get(_FACTS, b"{}"))
+    remarks = json.loads(metadata.get(_REMARKS, b"[]"))
+    return Loaded({n: table.column(n).to_numpy() for n in names}, facts, remarks)
+
+
+def save(request: Request, key: str, loaded: Loaded) -> None:
+    """Keep a table; a folder that cannot be written is no error."""
+    path = _path(request, key)
+    if path is None:
+        return
+    metadata = {
+        _FACTS: json.dumps(dict(loaded.facts), default=str).encode(),
+        _REMARKS: json.dumps(list(loaded.remarks)).encode(),
+    }
+    table = pa.table(dict(loaded.columns)).replace_schema_metadata(metadata)
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(exist_ok=True)
+        for old in path.parent.glob(f"{request.name}-*.parquet"):
+            old.unlink()
+        pq.write_table(table, part, compression="zstd", use_dictionary=False)
+        os.replace(part, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            part.unlink()
+
+
+def _path(request: Request, key: str) -> Path | None:
+    if not isinstance(request.store, LocalStore):
+        return None
+    return Path(request.store.root) / FOLDER / f"{request.name}-{key}.parquet"

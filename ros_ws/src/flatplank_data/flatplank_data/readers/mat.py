@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MATLAB files up to version 7: one variable per column, or one struct that has them as fields.
+
+A struct `units` with a text per column gives units; without it the file is in SI. Single numbers
+with the name of a key of campaign.yaml are read as facts of the run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+from typing import Any
+
+import numpy as np
+import scipy.io
+
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.readers.base import Loaded, Request, canonical_names, reader
+from flatplank_data.table import COLUMN_UNITS
+from flatplank_data.units import to_si
+
+_FACTS = {item.name for item in dataclasses.fields(RunInfo)}
+_HDF5 = b"MATLAB 7.3"
+
+
+@reader(".mat")
+def read_mat(request: Request) -> Loaded:
+    """Read a .mat file of version 5 to 7."""
+    with request.store.open(request.name) as stream:
+        values = _columns_of(variables(stream.read(), request.name))
+    units = values.pop("units", {})
+    arrays = {k: v for k, v in values.items() if isinstance(v, np.ndarray) and v.ndim == 1}
+    names, remarks = canonical_names(arrays, request.mapping)
+    columns = {}
+    for theirs, ours in names.items():
+        if request.wants(ours):
+            unit = units.get(theirs) if isinstance(units, dict) else None
+            if units and unit is None:
+                raise FlatplankError(
+                    f"column '{theirs}' has no unit while others have one",
+                    request.name,
+                    f"add units.{theirs}",
+                )
+            where = f"{request.name}, variable '{theirs}'"
+            columns[ours] = to_si(
+                arrays[theirs], unit or COLUMN_UNITS[ours], COLUMN_UNITS[ours], where
+            )
+    facts = {k: v for k, v in values.items() if k in _FACTS and isinstance(v, (int, float, str))}
+    return Loaded(columns, facts, remarks)
+
+
+def variables(data: bytes, where: str) -> dict[str, Any]:
+    """Name -> value of a file of version 5 to 7; FlatplankError when it is none."""
+    if data.startswith(_HDF5):
+        raise FlatplankError("MATLAB version 7.3 (HDF5) is not read", where, "save it with '-v7'")
+    try:
+        raw = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, simplify_cells=True)
+    except Exception as error:  # scipy raises many kinds on a damaged file
+        raise FlatplankError(
+            f"not a whole MATLAB file ({error})", where, "export or copy it again"
+        ) from error
+    return {k: v for k, v in raw.items() if not k.startswith("__")}
+
+
+def _columns_of(values: dict[str, Any]) -> dict[str, Any]:
+    structs = [v for v in values.values() if isinstance(v, dict)]
+    if not any(name in values for name in COLUMN_UNITS) and len(structs) == 1:
+        return {**values, **structs[0]}
+    return values

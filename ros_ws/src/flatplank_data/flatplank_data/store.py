@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a campaign folder lives: this machine's disk, or any fsspec store."""
+
+from __future__ import annotations
+
+import io
+import os
+import posixpath
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO, Protocol
+
+from flatplank_data.errors import FlatplankError
+
+
+class Store(Protocol):
+    """A folder of files; names are relative to it and use '/'."""
+
+    @property
+    def root(self) -> str: ...
+
+    def names(self) -> list[str]:
+        """Files and folders directly in the root, sorted."""
+        ...
+
+    def exists(self, name: str) -> bool: ...
+
+    def is_dir(self, name: str) -> bool: ...
+
+    def open(self, name: str) -> BinaryIO: ...
+
+    def local(self, name: str) -> Path:
+        """A path on this machine with the content of `name` (a file or a folder)."""
+        ...
+
+    def stamp(self, name: str) -> tuple[int, int]:
+        """Size [bytes] and modification time [ns] of a file."""
+        ...
+
+
+@dataclass(frozen=True)
+class LocalStore:
+    """A folder on this machine."""
+
+    root: str
+
+    def names(self) -> list[str]:
+        return sorted(os.listdir(self.root))
+
+    def exists(self, name: str) -> bool:
+        return os.path.exists(self._path(name))
+
+    def is_dir(self, name: str) -> bool:
+        return os.path.isdir(self._path(name))
+
+    def open(self, name: str) -> BinaryIO:
+        return open(self._path(name), "rb")
+
+    def local(self, name: str) -> Path:
+        return Path(self._path(name))
+
+    def stamp(self, name: str) -> tuple[int, int]:
+        stat = os.stat(self._path(name))
+        return stat.st_size, stat.st_mtime_ns
+
+    def _path(self, name: str) -> str:
+        return os.path.join(self.root, name)
+
+
+@dataclass(frozen=True)
+class RemoteStore:
+    """A folder on an fsspec file system (`memory://`, `s3://`, `sftp://`, ...)."""
+
+    root: str
+    _temp: list = field(default_factory=list, compare=False, repr=False)
+
+    def _fs(self):
+        try:
+            import fsspec
+        except ImportError as error:
+            raise FlatplankError(
+                "a folder with a protocol needs the package fsspec",
+                self.root,
+                "pip install fsspec",
+            ) from error
+        return fsspec.core.url_to_fs(self.root)
+
+    def names(self) -> list[str]:
+        fs, path = self._fs()
+        return sorted(posixpath.basename(p.rstrip("/")) for p in fs.ls(path, detail=False))
+
+    def exists(self, name: str) -> bool:
+        fs, path = self._fs()
+        return bool(fs.exists(posixpath.join(path, name)))
+
+    def is_dir(self, name: str) -> bool:
+        fs, path = self._fs()
+        return bool(fs.isdir(posixpath.join(path, name)))
+
+    def open(self, name: str) -> BinaryIO:
+        fs, path = self._fs()
+        return io.BytesIO(fs.cat_file(posixpath.join(path, name)))
+
+    def local(self, name: str) -> Path:
+        fs, path = self._fs()
+        if not self._temp:
+            self._temp.append(tempfile.TemporaryDirectory(prefix="flatplank-"))
+        target = Path(self._temp[0].name) / name
+        if not target.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            fs.get(posixpath.join(path, name), str(target), recursive=self.is_dir(name))
+        return target
+
+    def stamp(self, name: str) -> tuple[int, int]:
+        fs, path = self._fs()
+        details = fs.info(posixpath.join(path, name))
+        return int(details.get("size") or 0), 0
+
+
+def open_store(path: str | os.PathLike[str]) -> Store:
+    """The store of a campaign folder."""
+    text = os.fspath(path)
+    if "://" in text:
+        return RemoteStore(text.rstrip("/"))
+    if not os.path.isdir(text):
+        raise FlatplankError("no such folder", text, "give the folder that has campaign.yaml")
+    return LocalStore(text)

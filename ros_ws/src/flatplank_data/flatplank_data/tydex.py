@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: Apache-2.0
+"""TYDEX 1.3 (Unrau, Zamow 1997): the text format of the tire field, as a document.
+
+Lines have fixed columns: name 10, explanation 30, unit 10, then numbers of 10 each. Channels have
+a factor a and two offsets b, c: physical value = a (measured value + b) + c. `!` starts a comment.
+Values fill ten columns, with or without a blank between; a sample may take several lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatplank_data.errors import FlatplankError
+
+KEYWORDS = (
+    "HEADER",
+    "COMMENTS",
+    "CONSTANTS",
+    "MEASURCHANNELS",
+    "MEASURDATA",
+    "MODELDEFINITION",
+    "MODELPARAMETERS",
+    "MODELCOEFFICIENTS",
+    "MODELCHANNELS",
+    "MODELOUTPUTS",
+    "MODELEND",
+    "END",
+)
+MISSING = "NOTAVAIL"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A constant: its unit and its value as written."""
+
+    unit: str
+    value: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A measured channel; physical value = factor (measured + before) + after, in `unit`."""
+
+    name: str
+    unit: str
+    factor: float = 1.0
+    before: float = 0.0
+    after: float = 0.0
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class TydexFile:
+    """Content of a file; `data` has shape (samples, channels), physical values."""
+
+    header: Mapping[str, str] = field(default_factory=dict)
+    comments: Sequence[str] = ()
+    constants: Mapping[str, Quantity] = field(default_factory=dict)
+    channels: Sequence[Channel] = ()
+    data: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+
+
+def parse_tydex(text: str, name: str) -> TydexFile:
+    """Read a file; `name` is told in errors."""
+    sections, ended = _sections(text, name)
+    if "HEADER" not in sections:
+        raise FlatplankError("no **HEADER", name, "is this a TYDEX file?")
+    if not ended:
+        raise FlatplankError("no **END: the file is cut short", name, "export or copy it again")
+    header = {
+        line[:10].strip().upper(): line[40:].strip() for _, line in sections["HEADER"] if line[:10]
+    }
+    constants = {}
+    for number, line in sections.get("CONSTANTS", []):
+        key, value = line[:10].strip().upper(), line[50:].strip()
+        if key in constants:
+            raise FlatplankError(f"constant {key} twice", f"{name}, line {number}", "remove one")
+        constants[key] = Quantity(line[40:50].strip(), value, line[10:40].strip())
+    channels = [_channel(line, f"{name}, line {n}") for n, line in sections["MEASURCHANNELS"]]
+    data = _data(sections["MEASURDATA"], channels, name)
+    comments = [line for _, line in sections.get("COMMENTS", [])]
+    return TydexFile(header, comments, constants, channels, data)
+
+
+def _sections(text: str, name: str) -> tuple[dict[str, list[tuple[int, str]]], bool]:
+    sections: dict[str, list[tuple[int, str]]] = {"MEASURCHANNELS": [], "MEASURDATA": []}
+    current, ended = "", False
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.expandtabs(10).rstrip()
+        if line.startswith("**"):
+            current = line[2:].strip().split(" ")[0].upper()
+            if current not in KEYWORDS:
+                raise FlatplankError(
+                    f"unknown keyword **{current}",
+                    f"{name}, line {number}",
+                    f"TYDEX 1.3 has {', '.join(KEYWORDS)}",
+                )
+            ended = ended or current == "END"
+            sections.setdefault(current, [])
+        elif current and line.strip() and not line.startswith("!") and not ended:
+            sections[current].append((number, line))
+    return sections, ended
+
+
+def _channel(line: str, where: str) -> Channel:
+    key, note, unit = line[:10].strip().upper(), line[10:40].strip(), line[40:50].strip()
+    cells = line[50:].split()
+    if not unit:
+        raise FlatplankError(
+            f"channel {key} has no unit", where, "write it in columns 41-50, '-' for a bare number"
+        )
+    try:
+        numbers = [float(cell) for cell in cells[:3]]
+    except ValueError as error:
+        raise FlatplankError(
+            f"channel {key}: '{' '.join(cells)}' is no factor", where, "columns 51-60 hold it"
+        ) from error
+    factor, before, after = numbers + [1.0, 0.0, 0.0][len(numbers) :]
+    return Channel(key, unit, factor, before, after, note)
+
+
+def _data(lines: list[tuple[int, str]], channels: list[Channel], name: str) -> np.ndarray:
+    if not channels:
+        raise FlatplankError("no channels", name, "needs **MEASURCHANNELS")
+    cells: list[str] = []
+    for _, line in lines:
+        found = line.split()
+        if any(len(cell) > 10 for cell in found):
+            found = [line[i : i + 10].strip() for i in range(0, len(line), 10)]
+        cells += found
+    rest = len(cells) % len(channels)
+    if rest or not cells:
+        row = len(cells) // len(channels) + 1
+        raise FlatplankError(
+            f"{rest} of {len(channels)} values" if rest else "no samples",
+            f"{name}, sample {row}, line {lines[-1][0] if lines else 0}",
+            "the data are cut short: export or copy the file again",
+        )
+    try:
+        values = np.array(
+            [np.nan if cell == MISSING else cell.replace("D", "E") for cell in cells], dtype=float
+        )
+    except ValueError as error:
+        bad = next(cell for cell in cells if not _is_number(cell))
+        number = next(n for n, line in lines if bad in line.split())
+        raise FlatplankError(
+            f"'{bad}' is not a number", f"{name}, line {number}", f"write {MISSING} for no value"
+        ) from error
+    factor, before, after = np.array([(c.factor, c.before, c.after) for c in channels]).T
+    return (values.reshape(-1, len(channels)) + before) * factor + after
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace("D", "E"))
+    except ValueError:
+        return cell == MISSING
+    return True
+
+
+def format_tydex(file: TydexFile) -> str:
+    """Write a file; the data are written as they are, with factor 1."""
+    lines = ["**HEADER"]
+    lines += [f"{key[:10]:<10}{'':<30}{value}" for key, value in file.header.items()]
+    lines += ["**COMMENTS", *file.comments, "**CONSTANTS"]
+    for key, quantity in file.constants.items():
+        lines.append(
+            f"{key[:9]:<10}{quantity.note[:29]:<30}{quantity.unit[:9]:<10}{quantity.value}"
+        )
+    lines.append("**MEASURCHANNELS")
+    for channel in file.channels:
+        start = f"{channel.name[:9]:<10}{channel.note[:29]:<30}{channel.unit[:9]:<10}"
+        lines.append(f"{start}{1.0:<10g}{0.0:<10g}{0.0:<10g}".rstrip())
+    lines.append("**MEASURDATA")
+    lines += _rows(file.data)
+    return "\n".join([*lines, "**END", ""])
+
+
+def _rows(data: np.ndarray) -> list[str]:
+    """One line per sample, ten columns per value."""
+    return ["".join(f"{_number(value):>9} " for value in sample).rstrip() for sample in data]
+
+
+def _number(value: float) -> str:
+    """The most digits that fit in nine characters."""
+    if not np.isfinite(value):
+        return MISSING
+    for digits in range(9, 0, -1):
+        text = f"{value:.{digits}g}".replace("e-0", "e-").replace("e+0", "e")
+        if len(text) <= 9:
+            return text
+    return f"{value:.1e}"

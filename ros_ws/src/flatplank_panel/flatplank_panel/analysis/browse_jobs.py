@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns, their runs and curves of them: quick, nothing is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
+from flatplank_data.errors import FlatplankError
+from flatplank_panel.analysis.names import CHANNELS, OVER
+from flatplank_panel.analysis.stamp import Stamp, stamp_of
+from flatplank_panel.analysis.verdicts import verdicts_of
+
+Progress = Callable[[str, float], None]
+DEPTH = 3
+POINTS = 400
+
+
+def campaigns(_progress: Progress, root: str) -> list[dict[str, Any]]:
+    """Folders below `root` that hold runs."""
+    base, found = Path(root), []
+    for folder in (base, *sorted(p for p in base.rglob("*") if p.is_dir())):
+        parts = folder.relative_to(base).parts
+        if len(parts) > DEPTH or any(p.startswith(".") for p in parts):
+            continue
+        if (folder / "metadata.yaml").exists():
+            continue
+        bags = sum(1 for _ in folder.glob("*/metadata.yaml"))
+        tables = sum(1 for _ in folder.glob("*.parquet")) + sum(1 for _ in folder.glob("*.csv"))
+        if (folder / CAMPAIGN_FILE).exists() or bags or tables:
+            found.append({"folder": str(folder.relative_to(base)) or ".", "runs": bags or tables})
+    return found
+
+
+@lru_cache(maxsize=4)
+def _campaign(folder: str, _stamp: Stamp) -> Campaign:
+    return Campaign.load(folder)
+
+
+def _load(folder: str) -> Campaign:
+    return _campaign(folder, stamp_of(folder))
+
+
+def _verdicts(campaign: Campaign) -> dict[str, str]:
+    """File -> the campaign's own verdict and what is wrong with the file, or ok."""
+    judged = verdicts_of(campaign.path)
+    out = {}
+    for file in (run.info.file for run in campaign.runs):
+        remarks = [p.what for p in campaign.problems if p.file == file]
+        out[file] = "; ".join([*([judged[file]] if file in judged else []), *remarks]) or "ok"
+    return out
+
+
+def runs(_progress: Progress, folder: str) -> dict[str, Any]:
+    """One row per run, and what is wrong with some."""
+    campaign = _load(folder)
+    verdicts = _verdicts(campaign)
+    rows = []
+    for run in campaign.runs:
+        i = run.info
+        rows.append(
+            {
+                "file": i.file,
+                "tire": i.tire,
+                "measurement": i.measurement,
+                "condition": i.condition.label(),
+                "kappa_percent": round(100.0 * i.kappa, 3),
+                "fz": i.fz,
+                "pressure": i.pressure,
+                "alpha": i.alpha_deg,
+                "gamma": i.gamma_deg,
+                "start": i.start,
+                "order": i.run_index,
+                "status": i.status or "complete",
+                "lost": i.cycles_lost,
+                "notes": i.notes,
+                "verdict": verdicts[i.file],
+            }
+        )
+    problems = [str(p) for p in campaign.problems]
+    return {"tire": campaign.tire, "rows": rows, "problems": problems}
+
+
+def curves(
+    _progress: Progress, folder: str, files: Sequence[str], channel: str, over: str
+) -> dict[str, Any]:
+    """Measured curves of some runs, thinned; the scatter between repeats of a condition; and the
+    verdicts, which know more when samples were read."""
+    if channel not in CHANNELS or over not in OVER:
+        raise FlatplankError(f"no curve of {channel} over {over}", folder, "choose from the lists")
+    wanted = set(files)
+    whole = _load(folder)
+    campaign = whole.where(lambda i: i.file in wanted)
+    out = []
+    for run in campaign.runs:
+        table = campaign.try_table(run, [channel, over, "plank_position"])
+        if table is None or channel not in table or over not in table:
+            continue
+        x, y = table[over], table[channel]
+        step = max(1, len(x) // (POINTS * 4))
+        width = max(1, len(x) // POINTS)
+        smooth = np.convolve(y, np.ones(width) / width, mode="same") if width > 1 else y
+        inner = slice(width, len(x) - width, max(1, width // 2) if width > 2 else step)
+        out.append(
+            {
+                "file": run.info.file,
+                "condition": run.info.condition.label(),
+                "points": np.stack([x[inner], smooth[inner]], axis=1),
+            }
+        )
+    return {
+        "curves": out,
+        "scatter": _scatter(out),
+        "verdicts": _verdicts(whole),
+        "problems": [str(p) for p in whole.problems],
+    }
+
+
+def _scatter(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Root mean square difference of every curve from the mean of its condition."""
+    groups: dict[str, list[np.ndarray]] = {}
+    for curve in found:
+        groups.setdefault(curve["condition"], []).append(curve["points"])
+    out = []
+    for label, members in groups.items():
+        if len(members) < 2:
+            continue
+        low = max(float(m[0, 0]) for m in members)
+        high = min(float(m[-1, 0]) for m in members)
+        grid = np.linspace(low, high, 300)
+        values = np.stack([np.interp(grid, m[:, 0], m[:, 1]) for m in members])
+        rest = values - values.mean(axis=0)
+        spread = float(np.sqrt(np.sum(rest**2) / ((len(members) - 1) * len(grid))))
+        out.append({"condition": label, "runs": len(members), "scatter": spread})
+    return out

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ask a worker process from the event loop of the pages."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from flatplank_hw.parent import END_WITH_PARENT
+
+LINE = 64 * 1024 * 1024
+Progress = Callable[[str, float], None]
+
+
+class Analysis:
+    """One worker; one request at a time, further ones wait. To cancel the task that asks ends the
+    process, and with it the work; those that wait go on with a new one."""
+
+    def __init__(self, log: Path | None = None) -> None:
+        self._log = log
+        self._process: asyncio.subprocess.Process | None = None
+        self._lock = asyncio.Lock()
+
+    async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
+        """Result of a job; ValueError with the reason when it cannot be done."""
+        tell = progress or _nobody
+        if self._lock.locked():
+            tell("waiting until other work is done", 0.0)
+        async with self._lock:
+            try:
+                return await self._asked(job, tell, arguments)
+            except asyncio.CancelledError:
+                self.close()
+                raise
+
+    async def _asked(self, job: str, tell: Progress, arguments: dict[str, Any]) -> Any:
+        process = await self._started()
+        assert process.stdin and process.stdout
+        process.stdin.write(json.dumps({"do": job, "with": arguments}).encode() + b"\n")
+        await process.stdin.drain()
+        while line := await process.stdout.readline():
+            message = json.loads(line)
+            if "progress" in message:
+                tell(message["progress"], message["share"])
+            elif "error" in message:
+                raise ValueError(message["error"])
+            else:
+                return message["result"]
+        await process.wait()
+        raise ValueError(f"the analysis has ended with code {process.returncode}; see {self._log}")
+
+    def close(self) -> None:
+        """End the process; the next request starts a new one."""
+        process, self._process = self._process, None
+        if process is not None and process.returncode is None:
+            process.terminate()
+
+    async def _started(self) -> asyncio.subprocess.Process:
+        if self._process is None or self._process.returncode is not None:
+            errors = open(self._log, "ab") if self._log else None  # noqa: SIM115
+            try:
+                self._process = await asyncio.create_subprocess_exec(
+                    sys.executable,
+                    "-m",
+                    "flatplank_panel.analysis.worker",
+                    stdin=asyncio.subprocess.PIPE,
+                    stdout=asyncio.subprocess.PIPE,
+                    stderr=errors,
+                    limit=LINE,
+                    start_new_session=True,
+                    env={**os.environ, END_WITH_PARENT: str(os.getpid())},
+                )
+            finally:
+                if errors:
+                    errors.close()
+        return self._process
+
+
+def _nobody(_text: str, _share: float) -> None:
+    """Progress that nobody looks at."""

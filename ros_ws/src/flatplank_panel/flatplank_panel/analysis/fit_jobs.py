@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loop of discovery for the page: compare, diagnose, add, undo, report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flatplank_analysis.contact_patch import comparison
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery import screen, verdict, where
+from flatplank_analysis.discovery.fit import amplitude
+from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
+from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.steps import Step
+from flatplank_panel.analysis.proposal import runs_of
+from flatplank_panel.analysis.stamp import Stamp, stamp_of
+
+Progress = Callable[[str, float], None]
+POINTS = 250
+MAPS = 4
+RANKED = 12
+
+
+class _Open(NamedTuple):
+    """What one request is about; nothing is kept between requests but what was read."""
+
+    session: Session
+    path: Path
+    """of the model file"""
+    model: ModelFile
+
+    @property
+    def start(self) -> ModelFile | None:
+        """The model to begin with; None: that of the library."""
+        return self.model if self.model.parameters else None
+
+
+@lru_cache(maxsize=2)
+def _session(folder: str, _stamp: Stamp, files: tuple[str, ...]) -> Session:
+    return Session.open(folder, files)
+
+
+def _opened(folder: str, model: str) -> _Open:
+    """Campaign and model as they are on the disk now."""
+    path = Path(model)
+    file = load_model(path) if path.exists() else ModelFile()
+    own = tuple(e.file for e in file.effects if e.file)
+    return _Open(_session(folder, stamp_of(folder), own), path, file)
+
+
+def open_(progress: Progress, folder: str, model: str) -> dict[str, Any]:
+    """Read a campaign and its model file."""
+    progress("reading the runs", 0.05)
+    at = _opened(folder, model)
+    runs = at.session.data.runs
+    return {
+        "runs": runs.runs,
+        "conditions": list(runs.condition_names),
+        "undecidable": verdict.undecidable(runs),
+        "problems": [str(p) for p in at.session.campaign.problems],
+    } | _model(at)
+
+
+def _model(at: _Open) -> dict[str, Any]:
+    return {
+        "effects": [{"name": e.name, **e.parameters} for e in at.model.effects],
+        "history": list(at.model.history),
+        "writable": os.access(at.path.parent, os.W_OK),
+        "file": str(at.path),
+    }
+
+
+def compare(progress: Progress, folder: str, model: str) -> dict[str, Any]:
+    """The model as it is: error against floor, curves and residual maps."""
+    at = _opened(folder, model)
+    progress("fit of the model", 0.2)
+    return _picture(at, at.session.fit(at.start))
+
+
+def _picture(at: _Open, step: Step) -> dict[str, Any]:
+    session = at.session
+    runs, state = session.data.runs, step.state
+    level, residual = state.floors[0], state.residual[0]
+    maps = where.make_maps(runs, residual, level.floor)[:MAPS]
+    return (
+        session.numbers(step)
+        | source_of(runs).to_dict()
+        | {
+            "conditions": comparison.by_condition(session, step),
+            "maps": [_map(m) for m in maps],
+            "curves": _curves(session, step),
+            "ranked": _ranked(step),
+        }
+        | _model(at)
+    )
+
+
+def _map(m: where.Map) -> dict[str, Any]:
+    return {
+        "coordinate": m.coordinate,
+        "unit": m.unit,
+        "edges": m.edges,
+        "mean": m.mean,
+        "text": f"{m.words()} (p = {m.p_value:.2g})",
+    }
+
+
+def _curves(session: Session, step: Step) -> list[dict[str, Any]]:
+    """Mean of the repeats, measured and model, by condition."""
+    runs = session.data.runs
+    measured, predicted = runs.mean(runs.measured[0]), runs.mean(step.state.fit.predicted[0])
+    name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))
+    thin = slice(None, None, max(1, runs.samples // POINTS))
+    return [
+        {
+            "condition": label,
+            "x": runs.coordinates[name].values[rows[0]][thin],
+            "measured": measured[i][thin],
+            "model": predicted[i][thin],
+            "over": f"{name} [{runs.coordinates[name].unit}]",
+        }
+        for i, (label, rows) in enumerate(zip(runs.condition_names, runs.groups, strict=True))
+    ]
+
+
+def _ranked(step: Step) -> list[dict[str, Any]]:
+    """Screened candidates: gain, before any refit."""
+    out = []
+    for item in screen.best_per_effect(step.screen)[:RANKED]:
+        effect = item.candidate.effect
+        out.append(
+            {
+                "name": effect.identifier,
+                "title": effect.title,
+                "kind": effect.kind,
+                "gain": item.gain,
+                "visible": item.visible,
+                "what": effect.what,
+                "check": effect.check,
+                "removes": effect.removes,
+                "coordinate": effect.coordinate,
+            }
+        )
+    return out
+
+
+def diagnose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
+    """Search for what the model lacks."""
+    at = _opened(folder, model)
+    result = at.session.diagnose(at.start, progress)
+    answer = result.to_dict()
+    answer["next_run"] = runs_of(at.session, result.next_run)
+    if result.search is None:
+        return answer | {"ranked": [], "collapse": []}
+    refits = {d.term.effect.identifier: d for s in result.search.steps for d in s.refits}
+    ranked = _ranked(result.search.steps[0])
+    for row in ranked:
+        if row["name"] in refits:
+            decision = refits[row["name"]]
+            row |= {"gain": decision.drop, "reasons": list(decision.reasons)}
+    for effect, found in zip(answer["effects"], result.found, strict=True):
+        kind = found.decision.term.effect
+        effect |= {"what": kind.what, "check": kind.check, "removes": kind.removes}
+    collapse = [_collapse(result.search, i) for i in range(len(result.found))]
+    return answer | {"ranked": ranked, "collapse": collapse}
+
+
+def _collapse(search: Any, number: int) -> dict[str, Any]:
+    """What is left without one effect, over the effect's own coordinate, and its prediction."""
+    last, runs = search.last, search.model.runs
+    state, term = last.state, last.found[number].decision.term
+    part = amplitude(state.fit, len(state.fit.terms) - len(last.found) + number)[0]
+    without = state.residual[0] + part
+    known = runs.coordinates
+    name = term.effect.coordinate if term.effect.coordinate in known else next(iter(known))
+    series = []
+    for i, rows in enumerate(runs.groups):
+        if not np.any(np.abs(part[rows]) > 0.02 * np.abs(part).max()):
+            continue
+        r = rows[0]
+        x = known[name].values[r]
+        order = np.argsort(x, kind="stable")[:: max(1, runs.samples // POINTS)]
+        series.append(
+            {
+                "condition": runs.condition_names[i],
+                "left": np.stack([x[order], without[rows].mean(axis=0)[order]], axis=1),
+                "effect": np.stack([x[order], part[r][order]], axis=1),
+            }
+        )
+    title = f"{name} [{known[name].unit}]"
+    return {"name": term.effect.identifier, "over": title, "series": series}
+
+
+def add(progress: Progress, folder: str, model: str, effect: str) -> dict[str, Any]:
+    """Put an effect into the model and refit everything."""
+    at = _opened(folder, model)
+    progress("refit of everything", 0.3)
+    changed, step, numbers = at.session.add(at.model, effect)
+    return _kept(at, changed, step) | {"added": numbers}
+
+
+def undo(progress: Progress, folder: str, model: str) -> dict[str, Any]:
+    """The model as it was before the last step; `undone`: what that step was."""
+    at = _opened(folder, model)
+    before, last = at.model.undone(), at.model.history[-1]
+    progress("fit of the model", 0.3)
+    step = at.session.fit(before)
+    return _kept(at, before, step) | {"undone": f"{last['action']} {last['effect']}"}
+
+
+def _kept(at: _Open, changed: ModelFile, step: Step) -> dict[str, Any]:
+    save_unchanged(changed, at.path)
+    return _picture(at._replace(model=changed), step)
+
+
+def report(progress: Progress, folder: str, model: str, target: str) -> dict[str, Any]:
+    """The page of a diagnosis, with its figures, in the folder `target`."""
+    from flatplank_analysis.discovery.report.page import write_report
+
+    at = _opened(folder, model)
+    result = at.session.diagnose(at.start, progress)
+    progress("figures", 0.95)
+    page = write_report(result, Path(target), at.session.campaign.path, at.model.history)
+    return {"page": str(page)}

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An investigation for the page, one step a request: choose a batch, take what came of it.
+
+All that counts is in the folder; between two steps only the last diagnosis is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from flatplank_analysis.investigation.evidence import times
+from flatplank_analysis.investigation.loop import Loop, decoy_words
+from flatplank_analysis.investigation.notebook import proposal_of, summary, verdict_of
+from flatplank_analysis.investigation.report import code_of, entries_of
+from flatplank_control.investigate.bench import Execute
+from flatplank_control.investigate.executors import made_elsewhere, on_twin
+from flatplank_control.investigate.journal import DiskLog
+from flatplank_control.investigate.opening import NOTEBOOK, keep, open_loop
+from flatplank_control.runner.steps import PlanFailed
+from flatplank_data.wording import sized
+
+Progress = Callable[[str, float], None]
+SHOWN = (
+    "number", "what", "reason", "runs", "minutes", "until", "answer", "back", "evidence", "error",
+    "error_alone", "floor", "so_far",
+)  # fmt: skip
+_DIAGNOSED: dict[str, Any] = {}
+"""by folder the last diagnosis; of one folder only"""
+
+
+def investigation(progress: Progress, folder: str) -> dict[str, Any]:
+    """What there is of an investigation in a folder."""
+    return _told(DiskLog(Path(folder)).events)
+
+
+def decide(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
+    """Begin or go on, and choose the next batch when none waits."""
+    progress("choosing the next runs", 0.0)
+    loop = _loop(folder, minutes, made_elsewhere(Path(folder)), tire)
+    loop.begin()
+    if not loop.waiting and not loop.ended:
+        loop.decide()
+    return _kept(loop, folder)
+
+
+def measure(
+    progress: Progress, folder: str, minutes: float, tire: str, twin: Mapping[str, Any] | None
+) -> dict[str, Any]:
+    """The batch that was chosen: made by the twin, or by the runner already; and its answer."""
+    where = Path(folder)
+    made: list[str] = []
+
+    def say(text: str) -> None:
+        made.append(text)
+        progress(text, len(made) / max(len(loop.waiting["settings"]) if loop.waiting else 1, 1))
+
+    execute = on_twin(where, twin["preset"], twin["plant"], twin["seed"], None, say) if twin else (
+        made_elsewhere(where)
+    )  # fmt: skip
+    loop = _loop(folder, minutes, execute, tire)
+    progress("measuring" if twin else "diagnosing", 0.0)
+    try:
+        loop.measure()
+    except PlanFailed as error:
+        raise ValueError(str(error)) from None
+    return _kept(loop, folder)
+
+
+def _loop(folder: str, minutes: float, execute: Execute, tire: str) -> Loop:
+    loop = open_loop(Path(folder), minutes, execute, tire)
+    loop.diagnosed = _DIAGNOSED.get(folder)
+    return loop
+
+
+def _kept(loop: Loop, folder: str) -> dict[str, Any]:
+    _DIAGNOSED.clear()
+    _DIAGNOSED[folder] = loop.diagnosed
+    keep(loop, Path(folder))
+    return _told(loop.log.events)
+
+
+def _told(events: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the page shows of a log."""
+    if not events:
+        return {"entries": [], "waiting": None, "ended": "", "left": None}
+    told = summary(events)
+    last = events[-1]
+    waiting = last if last["event"] == "batch" else None
+    return {
+        "entries": [{k: e.get(k) for k in SHOWN} for e in entries_of(told)],
+        "waiting": waiting and {k: waiting[k] for k in ("number", "what", "reason", "minutes")}
+        | {"plan": waiting["plan"], "runs": len(yaml.safe_load(waiting["plan"])["runs"])},
+        "ended": told["ended"] or "", "reason": told["reason"], "minutes": told["minutes"],
+        "budget": told["budget"], "left": max(told["budget"] - told["minutes"], 0.0),
+        "runs": told["runs"], "evidence": times(told["log_e"]), "limit": 1.0 / told["alpha"],
+        "verdict": verdict_of(told),
+        "effects": [
+            {"title": e["title"], "size": sized(e["size"], e["interval"], e["unit"]),
+             "advice": e["advice"]}
+            for e in (told["verdict"] or {}).get("effects", ())
+        ],
+        "decoys": decoy_words(told["batches"]),
+        "proposal": proposal_of(told["proposal"]) if told["proposal"] else "",
+        "code": code_of(told["proposal"]), "notebook": NOTEBOOK,
+    }  # fmt: skip

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Beyond the library for the page: propose, add under a name, confirm by new runs.
+
+What was proposed stays here until it is added: no text of a page ever becomes a program.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery.modelfile import save_unchanged, write_atomic
+from flatplank_analysis.proposal import confirm as confirming
+from flatplank_analysis.proposal.picture import lines_of
+from flatplank_analysis.proposal.propose import PROPOSED
+from flatplank_analysis.proposal.propose import propose as search
+from flatplank_analysis.proposal.writing import renamed
+from flatplank_data.errors import FlatplankError
+from flatplank_panel.analysis import fit_jobs
+from flatplank_panel.analysis.fit_jobs import Progress
+
+_TEXTS: dict[str, str] = {}
+"""by campaign folder the file of its last proposal"""
+
+
+def propose(progress: Progress, folder: str, model: str) -> dict[str, Any]:
+    """What is left as an effect file, with curve, band and form."""
+    at = fit_jobs._opened(folder, model)
+    result = search(at.session, at.start, progress)
+    _TEXTS.pop(folder, None)
+    answer = result.to_dict()
+    if result.verdict != PROPOSED:
+        return answer
+    _TEXTS[folder] = result.text
+    lines = lines_of(result)
+    drawn = {"over": lines.over, "unit": lines.unit, "form": _points(lines.u, lines.form)}
+    if lines.free is not None and lines.half is not None:
+        drawn["free"] = _points(lines.u, lines.free)
+        drawn["low"] = _points(lines.u, lines.free - lines.half)
+        drawn["high"] = _points(lines.u, lines.free + lines.half)
+    return answer | {"drawn": drawn}
+
+
+def _points(u: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.stack([u, values], axis=1)
+
+
+def accept(progress: Progress, folder: str, model: str, name: str) -> dict[str, Any]:
+    """Write the last proposal of a campaign under a name, and put it into the model."""
+    _require_proposed(folder)
+    at, text = fit_jobs._opened(folder, model), renamed(_TEXTS[folder], name)
+    file = _free(Path(folder) / f"{name}.py", text)
+    write_atomic(file, text)
+    try:
+        files = [*at.session.files, str(file)]
+        at = at._replace(session=Session.of(at.session.campaign, files))
+        progress("refit of everything", 0.3)
+        changed, step, numbers = at.session.add(at.model, name)
+    except BaseException:
+        file.unlink(missing_ok=True)
+        raise
+    return fit_jobs._kept(at, changed, step) | {"added": numbers, "text": text}
+
+
+def rename(progress: Progress, folder: str, model: str, old: str, new: str) -> dict[str, Any]:
+    """The last proposal, or an effect of the model that has a file, under another name."""
+    at = fit_jobs._opened(folder, model)
+    entry = next((e for e in at.model.effects if e.name == old), None)
+    if entry is None:
+        _require_proposed(folder)
+        _TEXTS[folder] = text = renamed(_TEXTS[folder], new)
+        return {"text": text}
+    before = Path(entry.file)
+    if not entry.file:
+        raise FlatplankError(f"'{old}' is of the library", at.path.name, "it keeps its name")
+    text = renamed(before.read_text(encoding="utf-8"), new)
+    after = _free(before.with_name(f"{new}.py"), text)
+    write_atomic(after, text)
+    try:
+        changed = save_unchanged(at.model.renamed(old, new, str(after)), at.path)
+    except BaseException:
+        after.unlink(missing_ok=True)
+        raise
+    before.unlink(missing_ok=True)
+    return fit_jobs._model(at._replace(model=changed)) | {"text": text}
+
+
+def _require_proposed(folder: str) -> None:
+    if folder not in _TEXTS:
+        raise FlatplankError("nothing is proposed", folder, "propose it first")
+
+
+def _free(file: Path, text: str) -> Path:
+    """A file that is not there yet, or holds this already."""
+    if file.exists() and file.read_text(encoding="utf-8") != text:
+        raise FlatplankError("is there already", str(file), "choose another name")
+    return file
+
+
+def confirm(progress: Progress, folder: str, model: str, name: str, new: str) -> dict[str, Any]:
+    """Do the runs of another folder agree with an effect of the model?"""
+    at = fit_jobs._opened(folder, model)
+    if name not in at.session.effects:
+        raise FlatplankError(f"no effect '{name}' in the model", folder, "add it first")
+    progress("fit of the first campaign", 0.3)
+    step = confirming.fitted(at.session, at.model, name)
+    sets = [(new, Session.open(new, at.session.files))]
+    return confirming.confirm(at.session, step, name, sets).to_dict()

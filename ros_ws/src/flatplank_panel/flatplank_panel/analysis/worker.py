@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The process that looks at campaigns: a JSON request per line in, progress and an answer out."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+from flatplank_data.errors import FlatplankError
+from flatplank_hw.parent import end_with_parent
+
+Progress = Callable[[str, float], None]
+JOBS = {
+    "campaigns": "browse_jobs",
+    "runs": "browse_jobs",
+    "curves": "browse_jobs",
+    "open": "fit_jobs",
+    "compare": "fit_jobs",
+    "diagnose": "fit_jobs",
+    "add": "fit_jobs",
+    "undo": "fit_jobs",
+    "propose": "proposing",
+    "accept": "proposing",
+    "rename": "proposing",
+    "confirm": "proposing",
+    "report": "fit_jobs",
+    "simulate": "simulating",
+    "investigation": "investigating",
+    "decide": "investigating",
+    "measure": "investigating",
+    "turns": "identifying",
+    "identify": "identifying",
+}
+"""job -> module that does it, in a function of the same name (`open` is `open_`)"""
+
+
+def plain(value: Any) -> Any:
+    """Strict JSON: numpy as lists, what is not finite as null, floats short."""
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return float(f"{value:.6g}") if math.isfinite(value) else None
+    return value
+
+
+def do(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+    """Do one request; {"result": ...} or {"error": text}."""
+    name = request["do"]
+    module = import_module(f"flatplank_panel.analysis.{JOBS[name]}")
+    job = getattr(module, "open_" if name == "open" else name)
+    try:
+        return {"result": plain(job(progress, **request.get("with", {})))}
+    except (FlatplankError, ValueError, OSError) as error:
+        return {"error": " ".join(str(error).split())}
+
+
+def main() -> int:
+    end_with_parent()
+    # what a library prints must not come between the lines of the answers
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+
+    def tell(message: Mapping[str, Any]) -> None:
+        out.write(json.dumps(message, allow_nan=False) + "\n")
+        out.flush()
+
+    for line in sys.stdin:
+        tell(do(json.loads(line), lambda text, share: tell({"progress": text, "share": share})))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page knows of the bench: the latest samples and a ring of the last minutes."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+from flatplank_hw.bus.image import AXES, BusInputs, Digital, Health
+from flatplank_hw.cia402 import State, decode
+from flatplank_hw.drive.modes import MODES
+from flatplank_hw.drive.safety import REASONS
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
+from flatplank_panel.rings import Ring
+from flatplank_panel.signals import DEG, SIGNALS
+
+POLL_HZ = 20
+KEPT_SECONDS = 600
+STALE = 1.0
+"""without a new bus cycle for so long the bench counts as gone [s of wall clock]"""
+BEHIND = 250
+"""a sample this far from the bus is no longer shown: its node has ended [cycles]"""
+_MODES = {mode.code: name for name, mode in MODES.items()}
+_NAN = math.nan
+
+
+class Slip(NamedTuple):
+    """Reference and actual slip [-]."""
+
+    cycle: int
+    reference: float
+    actual: float
+
+
+def _nothing(kind: Any) -> Any:
+    """A sample of which no number is known."""
+    return kind(*[_NAN] * len(kind._fields))
+
+
+@dataclass
+class Samples:
+    """The latest of every topic; None while there is none."""
+
+    inputs: BusInputs | None = None
+    hub: HubSample | None = None
+    """with the wrench at the contact point"""
+    encoders: EncoderSample | None = None
+    drive: DriveSample | None = None
+    slip: Slip | None = None
+
+    def fresh(self) -> Samples:
+        """Without those that belong to other cycles than the bus makes now."""
+        if self.inputs is None:
+            return Samples()
+        others = {name: getattr(self, name) for name in ("hub", "encoders", "drive", "slip")}
+        now = self.inputs.cycle
+        old = [n for n, s in others.items() if s is not None and abs(s.cycle - now) > BEHIND]
+        return replace(self, **dict.fromkeys(old))
+
+
+@dataclass
+class RunWord:
+    """What `/run` said last."""
+
+    name: str = ""
+    status: str = ""
+    uuid: str = ""
+
+
+@dataclass
+class Progress:
+    """Feedback of the measurement runner."""
+
+    active: bool = False
+    step: str = ""
+    prompt: str = ""
+    measurement: int = 0
+    measurements: int = 0
+    share: float = 0.0
+    message: str = ""
+    bags: list[str] = field(default_factory=list)
+    time_left: float = 0.0
+    """[s]"""
+
+
+class BenchState:
+    """Fixed size, whatever comes in."""
+
+    def __init__(self) -> None:
+        self.ring = Ring(POLL_HZ * KEPT_SECONDS, len(SIGNALS))
+        self.samples = Samples()
+        self.run = RunWord()
+        self.progress = Progress()
+        self.log: deque[tuple[str, str]] = deque(maxlen=50)
+        """(time of day, text), the latest first"""
+        self.rate_hz = 0.0
+        self._t0_ns = 0
+        self._cycle = -1
+        self._seen_at = -math.inf
+        self._rate_from: tuple[float, int] = (0.0, 0)
+
+    def accept(self, samples: Samples, now: float) -> None:
+        """New samples at wall time `now` [s, monotonic]; a row when the bus has gone on."""
+        self.samples = samples = samples.fresh()
+        if samples.inputs is None or samples.inputs.cycle == self._cycle:
+            return
+        if samples.inputs.cycle < self._cycle or self._cycle < 0:
+            self._t0_ns = samples.inputs.stamp_ns  # another bus took over
+            self.ring.clear()
+            self._rate_from = (now, samples.inputs.cycle)
+        self._cycle, self._seen_at = samples.inputs.cycle, now
+        since, cycle = self._rate_from
+        if now - since >= 1.0:
+            self.rate_hz = (self._cycle - cycle) / (now - since)
+            self._rate_from = (now, self._cycle)
+        self.ring.push(self._row(samples, samples.inputs.stamp_ns))
+
+    def running(self, now: float) -> bool:
+        """The bus has moved on lately."""
+        return now - self._seen_at < STALE
+
+    def _row(self, s: Samples, stamp_ns: int) -> tuple[float, ...]:
+        c = s.hub.contact if s.hub else _nothing(Wrench)
+        e, d = s.encoders or _nothing(EncoderSample), s.drive or _nothing(DriveSample)
+        slip = s.slip or _nothing(Slip)
+        return (
+            (stamp_ns - self._t0_ns) * 1e-9,
+            e.plank_position,
+            e.plank_velocity,
+            c.fx,
+            c.fy,
+            c.fz,
+            c.mx,
+            c.my,
+            c.mz,
+            e.wheel_angle * DEG,
+            e.wheel_velocity,
+            e.steer_angle * DEG,
+            e.road_camber * DEG,
+            s.hub.loaded_radius if s.hub else _NAN,
+            d.position * DEG,
+            d.reference_position * DEG,
+            d.velocity,
+            d.reference_velocity,
+            d.torque,
+            d.reference_torque,
+            slip.actual * 100.0,
+            slip.reference * 100.0,
+        )
+
+    # words
+    def words(self, now: float) -> dict[str, str]:
+        """State in words, for the chips of the page."""
+        s = self.samples
+        if not self.running(now) or s.inputs is None:
+            return {"bench": "not running", "run": self.run_words()}
+        digital = s.inputs.digital
+        words = {
+            "bench": f"running, {self.rate_hz:.0f} Hz",
+            "cycle": str(s.inputs.cycle),
+            "health": Health(s.inputs.health).name.lower().replace("_", " "),
+            "trigger": "on" if digital & Digital.TRIGGER else "off",
+            "estop": "released" if digital & Digital.EMERGENCY_STOP_OK else "PRESSED",
+            "run": self.run_words(),
+        }
+        if s.drive is not None:
+            words |= {
+                "state": State(s.drive.state).name.lower().replace("_", " "),
+                "mode": _MODES.get(s.drive.mode, "none"),
+                "stop": REASONS.get(s.drive.stop_reason, f"code {s.drive.stop_reason}"),
+                "error": f"0x{s.drive.error_code:04X}" if s.drive.error_code else "",
+            }
+        if s.encoders is not None:
+            words["plank"] = "moving" if s.encoders.plank_moving else "at rest"
+        if s.hub is not None:
+            words["filter"] = "on" if s.hub.filter_on else "off"
+            words["saturated"] = ", ".join(
+                f"C{i + 1}" for i in range(6) if s.hub.saturated >> i & 1
+            )
+        return words
+
+    def run_words(self) -> str:
+        return f"{self.run.name}: {self.run.status}" if self.run.name else "none"
+
+    def axes(self, now: float) -> list[dict[str, str]]:
+        """One line per drive on the bus; none when it does not run."""
+        if not self.running(now) or self.samples.inputs is None:
+            return []
+        return [
+            {
+                "axis": name,
+                "state": decode(a.status_word).name.lower().replace("_", " "),
+                "word": f"0x{a.status_word:04X}",
+                "mode": str(a.mode_display),
+                "error": f"0x{a.error_code:04X}" if a.error_code else "none",
+            }
+            for name, a in zip(AXES, self.samples.inputs.axes, strict=False)
+        ]

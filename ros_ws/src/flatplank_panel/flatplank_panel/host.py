@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bench that this panel has started itself, if any."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from flatplank_control.bench.node_specs import BUSES
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.book import book_for
+from flatplank_data.params import load_parameters
+from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_hw.share import config_file
+from flatplank_panel import validation
+
+TIRES = ("toyo", "continental", "michelin", "racing")
+PRESETS = ("", "thesis2023")
+KINDS = {"sim": "Simulated", "emulated": "Emulated bus", "lab": "Lab"}
+
+
+def interfaces() -> list[str]:
+    """Network interfaces of this machine that a bus can hang on."""
+    return [name for _, name in socket.if_nameindex() if name != "lo"]
+
+
+def read_parameters(path: Path) -> dict[str, dict[str, Any]]:
+    """A ROS parameter file: node name -> parameters; ValueError names the fault."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ValueError(f"{path}: cannot be read ({' '.join(str(error).split())})") from None
+    if not isinstance(content, dict):
+        raise ValueError(f"{path}: expected node names with 'ros__parameters:' below them")
+    return {str(node): load_parameters(path, str(node)) for node in content}
+
+
+class Host:
+    """Starts and ends the nodes of a bench."""
+
+    def __init__(
+        self, data: Path, log: Path, parameters: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> None:
+        """`parameters`: by node name, laid over those of the packages."""
+        self.data, self.log, self.parameters = data, log, parameters or {}
+        self.setup: BenchSetup | None = None
+        self._processes: BenchProcesses | None = None
+        self._told: set[str] = set()
+
+    @property
+    def running(self) -> bool:
+        return self._processes is not None
+
+    def start(
+        self,
+        kind: str,
+        tire: str = TIRES[0],
+        preset: str = "",
+        seed: object = 1,
+        rate: object = 250,
+        interface: str = "",
+        bus_file: str = "",
+    ) -> BenchSetup:
+        """Start the nodes; ValueError when something is not known.
+
+        `interface` and `bus_file` (a name of ours, or a file below the data folder) count in the
+        lab only.
+        """
+        if self._processes is not None:
+            raise ValueError("a bench is running already; stop it first")
+        self.setup = BenchSetup(
+            kind=validation.choice(kind, BUSES, "bench"),
+            tire=validation.choice(tire, TIRES, "tire"),
+            preset=validation.choice(preset, PRESETS, "preset"),
+            seed=int(validation.number(seed, "seed", 0, 2**31 - 1)),
+            rate_hz=int(validation.number(rate, "bus rate", 50, 1000, "Hz")),
+            data=str(self.data),
+            **(self._wiring(interface, bus_file) if kind == "lab" else {}),
+            parameters=self.parameters,
+            calibration=str(book_for(self.data).path),
+        )
+        self._processes = BenchProcesses(self.setup, log=self.log)
+        self._processes.start()
+        return self.setup
+
+    def _wiring(self, interface: str, bus_file: str) -> dict[str, str]:
+        """Where the bus of the machine is, and what hangs on it."""
+        text = str(bus_file or "").strip()
+        ours = config_file("flatplank_hw", f"bus/{text}.yaml") if text.isidentifier() else None
+        if text and ours is None:
+            path = validation.inside(self.data, text, "bus file")
+            read_bus_file(path)
+            text = str(path)
+        return {
+            "interface": validation.choice(interface, interfaces(), "network interface"),
+            "bus_file": text,
+        }
+
+    def stop(self) -> None:
+        """End the nodes; nothing happens when there are none."""
+        self.setup = None
+        processes, self._processes = self._processes, None
+        if processes is not None:
+            processes.stop()
+
+    def newly_ended(self) -> dict[str, int]:
+        """Nodes that have ended by themselves since this was asked last, and their exit codes."""
+        ended = self._processes.ended() if self._processes else {}
+        new = {name: code for name, code in ended.items() if name not in self._told}
+        self._told = set(ended)
+        return new

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The investigation of this panel: one at a time, seen by every page.
+
+Each batch is approved by a person, or all are. On the bench a page has to be in charge when a
+batch begins, as for every measurement; on the twin it goes on when nobody looks.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flatplank_control.runner.campaign.tires import known_tires
+from flatplank_panel import validation as check
+from flatplank_panel.host import PRESETS
+from flatplank_panel.operator import Operator
+from flatplank_panel.service import AnalysisService
+
+PLACES = {"bench": "on the bench", "twin": "on the twin"}
+LOOK = 0.3
+"""between two looks at the runner [s]"""
+EMPTY: Mapping[str, Any] = {"entries": [], "waiting": None, "ended": "", "left": None}
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a page asked for, checked."""
+
+    page: str
+    folder: str
+    minutes: float
+    tire: str
+    twin: dict[str, Any] | None
+    """preset, plant file and seed; None: the bench"""
+
+
+class Investigation:
+    """ValueError is a refusal."""
+
+    def __init__(self, service: AnalysisService, operator: Operator) -> None:
+        self.service, self.operator = service, operator
+        self.told: Mapping[str, Any] = EMPTY
+        self.folder = ""
+        self.each = True
+        """a person approves each batch"""
+        self.said = ""
+        self._doing: tuple[str, float] = ("", 0.0)
+        self._task: asyncio.Task[None] | None = None
+        self._go = asyncio.Event()
+        self._asking = self._on_bench = self._ending = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether it is under way, or waits for a person."""
+        return self._task is not None and not self._task.done()
+
+    @property
+    def asking(self) -> bool:
+        """Whether a batch waits to be approved."""
+        return self.busy and self._asking
+
+    @property
+    def progress(self) -> tuple[str, float]:
+        """What is being done, with the minutes left, and which share of it is done."""
+        if not self.busy:
+            return self.said, 0.0
+        text, share, left = *self._doing, self.told["left"]
+        if self._asking:
+            left += self.told["waiting"]["minutes"]
+        if self._on_bench:
+            p = self.operator.link.state.progress
+            text, share = p.prompt or p.step or "begun", p.share
+            left = None if left is None else left + p.time_left / 60.0
+        return text + (f"; {left:.0f} min left" if left is not None else ""), share
+
+    # what a page can do
+    async def open(self, folder: str) -> None:
+        """Show what there is of it in a folder."""
+        if self.busy:
+            raise ValueError(f"{self.folder}: an investigation is under way; stop it first")
+        where = check.inside(self.service.data, folder)
+        self.told = await self.service.investigating.ask("investigation", folder=str(where))
+        self.folder, self.said = folder, "" if self.told["entries"] else "nothing is there yet"
+
+    def begin(self, page: str, wish: Mapping[str, Any], each: bool) -> None:
+        """Begin, or go on with what there is in the folder."""
+        if self.busy:
+            raise ValueError(f"{self.folder}: an investigation is under way; stop it first")
+        checked = self._checked(page, wish)
+        self.told, self.folder = EMPTY, str(wish["folder"])
+        self.each, self.said, self._ending = bool(each), "", False
+        self._go.clear()
+        self._task = asyncio.create_task(self._run(checked))
+
+    def approve(self, page: str) -> None:
+        """Let the batch be made that waits."""
+        if not self.asking:
+            raise ValueError("no batch waits to be approved")
+        self._go.set()
+
+    def run_all(self, page: str) -> None:
+        """Let this batch and all that follow be made."""
+        if not self.busy:
+            raise ValueError("no investigation is under way")
+        self.each = False
+        self._go.set()
+
+    async def stop(self, page: str) -> None:
+        """End it safely; it goes on later where it ended."""
+        if not self.busy or self._task is None:
+            raise ValueError("no investigation is under way")
+        self._ending = True
+        if self._on_bench:
+            await self.operator.cancel(page)  # the runner stops safely, and the batch with it
+        else:
+            self._task.cancel()
+
+    def _checked(self, page: str, wish: Mapping[str, Any]) -> Wish:
+        place = check.choice(wish["place"], PLACES, "place")
+        folder = check.folder_below(self.service.data, check.name(wish["folder"]))
+        tire = str(wish["tire"] or "")
+        if tire:
+            check.choice(tire, known_tires(), "tire")
+        if place == "bench":
+            self.operator.charge.check(page)
+            twin = None
+        else:
+            plant = str(wish["plant"] or "").strip()
+            path = check.inside(self.service.data, plant, "plant file") if plant else None
+            if path is not None and not path.is_file():
+                raise ValueError(f"plant file {plant[:80]!r}: not there below the data folder")
+            twin = {
+                "preset": check.choice(wish["preset"] or "", PRESETS, "preset"),
+                "plant": str(path or ""),
+                "seed": int(check.number(wish["seed"], "seed", 0, 2**31 - 1)),
+            }
+        minutes = check.number(wish["minutes"], "minutes", 1.0, 99_999.0, "min")
+        return Wish(page, str(folder), minutes, tire, twin)
+
+    # the loop
+    async def _run(self, wish: Wish) -> None:
+        about = {"folder": wish.folder, "minutes": wish.minutes, "tire": wish.tire}
+        try:
+            while True:
+                self.told = await self._ask("decide", **about)
+                if self.told["waiting"] is None:
+                    break
+                await self._approved()
+                await self._made(wish, self.told["waiting"]["plan"])
+                self.told = await self._ask("measure", **about, twin=wish.twin)
+            self.said = f"ended: {self.told['ended']} ({self.told['reason']})"
+        except ValueError as error:
+            stopped = "stopped; " if self._ending else ""
+            self.said = f"{stopped}{error}"
+        except asyncio.CancelledError:
+            self.said = "stopped; Begin or go on goes on where it ended"
+        finally:
+            self._asking = self._on_bench = False
+            self._doing = ("", 0.0)
+
+    async def _approved(self) -> None:
+        if not self.each:
+            return
+        self._doing, self._asking = ("waiting to be approved", 0.0), True
+        try:
+            await self._go.wait()
+        finally:
+            self._go.clear()
+            self._asking = False
+
+    async def _made(self, wish: Wish, plan: str) -> None:
+        """By the runner of the bench; the twin makes it with the answer."""
+        if wish.twin is not None:
+            return
+        state = self.operator.link.state
+        await self.operator.measure(wish.page, plan, self.folder)
+        self._on_bench = True
+        try:
+            while state.progress.active:
+                await asyncio.sleep(LOOK)
+        finally:
+            self._on_bench = False
+
+    async def _ask(self, job: str, **arguments: Any) -> Mapping[str, Any]:
+        return await self.service.investigating.ask(job, self._tell, **arguments)
+
+    def _tell(self, text: str, share: float) -> None:
+        self._doing = (text, share)

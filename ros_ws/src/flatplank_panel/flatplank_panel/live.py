@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Live data to every open page, a dozen times a second: one message, made once for all."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from typing import Any
+
+import numpy as np
+
+from flatplank_panel.bench_state import BenchState
+from flatplank_panel.signals import SIGNALS
+
+PUSH_HZ = 12
+EVENT = "live"
+"""of the page's socket; as JavaScript each message would be a program that the browser keeps"""
+HISTORY = 2400
+"""rows that a new page gets"""
+DIGITS = 6
+"""significant digits on the wire"""
+
+
+def rows_of(table: np.ndarray) -> list[list[float | None]]:
+    """Short numbers; what is not finite is null."""
+    return [[_short(v) for v in row] for row in table.tolist()]
+
+
+def _short(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
+
+
+class Live:
+    """Makes the messages."""
+
+    def __init__(self, state: BenchState) -> None:
+        self.state = state
+        self._serial = state.ring.serial
+        self.pushed = 0
+
+    def tick(self) -> dict[str, Any]:
+        """What is new since the last tick; strict JSON."""
+        now = time.monotonic()
+        begun = self.state.ring.begun  # before the rows: none of an older bus comes with it
+        rows = rows_of(self.state.ring.since(self._serial))
+        self._serial = self.state.ring.serial
+        self.pushed += 1
+        return {
+            "serial": self._serial,
+            "begun": begun,
+            "rows": rows,
+            "live": self.state.running(now),
+            "words": self.state.words(now),
+        }
+
+    def start(self) -> str:
+        """JavaScript call for a page that has just opened."""
+        signals = [{"key": s.key, "digits": s.digits} for s in SIGNALS]
+        ring = self.state.ring
+        begun = ring.begun
+        history = rows_of(ring.since(ring.serial - HISTORY))
+        return f"fp.start('{EVENT}', {script(signals)}, {script(history)}, {ring.serial}, {begun})"
+
+
+def script(value: Any) -> str:
+    """JSON that is safe inside a script: it can neither end a tag nor begin a comment."""
+    text = json.dumps(value, allow_nan=False, ensure_ascii=True)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plans that the page Bench offers, and the proposed next run as one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from flatplank_control.recording.metadata import replace_text
+from flatplank_control.runner.campaign import plan_from_text
+from flatplank_control.runner.campaign.plan import FORMAT
+from flatplank_control.runner.measurement import START_ANGLES
+from flatplank_hw.share import config_file
+from flatplank_panel import validation as check
+
+Settings = Mapping[str, Any]
+FOLDER = "plans"
+
+
+def _start(s: Settings) -> dict[str, Any]:
+    """The number of a start, or the angle between two."""
+    if s["start"] in START_ANGLES:
+        return {"start": int(s["start"])}
+    return {"start_angle_deg": 120.0 * (float(s["start"]) - 1.0)}
+
+
+def _preload(s: Settings) -> dict[str, Any]:
+    """A first slip from the start of the road on, the second at the step."""
+    slips = {"kappa_1": s["preload"], "kappa_2": s["kappa"], "length": s["step_position"]}
+    return {"waveform": "double_step", "waveform_parameters": slips, "step_position": 0.0}
+
+
+def _as_it_is(key: str) -> Callable[[Settings], dict[str, Any]]:
+    return lambda s: {key: float(s[key])}
+
+
+SAID: dict[str, Callable[[Settings], dict[str, Any]]] = {
+    **{k: _as_it_is(k) for k in ("kappa", "fz", "pressure", "alpha_deg", "gamma_deg")},
+    "step_position": _as_it_is("step_position"),
+    "start": _start,
+    "speed": _as_it_is("speed"),
+    # last: it moves the step
+    "preload": _preload,
+}
+"""setting of a proposal -> what a plan says for it; ValueError names what it cannot say"""
+
+
+def block_of(settings: Settings) -> dict[str, Any]:
+    """One run of a plan; ValueError names a setting that no plan can express."""
+    for key in settings:
+        if key not in SAID:
+            raise ValueError(f"{key}: a plan cannot express it; measure by hand")
+    for key in ("kappa", "step_position"):
+        if key not in settings:
+            raise ValueError(f"{key}: the proposal does not say it; measure by hand")
+    block: dict[str, Any] = {"measurement": "slip"}
+    for key in (k for k in SAID if k in settings):
+        block |= SAID[key](settings)
+    return block
+
+
+def plans_of(data: Path) -> dict[str, Path]:
+    """Plans that can be begun: title -> file; those that come with the packages, then
+    DATA/plans."""
+    base = config_file("flatplank_control", "tires.yaml")
+    shipped = sorted((base.parent / FOLDER).glob("*.yaml")) if base else []
+    own = sorted((data / FOLDER).glob("*.yaml"))
+    return {p.stem.replace("_", " "): p for p in shipped} | {f"{FOLDER}/{p.name}": p for p in own}
+
+
+def write_next(proposal: Mapping[str, Any], campaign: str, data: Path) -> Path:
+    """A checked plan DATA/plans/next_run_CAMPAIGN.yaml; ValueError when the bench cannot make it.
+
+    `proposal`: what, tire, repeats, and the settings of its runs in `runs`.
+    """
+    runs = proposal.get("runs")
+    if not runs:
+        raise ValueError("the proposal names no run that the bench can make")
+    repeats = int(proposal.get("repeats") or 3)
+    name = check.name(f"next_run_{campaign}")
+    blocks = [block_of(settings) | {"repeats": repeats} for settings in runs]
+    plan = {"format": FORMAT, "name": name, "tire": proposal.get("tire", ""), "runs": blocks}
+    said = " ".join(str(proposal.get("what", "")).split())
+    text = f"# {said}\n" + yaml.safe_dump(plan, sort_keys=False)
+    path = data / FOLDER / f"{name}.yaml"
+    plan_from_text(text, path.name)
+    path.parent.mkdir(exist_ok=True)
+    replace_text(path, text)
+    return path

@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that an operator can do, checked on the server: who asks, and with what values.
+
+Methods take the identity of the page first; ValueError is a refusal with its reason. Nothing that
+a page says reaches the bench by another way.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import yaml
+
+from flatplank_control.sequencer.waveforms import WAVEFORMS
+from flatplank_data.limits import LIMITS
+from flatplank_data.machine import ROAD_LENGTH
+from flatplank_data.measured import UNKNOWN
+from flatplank_data.params import from_mapping
+from flatplank_hw.drive.modes import MODES
+from flatplank_panel import validation as check
+from flatplank_panel.charge import Charge
+from flatplank_panel.constants import CONSTANTS
+from flatplank_panel.host import Host
+from flatplank_panel.link import BenchLink, Reply
+
+PREDETERMINED = (0.0, 120.0, 240.0, 360.0, 1080.0)
+"""[deg], thesis 4.1"""
+HANDS = {
+    "load_to": ("Load", "fz"),
+    "pressure": ("Pressure", "pressure"),
+    "steer": ("Steering", "steer_deg"),
+    "wheel_camber": ("Wheel camber", "camber_deg"),
+    "road_camber": ("Road camber", "camber_deg"),
+}
+"""request -> label and setting: the operator's hands at the simulated machine"""
+VALUES = {
+    "position": ("position", "deg", math.radians(1.0), 100_000.0),
+    "velocity": ("velocity", "rad/s", 1.0, 100.0),
+    "torque": ("torque", "N m", 1.0, 100.0),
+}
+"""mode -> what its value is called, its unit on the page, factor to SI, largest"""
+
+RENEWAL = 1.0
+"""of the claim at the drive [s]"""
+
+
+class Operator:
+    """The one place through which pages act."""
+
+    def __init__(self, link: BenchLink, host: Host, data: Path) -> None:
+        self.link, self.host, self.data = link, host, data
+        self.charge = Charge()
+        self._me = f"panel-{uuid4().hex[:8]}"
+        self._token = ""
+        self._claimed_at = -math.inf
+        self._claim_refused = ""
+
+    # charge
+    def take(self, page: str, name: str) -> None:
+        self.charge.take(page, check.note(name)[:40] or "another page", time.monotonic())
+
+    async def give_back(self, page: str) -> None:
+        if self.charge.holder == page:
+            self.charge.give_back(page)
+            await self._release()
+
+    def beat(self, page: str) -> None:
+        """The page is alive; what it says goes on to the drive when it is in charge."""
+        if self.charge.beat(page, time.monotonic()) and self._token:
+            self.link.beat(self._token)
+
+    async def supervise(self) -> None:
+        """Keep the claim at the drive in step with who is in charge; a few times a second."""
+        now = time.monotonic()
+        if self.charge.expire(now):
+            self.say("the page in charge has gone; nobody is in charge")
+            await self._release()
+        if not self.link.state.running(now):
+            self._token = ""
+        elif not self.charge.holder:
+            await self._release()
+        elif not self._token or now - self._claimed_at > RENEWAL:
+            reason = await self._claim()
+            if reason and reason != self._claim_refused:
+                self.say(f"charge of the drive: {reason}")
+            self._claim_refused = reason
+
+    async def _claim(self) -> str:
+        """Claim the drive, or renew the claim, which lapses by a pause in the beats; why not."""
+        self._claimed_at = time.monotonic()
+        reply = await self.link.ask("claim", client=self._me)
+        self._token = str(reply.values["token"]) if reply.accepted else ""
+        return "" if reply.accepted else reply.reason
+
+    async def _release(self) -> None:
+        token, self._token = self._token, ""
+        if token and self.link.state.running(time.monotonic()):
+            await self.link.ask("claim", client="")
+
+    # bench
+    async def start_bench(self, page: str, wishes: Mapping[str, Any]) -> str:
+        """Start the nodes; `wishes` by the names of `Host.start`."""
+        self.charge.check(page)
+        if self.link.state.running(time.monotonic()):
+            raise ValueError("a bench is running already, started elsewhere; the page uses it")
+        setup = await asyncio.to_thread(partial(self.host.start, **wishes))
+        return self.say(f"bench {setup.kind} started, tire {setup.tire}")
+
+    async def stop_bench(self, page: str) -> str:
+        self.charge.check(page)
+        if not self.host.running:
+            raise ValueError("this page has not started the bench; stop it where it was started")
+        self._token = ""
+        await asyncio.to_thread(self.host.stop)
+        return self.say("bench stopped")
+
+    async def emergency_stop(self, page: str) -> str:
+        """For everybody: the wheel stops; a simulated plant has its mushroom pressed.
+
+        ValueError when a part did not take it."""
+        del page
+        mushroom = self.link.offers("emergency_stop")
+        jobs = [self.link.ask("quick_stop")]
+        if mushroom:
+            jobs.append(self.link.ask("emergency_stop", data=True))
+        replies = await asyncio.gather(*jobs)
+        parts = [
+            f"{what} stops" if reply.accepted else f"{what} NOT stopped: {reply.reason}"
+            for what, reply in zip(("wheel", "plank"), replies, strict=False)
+        ]
+        if not mushroom:
+            parts.append("the plank is stopped by its own switch")
+        text = self.say("STOP: " + "; ".join(parts))
+        if not all(reply.accepted for reply in replies):
+            raise ValueError(text)
+        return text
+
+    async def release_emergency_stop(self, page: str) -> str:
+        return await self._do(page, "emergency_stop", "emergency stop released", data=False)
+
+    def look_after_nodes(self) -> None:
+        """Say which nodes of the bench that this panel has started have ended by themselves."""
+        for name, code in self.host.newly_ended().items():
+            self.say(
+                f"{name} has ended by itself (exit code {code}), see {self.host.log.name}; "
+                "stop the bench and start it again"
+            )
+
+    # drive
+    async def enable(self, page: str, on: bool) -> str:
+        if not on:
+            return await self._calm(page, "enable", "disabled", data=False)
+        return await self._do(page, "enable", "enabled", data=True)
+
+    async def reset_fault(self, page: str) -> str:
+        return await self._do(page, "reset_fault", "fault reset")
+
+    async def quick_stop(self, page: str) -> str:
+        return await self._calm(page, "quick_stop", "quick stop")
+
+    async def set_mode(self, page: str, mode: str, value: Any = 0.0) -> str:
+        check.choice(mode, MODES, "mode")
+        text, si = mode, 0.0
+        if mode in VALUES:
+            what, unit, factor, largest = VALUES[mode]
+            given = check.number(value, what, -largest, largest, unit)
+            text, si = f"{mode} {given:g} {unit}", given * factor
+        return await self._do(page, "mode", f"mode {text}", mode=mode, value=si)
+
+    async def move_to(self, page: str, angle_deg: Any) -> str:
+        angle = check.number(angle_deg, "position", -1e5, 1e5, "deg")
+        return await self._do(page, "move_to", f"turn to {angle:g} deg", angle_deg=angle)
+
+    async def set_waveform(
+        self, page: str, name: str, values: Mapping[str, Any], start: Any, radius: Any
+    ) -> str:
+        """Set the waveform and choose slip control."""
+        self.charge.check(page)
+        wave = waveform_of(name, values)
+        known = {k: float(getattr(wave, k)) for k in values}
+        text = f"{name} from {start} m with r_e {radius} m"
+        await self._do(
+            page,
+            "waveform",
+            text,
+            name=name,
+            parameters=list(known),
+            values=list(known.values()),
+            start_position=check.setting(start, "step_position"),
+            effective_rolling_radius=check.setting(radius, "effective_rolling_radius"),
+        )
+        return await self.set_mode(page, "slip")
+
+    # measurement hub
+    async def tare(self, page: str) -> str:
+        return await self._do(page, "tare", "zero is being taken")
+
+    async def set_filter(self, page: str, on: bool) -> str:
+        text = f"parasitic filter {'on' if on else 'off'}"
+        return await self._do(page, "filter", text, data=bool(on))
+
+    async def load_fit(self, page: str, file: str) -> str:
+        path = check.inside(self.data, file, "file")
+        return await self._do(
+            page, "load_fit", f"parasitic fit {path.name} loaded", file=str(path)
+        )
+
+    async def set_constants(self, page: str, values: Mapping[str, Any]) -> str:
+        """Parameters of hub and encoders; all of one node or none."""
+        self.charge.check(page)
+        by_node: dict[str, dict[str, float]] = {}
+        for name, value in values.items():
+            constant = CONSTANTS[check.choice(name, CONSTANTS, "constant")]
+            low, high = constant.info.bounds or (-math.inf, math.inf)
+            number = check.number(value, constant.info.note, low, high, constant.info.unit)
+            by_node.setdefault(constant.node, {})[name] = number
+        for node, part in by_node.items():
+            self._judge(await self.link.set_parameters(node, part))
+        return self.say("constants: " + ", ".join(f"{k} = {v}" for k, v in values.items()))
+
+    async def constants(self) -> dict[str, float]:
+        """The constants as the nodes have them now."""
+        found: dict[str, float] = {}
+        for node in sorted({c.node for c in CONSTANTS.values()}):
+            names = [c.name for c in CONSTANTS.values() if c.node == node]
+            found |= await self.link.get_parameters(node, names)
+        return found
+
+    # recording
+    async def record(
+        self, page: str, name: str, folder: str, note: str, at_once: bool, facts: Mapping[str, Any]
+    ) -> str:
+        """Arm the recorder; it writes from the motion trigger on, or at once."""
+        self.charge.check(page)
+        record = {"tire": UNKNOWN} | dict(facts)
+        record |= {"name": check.name(name), "notes": check.note(note)}
+        record["operator"] = self.charge.name
+        return await self._do(
+            page,
+            "record",
+            f"recording {name}",
+            name=record["name"],
+            folder=str(check.folder_below(self.data, folder)),
+            at_once=bool(at_once),
+            record=yaml.safe_dump(record),
+        )
+
+    async def save(self, page: str) -> str:
+        return await self._do(page, "stop_record", "recording saved", status="complete", notes="")
+
+    async def discard(self, page: str) -> str:
+        return await self._do(page, "discard", "recording discarded")
+
+    async def measure(self, page: str, plan: str | Mapping[str, Any], folder: str) -> str:
+        """A whole measurement, or a campaign from the text of its plan."""
+        await self._in_charge(page)
+        text = plan if isinstance(plan, str) else yaml.safe_dump(dict(plan))
+        target = str(check.folder_below(self.data, folder))
+        # where the simulated operator's hands are, nobody needs to be asked to set something
+        simulated = self.link.offers("load_to")
+        self._judge(await self.link.measure(text, target, simulated))
+        return self.say("measurement begun")
+
+    async def cancel(self, page: str) -> str:
+        self.charge.check(page)
+        self._judge(await self.link.cancel())
+        return self.say("measurement is being stopped")
+
+    async def confirm(self, page: str) -> str:
+        return await self._do(page, "confirm", "confirmed")
+
+    # the operator's hands on the simulated machine
+    async def hand(self, page: str, what: str, value: Any) -> str:
+        label, setting = HANDS[check.choice(what, HANDS, "quantity")]
+        number = check.setting(value, setting)
+        text = f"{label} {number:g} {LIMITS[setting].unit}"
+        return await self._do(page, what, text, value=number)
+
+    async def unload(self, page: str) -> str:
+        return await self._do(page, "unload", "wheel lifted")
+
+    async def plank(
+        self, page: str, direction: int, fast: bool = True, stop_at: Any = None
+    ) -> str:
+        word = {1: "forward", 0: "stop", -1: "reverse"}[int(direction)]
+        limit = math.nan
+        if stop_at not in (None, ""):
+            limit = check.number(stop_at, "stop position", -1.0, ROAD_LENGTH, "m")
+        move = self._do if direction else self._calm
+        return await move(
+            page,
+            "plank",
+            f"plank {word}",
+            direction=int(direction),
+            fast=bool(fast),
+            stop_at=limit,
+        )
+
+    # helpers
+    async def _in_charge(self, page: str) -> None:
+        """ValueError unless the page is in charge here, and this panel at the drive."""
+        self.charge.check(page)
+        self._judge(Reply(not (reason := await self._claim()), reason))
+
+    async def _do(self, page: str, request: str, text: str, /, **fields: Any) -> str:
+        """What may move something, or begin to: the drive listens to our heartbeat by then."""
+        await self._in_charge(page)
+        return await self._calm(page, request, text, **fields)
+
+    async def _calm(self, page: str, request: str, text: str, /, **fields: Any) -> str:
+        """What only stops needs no claim."""
+        self.charge.check(page)
+        self._judge(await self.link.ask(request, **fields))
+        return self.say(text)
+
+    def _judge(self, reply: Reply) -> None:
+        if not reply.accepted:
+            self.say(f"refused: {reply.reason}")
+            raise ValueError(reply.reason)
+
+    def say(self, text: str) -> str:
+        """One line of the log that every page shows."""
+        self.link.state.log.appendleft((time.strftime("%H:%M:%S"), text))
+        return text
+
+
+def waveform_of(name: str, values: Mapping[str, Any]) -> Any:
+    """The waveform that a page describes, slips as fractions; ValueError says what is wrong."""
+    kind = WAVEFORMS[check.choice(name, WAVEFORMS, "waveform")]
+    numbers = {k: check.number(v, k, -1e6, 1e6) for k, v in values.items()}
+    return from_mapping(kind, numbers, f"waveform {name}")

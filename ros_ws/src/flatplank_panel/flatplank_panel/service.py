@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Analysis for the pages: campaigns of the data folder, and the one that each has open."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from flatplank_panel import validation as check
+from flatplank_panel.analysis.client import Analysis
+from flatplank_panel.next_plan import write_next
+
+MODEL = "model.yaml"
+FITS = "parasitic"
+"""folder of the fits below the data folder"""
+
+
+class AnalysisService:
+    """Requests of all pages, checked; ValueError is a refusal."""
+
+    def __init__(self, data: Path, log: Path | None = None) -> None:
+        self.data = data
+        self.browse_jobs = Analysis(log)
+        self.fit_jobs = Analysis(log)
+        self.investigating = Analysis(log)
+
+    def close(self) -> None:
+        self.browse_jobs.close()
+        self.fit_jobs.close()
+        self.investigating.close()
+
+    def folder(self, folder: str) -> Path:
+        """A folder below the data folder that is there."""
+        path = check.inside(self.data, folder)
+        if not path.is_dir():
+            raise ValueError(f"{str(folder)[:80]!r}: no such folder below the data folder")
+        return path
+
+    async def campaigns(self) -> list[dict[str, Any]]:
+        return await self.browse_jobs.ask("campaigns", root=str(self.data))
+
+    async def runs(self, folder: str) -> dict[str, Any]:
+        return await self.browse_jobs.ask("runs", folder=str(self.folder(folder)))
+
+    async def curves(
+        self, folder: str, files: Sequence[str], channel: str, over: str
+    ) -> dict[str, Any]:
+        where = self.folder(folder)
+        for file in files:
+            check.inside(where, file, "file")
+        return await self.browse_jobs.ask(
+            "curves", folder=str(where), files=list(files), channel=channel, over=over
+        )
+
+    async def unloaded_turns(self) -> list[str]:
+        """Bags from which the parasitic signal can be identified."""
+        return await self.browse_jobs.ask("turns", root=str(self.data))
+
+    async def identify(self, bag: str, mounting: str) -> tuple[str, dict[str, list[float]]]:
+        """Fit of a mounting from an unloaded run: its file below the data folder, and the
+        once-per-turn forces before and after it [N]."""
+        check.inside(self.data, bag, "run")
+        day, name = date.today().isoformat(), check.name(mounting)
+        file = f"{FITS}/parasitic_{name}_{day}.yaml"
+        found = await self.browse_jobs.ask(
+            "identify", root=str(self.data), bag=str(bag), mounting=name, date=day,
+            target=str(check.inside(self.data, file, "file")),
+        )  # fmt: skip
+        return file, found["left"]
+
+
+class PageAnalysis:
+    """The analysis of one page: the campaign that it has open, and its work. Every request says
+    what it is about, so that no page acts on the campaign of another."""
+
+    def __init__(self, service: AnalysisService) -> None:
+        self.service = service
+        self._progress: tuple[str, float] = ("", 0.0)
+        self.next_run: dict[str, Any] = {}
+        self._open = ""
+        self._model = Path()
+        self._work: set[asyncio.Task[Any]] = set()
+
+    @property
+    def progress(self) -> tuple[str, float]:
+        """What is being done, and which share of it is done; no text while nothing is."""
+        return self._progress if self.busy else ("", 0.0)
+
+    @property
+    def busy(self) -> bool:
+        return bool(self._work)
+
+    def cancel(self) -> None:
+        """End the work of this page, under way or waiting; nobody else's."""
+        for task in self._work:
+            task.cancel()
+
+    def put_away(self) -> None:
+        """Nothing is open, nothing goes on."""
+        self.cancel()
+        self._work.clear()
+        self._open, self.next_run = "", {}
+
+    async def open(self, folder: str, model: str = "") -> dict[str, Any]:
+        """Open a campaign; the model file is model.yaml of the campaign when `model` is empty."""
+        where = self.service.folder(folder)
+        path = check.inside(self.service.data, model, "model file") if model else where / MODEL
+        if path.suffix != ".yaml":
+            raise ValueError("a model file ends in .yaml")
+        opened = await self._do("open", folder=str(where), model=str(path))
+        self._open, self._model, self.next_run = folder, path, {}
+        return opened
+
+    async def simulate(self, folder: str, seed: Any) -> str:
+        """A campaign on the twin in a new folder, with an effect hidden in it; the folder."""
+        target = check.inside(self.service.data, folder)
+        made = target.relative_to(self.service.data.resolve())
+        for part in made.parts or ("",):
+            check.name(part)
+        if target.exists():
+            raise ValueError(f"{folder}: there is such a folder already; give another name")
+        number = int(check.number(seed, "seed", 0, 2**31 - 1))
+        await self._do("simulate", folder=str(target), seed=number)
+        return str(made)
+
+    async def compare(self) -> dict[str, Any]:
+        return await self._think("compare")
+
+    async def diagnose(self) -> dict[str, Any]:
+        found = await self._think("diagnose")
+        self.next_run = found.get("next_run") or {}
+        return found
+
+    async def add(self, effect: str) -> dict[str, Any]:
+        return await self._think("add", effect=check.note(effect)[:80])
+
+    async def undo(self) -> dict[str, Any]:
+        return await self._think("undo")
+
+    async def propose(self) -> dict[str, Any]:
+        """What is left, as the file of an effect."""
+        return await self._think("propose")
+
+    async def accept(self, name: str) -> dict[str, Any]:
+        """The last proposal under a name, in the model."""
+        return await self._think("accept", name=check.name(name))
+
+    async def rename(self, old: str, new: str) -> dict[str, Any]:
+        """The proposal, or an effect of the model that was one, under another name."""
+        return await self._think("rename", old=check.name(old), new=check.name(new))
+
+    async def confirm(self, name: str, new: str) -> dict[str, Any]:
+        """Whether the runs of another campaign agree with an effect."""
+        where = str(self.service.folder(new))
+        return await self._think("confirm", name=check.name(name), new=where)
+
+    async def report(self) -> Path:
+        self._checked()
+        target = check.folder_below(self.service.data, f"reports/{self._open}")
+        return Path((await self._think("report", target=str(target)))["page"])
+
+    def plan_next(self) -> Path:
+        """The proposed run as a plan that the page Bench offers."""
+        return write_next(self.next_run, self._checked().name, self.service.data)
+
+    def _checked(self) -> Path:
+        if not self._open:
+            raise ValueError("open a campaign first")
+        return self.service.folder(self._open)
+
+    async def _think(self, job: str, **arguments: Any) -> Any:
+        about = {"folder": str(self._checked()), "model": str(self._model)}
+        return await self._do(job, **about, **arguments)
+
+    async def _do(self, job: str, **arguments: Any) -> Any:
+        if not self.busy:
+            self._say("", 0.0)
+        task = asyncio.create_task(self.service.fit_jobs.ask(job, self._say, **arguments))
+        self._work.add(task)
+        await asyncio.wait([task])
+        wanted = task in self._work
+        self._work.discard(task)
+        # what was put away meanwhile must not be shown
+        if task.cancelled() or not wanted:
+            raise ValueError("cancelled")
+        return task.result()
+
+    def _say(self, text: str, share: float) -> None:
+        self._progress = (text, share)

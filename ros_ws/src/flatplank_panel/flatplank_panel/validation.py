@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What comes from a page is checked here, on the server: numbers, names, folders, files.
+
+Every function gives the clean value or raises ValueError with one line: what, and what to do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from flatplank_control.recording.errors import RecordingError
+from flatplank_control.recording.naming import check_name
+from flatplank_data.limits import LIMITS, Limit
+from flatplank_data.params import nearest
+
+NOTE_LENGTH = 2000
+
+
+def number(value: Any, what: str, low: float, high: float, unit: str = "") -> float:
+    """A finite number within its range."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what}: give a number, not {str(value)[:40]!r}") from None
+    if not (math.isfinite(result) and low <= result <= high):
+        raise ValueError(Limit(low, high, unit).refusal(what, result))
+    return result
+
+
+def setting(value: Any, name: str) -> float:
+    """A setting of the machine within its limit."""
+    limit = LIMITS[name]
+    return number(value, name, limit.low, limit.high, limit.unit)
+
+
+def choice(value: Any, known: Iterable[str], what: str) -> str:
+    """One of the known names."""
+    names = list(known)
+    if value not in names:
+        raise ValueError(f"{what} {str(value)[:40]!r} is not known{nearest(str(value), names)}")
+    return value
+
+
+def name(value: Any) -> str:
+    """A measurement's name: one plain file name."""
+    try:
+        return check_name(str(value or "").strip())
+    except RecordingError as error:
+        raise ValueError(str(error)) from None
+
+
+def note(value: Any) -> str:
+    """Free text, without control characters."""
+    text = "".join(c for c in str(value or "") if c.isprintable() or c == "\n")
+    if len(text) > NOTE_LENGTH:
+        raise ValueError(f"the note has {len(text)} characters, at most {NOTE_LENGTH} are kept")
+    return text
+
+
+def inside(root: Path, value: Any, what: str = "folder") -> Path:
+    """A path below `root`, links followed: nothing that a page says leaves the data folder."""
+    text = str(value or "").strip()
+    if "\x00" in text or len(text) > 500:
+        raise ValueError(f"{what}: not a path")
+    base = root.resolve()
+    target = (base / text).resolve()
+    if target != base and base not in target.parents:
+        raise ValueError(f"{what} {text[:80]!r} is outside the data folder; name one below it")
+    return target
+
+
+def folder_below(root: Path, value: Any) -> Path:
+    """A data folder below `root`; made when it is not there. Every part must be a plain name."""
+    text = str(value or "").strip()
+    target = inside(root, text)
+    for part in Path(text).parts:
+        name(part)
+    target.mkdir(parents=True, exist_ok=True)
+    return target

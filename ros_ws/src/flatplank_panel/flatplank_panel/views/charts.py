@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: Apache-2.0
+"""ECharts options of Runs and Discover: quiet axes, few colours, units said once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from flatplank_data.wording import with_unit
+from flatplank_panel.views.plots import ACTUAL, LINE, REFERENCE, SOFT
+
+COLORS = [
+    "#1f5488",
+    "#c25700",
+    "#1f6f43",
+    "#7a3e9d",
+    "#8a5a00",
+    "#0f7c86",
+    "#a3315f",
+    "#55616f",
+    "#3f6bd1",
+    "#5b7a1e",
+]
+QUIET = {"color": SOFT, "fontSize": 11}
+LEGEND = {"top": 0, "right": 0, "left": 70, "align": "left", "textStyle": QUIET}
+DASHES = ("solid", "dashed", "dotted")
+"""of the repeats of a condition"""
+
+
+def short(conditions: Sequence[str]) -> list[str]:
+    """Conditions without the parts that are alike in all of them."""
+    parts = [c.split(", ") for c in conditions]
+    same = set(parts[0]).intersection(*parts[1:]) if len(parts) > 1 else set()
+    return [
+        ", ".join(p for p in part if p not in same) or c
+        for part, c in zip(parts, conditions, strict=True)
+    ]
+
+
+def axes(x: str, y: str) -> dict[str, Any]:
+    """Two value axes with names."""
+    return {
+        "animation": False,
+        "color": COLORS,
+        "tooltip": {"trigger": "item", "confine": True},
+        "grid": {"left": 70, "right": 16, "top": 34, "bottom": 44},
+        "xAxis": {
+            "type": "value",
+            "name": x,
+            "nameLocation": "middle",
+            "nameGap": 28,
+            "scale": True,
+            "axisLabel": QUIET,
+            "splitLine": {"show": False},
+            "nameTextStyle": QUIET,
+            "axisLine": {"onZero": False, "lineStyle": {"color": LINE}},
+        },
+        "yAxis": {
+            "type": "value",
+            "name": y,
+            # beside the axis: above it is the place of the legend
+            "nameLocation": "middle",
+            "nameRotate": 90,
+            "nameGap": 50,
+            "scale": True,
+            "axisLabel": QUIET,
+            "nameTextStyle": QUIET,
+            "splitNumber": 4,
+            "axisLine": {"show": False, "onZero": False},
+            "splitLine": {"lineStyle": {"color": LINE}},
+        },
+    }
+
+
+def line(
+    name: str, points: Sequence[Sequence[float]], color: str = "", **style: Any
+) -> dict[str, Any]:
+    made: dict[str, Any] = {
+        "type": "line",
+        "name": name,
+        "data": points,
+        "showSymbol": False,
+        "symbol": "none",
+        "lineStyle": {"width": 1.4, **style},
+    }
+    if color:
+        made["lineStyle"]["color"] = color
+        made["itemStyle"] = {"color": color}
+    return made
+
+
+def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, Any]:
+    """Curves of runs: one colour per condition, its repeats solid, dashed, dotted; of a single
+    condition one colour per run, and the name of each."""
+    options = axes(x, y)
+    labels = list(dict.fromkeys(c["condition"] for c in curves))
+    shown = dict(zip(labels, short(labels), strict=True)) if labels else {}
+    repeats = dict.fromkeys(labels, 0)
+    options["series"] = []
+    for k, c in enumerate(curves):
+        label = c["condition"]
+        alone = len(labels) == 1
+        name, tone = (c["file"], k) if alone else (shown[label], labels.index(label))
+        dash = DASHES[repeats[label] % len(DASHES)]
+        repeats[label] += 1
+        color = COLORS[tone % len(COLORS)]
+        options["series"].append(line(name, c["points"], color, type=dash))
+    options["legend"] = {**LEGEND, "type": "scroll"}
+    return options
+
+
+def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
+    options = axes(curve["over"], "Fx [N]")
+    measured = list(zip(curve["x"], curve["measured"], strict=True))
+    model = list(zip(curve["x"], curve["model"], strict=True))
+    options["series"] = [
+        line("measured", measured, ACTUAL),
+        line("model", model, REFERENCE, type="dashed"),
+    ]
+    options["legend"] = LEGEND
+    return options
+
+
+def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Error of every condition as bars, the floor as a line."""
+    names = short([c["condition"] for c in conditions]) if conditions else []
+    options = axes("RMS error of Fx [N]", "")
+    options["xAxis"] |= {"min": 0, "scale": False}
+    options["yAxis"] = {
+        "type": "category",
+        "data": names,
+        "inverse": True,
+        "axisLabel": QUIET,
+        "axisTick": {"show": False},
+        "axisLine": {"lineStyle": {"color": LINE}},
+    }
+    options["grid"] = {"left": 8, "right": 40, "top": 26, "bottom": 40, "containLabel": True}
+    errors = {
+        "type": "bar",
+        "data": [_round(c["rmse"]) for c in conditions],
+        "barMaxWidth": 14,
+        "itemStyle": {"color": ACTUAL},
+        "name": "error",
+    }
+    options["series"] = [errors] if conditions else []
+    if conditions:
+        floor = _round(conditions[0]["floor"])
+        _draw_floor(errors, options["xAxis"], {"xAxis": floor}, floor, "start")
+    return options
+
+
+def _draw_floor(
+    bars: dict[str, Any], axis: dict[str, Any], at: dict[str, Any], floor: float, where: str
+) -> None:
+    """A line right across the chart, with its value; the axis reaches it."""
+    axis["max"] = None if max(bars["data"]) >= floor else math.ceil(1.2 * floor)
+    bars["markLine"] = {
+        "silent": True,
+        "symbol": "none",
+        "data": [at],
+        "lineStyle": {"color": REFERENCE, "type": "solid", "width": 1.6},
+        "label": {"formatter": f"floor {floor:g} N", "color": REFERENCE, "position": where},
+    }
+
+
+def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, Any]:
+    """Mean residual by condition over a coordinate; blue: the model is too high."""
+    edges = m["edges"]
+    middles = [f"{0.5 * (a + b):.3g}" for a, b in zip(edges, edges[1:], strict=False)]
+    cells = [
+        [j, i, v] for i, row in enumerate(m["mean"]) for j, v in enumerate(row) if v is not None
+    ]
+    limit = max((abs(c[2]) for c in cells), default=1.0)
+    return {
+        "animation": False,
+        "tooltip": {"confine": True},
+        "grid": {"left": 8, "right": 70, "top": 8, "bottom": 40, "containLabel": True},
+        "xAxis": {
+            "type": "category",
+            "data": middles,
+            "axisLabel": QUIET,
+            "axisTick": {"show": False},
+            "name": with_unit(m["coordinate"], m["unit"]),
+            "nameLocation": "middle",
+            "nameGap": 26,
+            "nameTextStyle": QUIET,
+        },
+        "yAxis": {
+            "type": "category",
+            "data": short(list(conditions)),
+            "inverse": True,
+            "axisLabel": QUIET,
+            "axisTick": {"show": False},
+        },
+        "visualMap": {
+            "min": -limit,
+            "max": limit,
+            "calculable": False,
+            "orient": "vertical",
+            "right": 0,
+            "top": "middle",
+            "itemHeight": 100,
+            "precision": 0,
+            "text": ["N", ""],
+            "inRange": {"color": ["#2a5d94", "#f4f5f7", "#b5482a"]},
+            "textStyle": QUIET,
+        },
+        "series": [{"type": "heatmap", "data": cells, "name": "measured minus model"}],
+    }
+
+
+def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
+    """What is left without the effect over the effect's own coordinate, and the effect."""
+    options = axes(c["over"], "Fx [N]")
+    options["series"] = []
+    names = short([s["condition"] for s in c["series"]]) if c["series"] else []
+    for i, (s, name) in enumerate(zip(c["series"], names, strict=True)):
+        color = COLORS[i % len(COLORS)]
+        options["series"].append(
+            {
+                "type": "scatter",
+                "name": name,
+                "data": s["left"],
+                "symbolSize": 2.5,
+                "itemStyle": {"color": color, "opacity": 0.6},
+            }
+        )
+        options["series"].append(line(name, s["effect"], color))
+    options["legend"] = {**LEGEND, "type": "scroll"}
+    return options
+
+
+_PROPOSED = (
+    ("free curve", "free", 7, "solid"), ("90 %", "low", 7, "dotted"),
+    ("90 %", "high", 7, "dotted"), ("form", "form", 1, "solid"),
+)  # fmt: skip
+
+
+def proposed(drawn: Mapping[str, Any]) -> dict[str, Any]:
+    """Free curve with its band, and the form over it."""
+    options = axes(drawn["over"], drawn["unit"])
+    options["series"] = [
+        line(name, drawn[key], COLORS[tone], type=dash)
+        for name, key, tone, dash in _PROPOSED
+        if key in drawn
+    ]  # fmt: skip
+    options["legend"] = LEGEND
+    return options
+
+
+def error_of_loop(entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Error of an investigation and its floor over the minutes of the bench."""
+    options = axes("bench time [min]", "RMS error of Fx [N]")
+    options["xAxis"]["min"] = 0
+    options["yAxis"] |= {"min": 0, "scale": False}
+    told = [e for e in entries if e["error"] is not None]
+    lines = (
+        ("tire alone", "error_alone", COLORS[7], "dotted"),
+        ("with what was found", "error", COLORS[0], "solid"),
+        ("floor", "floor", COLORS[1], "dashed"),
+    )
+    options["series"] = [
+        line(name, [[e["until"], _round(e[key])] for e in told], color, type=dash)
+        | {"showSymbol": True, "symbol": "circle", "symbolSize": 6}
+        for name, key, color, dash in lines
+    ]
+    options["legend"] = LEGEND
+    return options
+
+
+def evidence_of_loop(entries: Sequence[Mapping[str, Any]], limit: float) -> dict[str, Any]:
+    """E-value of an investigation over the minutes, and where it is enough."""
+    options = axes("bench time [min]", "log10 of the e-value")
+    told = [[0.0, 0.0]] + [[e["until"], e["so_far"]] for e in entries if e["so_far"] is not None]
+    logs = [[m, round(min(max(v / math.log(10.0), -6.0), 30.0), 2)] for m, v in told]
+    enough = round(math.log10(limit), 2)
+    options["series"] = [
+        line("e-value", logs, COLORS[0], type="solid")
+        | {"step": "end", "showSymbol": True, "symbol": "circle", "symbolSize": 6},
+        line("enough", [[m, enough] for m, _ in (logs[0], logs[-1])], COLORS[1], type="dashed"),
+    ]
+    options["legend"] = LEGEND
+    return options
+
+
+def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Error after every step, fitted and held out, with the floor."""
+    steps = [h for h in history if h.get("rmse") is not None]
+    names = [_step_name(h) for h in steps]
+    options = axes("", "RMS error of Fx [N]")
+    options["xAxis"] = {
+        "type": "category",
+        "data": names,
+        "axisLabel": {**QUIET, "interval": 0},
+        "axisTick": {"show": False},
+        "axisLine": {"lineStyle": {"color": LINE}},
+    }
+    options["yAxis"] |= {"min": 0, "scale": False}
+    shown = {"show": True, "position": "insideBottom", "fontSize": 11, "color": "#ffffff"}
+    options["series"] = [
+        {
+            "type": "bar",
+            "name": "fitted",
+            "data": [_round(h["rmse"]) for h in steps],
+            "itemStyle": {"color": ACTUAL},
+            "barMaxWidth": 34,
+            "label": shown,
+        },
+        {
+            "type": "bar",
+            "name": "held out",
+            "barMaxWidth": 34,
+            "itemStyle": {"color": "#a9b7c6"},
+            "data": [_round(h.get("held_out") or h["rmse"]) for h in steps],
+        },
+    ]
+    if steps:
+        floor = _round(steps[-1]["floor"])
+        fitted = options["series"][0]
+        _draw_floor(fitted, options["yAxis"], {"yAxis": floor}, floor, "insideEndTop")
+    else:
+        # without a series a chart is drawn anew; with the same number it keeps its old floor
+        options["series"] = []
+    options["legend"] = LEGEND
+    return options
+
+
+def _step_name(h: Mapping[str, Any]) -> str:
+    sign = {"add": "+ ", "remove": "− "}.get(str(h.get("action")), "")
+    return sign + str(h.get("effect") or "base")
+
+
+def _round(value: float) -> float:
+    return round(float(value), 1)

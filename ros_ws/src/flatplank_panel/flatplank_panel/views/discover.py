@@ -1,0 +1,309 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loop of discovery by mouse: error, where it is, what it may be, add, watch it fall."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from nicegui import ui
+
+from flatplank_data.wording import sized, with_unit
+from flatplank_panel.service import PageAnalysis
+from flatplank_panel.views import charts
+from flatplank_panel.views.page import Page
+from flatplank_panel.views.proposal import ProposalCard
+
+ASK = "Diagnose ranks the effects of the library."
+
+
+def build(page: Page) -> None:
+    _Discover(page).build()
+
+
+class _Discover:
+    def __init__(self, page: Page) -> None:
+        self.page, self.service, self.analysis = page, page.service, PageAnalysis(page.service)
+        self.button = page.free_button
+        self.picture: dict[str, Any] = {}
+        self.ranked: list[dict[str, Any]] = []
+        self.found: dict[str, Any] = {}
+        self.said = ""
+        self.proposal = ProposalCard(self)
+
+    # layout
+    def build(self) -> None:
+        with ui.column().classes("fp-wide"):
+            self.build_bar()
+            with ui.element("div").classes("fp-two"):
+                self.build_error()
+                self.build_waterfall()
+            with ui.element("div").classes("fp-two"):
+                self.build_curves()
+                self.build_map()
+            with ui.element("div").classes("fp-two"):
+                self.build_ranking()
+                self.build_effect()
+            self.proposal.build()
+        self.folder.on_value_change(self.put_away)
+        self.page.client.on_delete(self.analysis.cancel)
+        ui.timer(0.05, self.page.act(self.list), once=True)
+        ui.timer(0.3, self.refresh)
+
+    def build_bar(self) -> None:
+        page = self.page
+        with page.card("Discover"):
+            with page.row():
+                self.folder = page.select("Campaign", [], None)
+                ui.button(icon="refresh", on_click=page.act(self.list)).props(
+                    'flat dense round aria-label="Look for campaigns again"'
+                )
+                self.model = page.text("Model file (empty: model.yaml of the campaign)")
+                self.button("Open", self.open, strong=True)
+                self.button("Diagnose", self.diagnose)
+                self.cancel_button = self.button("Cancel", self.analysis.cancel)
+                self.button("Export report", self.report)
+            with page.row():
+                name = page.text("New campaign", "hidden_1")
+                seed = page.number("Seed", 1.0, step=1.0)
+                self.button(
+                    "Simulate with a hidden effect", lambda: self.simulate(name.value, seed.value)
+                )
+            self.bar = ui.linear_progress(0.0, show_value=False).props(
+                "aria-label=Progress rounded"
+            )
+            self.status = ui.label("").classes("fp-quiet").props("role=status")
+            self.say("Open a campaign.")
+
+    def build_error(self) -> None:
+        with self.page.card("Error against the floor"):
+            self.error_chart = ui.echart(charts.against_floor([])).style("height:260px;width:100%")
+
+    def build_waterfall(self) -> None:
+        with self.page.card("Waterfall: error after every step"):
+            self.fall_chart = ui.echart(charts.waterfall([])).style("height:260px;width:100%")
+            with self.page.row():
+                self.undo_button = self.button("Undo", self.undo)
+                self.in_model = ui.label("").classes("fp-quiet")
+
+    def build_curves(self) -> None:
+        with self.page.card("Measured and model"):
+            self.condition = self.page.select("Condition", [], None).classes("w-full")
+            self.condition.on_value_change(self.draw_curve)
+            self.curve_chart = ui.echart(charts.axes("", "")).style("height:260px;width:100%")
+
+    def build_map(self) -> None:
+        with self.page.card("Where the error is"):
+            self.coordinate = self.page.select("Over", [], None).classes("w-full")
+            self.coordinate.on_value_change(self.draw_map)
+            self.map_chart = ui.echart(charts.axes("", "")).style("height:240px;width:100%")
+            self.map_text = ui.label("").classes("fp-quiet")
+
+    def build_ranking(self) -> None:
+        with self.page.card("What it may be"):
+            self.verdict = ui.label(ASK).classes("fp-quiet")
+            self.list_box = ui.column().classes("w-full").style("gap:4px")
+            with self.page.row():
+                self.next_text = ui.label("").classes("fp-quiet grow")
+                self.next_button = self.button("Send to the plan", self.send)
+                self.next_button.set_visibility(False)
+
+    def build_effect(self) -> None:
+        with self.page.card("The effect"):
+            self.effect_name = ui.label("").classes("fp-head")
+            self.effect_text = ui.column().classes("w-full").style("gap:6px")
+            self.collapse_chart = ui.echart(charts.axes("", "")).style("height:280px;width:100%")
+
+    # work
+    async def list(self) -> None:
+        found = await self.service.campaigns()
+        options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
+        self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
+
+    async def simulate(self, name: str, seed: Any) -> None:
+        self.put_away()
+        made = await self.analysis.simulate(name, seed)
+        await self.list()
+        self.folder.set_value(made)
+        self.say(f"{made}: something is hidden in it; open the campaign and diagnose it")
+
+    async def open(self) -> None:
+        if not self.folder.value:
+            raise ValueError("choose a campaign first")
+        self.put_away()
+        folder, model = self.folder.value, str(self.model.value or "")
+        await self.first_picture(folder)
+        if self.folder.value != folder:
+            return
+        opened = await self.analysis.open(folder, model)
+        self.draw_history(opened)
+        if opened["undecidable"]:
+            self.say(opened["undecidable"])
+            return
+        self.take(await self.analysis.compare())
+
+    async def first_picture(self, folder: str) -> None:
+        """Measured curves at once, before anything is fitted."""
+        rows = (await self.service.runs(folder))["rows"]
+        files = [r["file"] for r in rows[:60]]
+        found = await self.service.curves(folder, files, "fx", "plank_position")
+        self.page.draw(
+            self.curve_chart, charts.overlay(found["curves"], "road displacement [m]", "Fx [N]")
+        )
+
+    async def diagnose(self) -> None:
+        self.found = await self.analysis.diagnose()
+        self.ranked = self.found["ranked"]
+        f = self.found
+        self.say(
+            f"{f['verdict']}: {f['reason']}"
+            + (f" ({f['seconds']:.0f} s)" if f.get("seconds") else "")
+        )
+        self.verdict.set_text(f"Verdict: {f['verdict']}. {f['reason']}")
+        self.draw_ranking()
+        proposal = f.get("next_run") or {}
+        self.next_text.set_text(f"Next run: {proposal['what']}" if proposal else "")
+        self.next_button.set_visibility(bool(proposal.get("settings")))
+        if f["effects"]:
+            self.show(f["effects"][0]["name"])
+
+    async def add(self, name: str) -> None:
+        picture = await self.analysis.add(name)
+        numbers = picture["added"]
+        self.take(picture)
+        self.say(
+            f"{name} added: error {numbers['rmse_before']:.1f} to {numbers['rmse']:.1f} N, "
+            f"floor {numbers['floor']:.1f} N"
+        )
+
+    async def undo(self) -> None:
+        picture = await self.analysis.undo()
+        self.take(picture)
+        self.say(f"{picture['undone']} undone")
+
+    async def report(self) -> None:
+        path = await self.analysis.report()
+        self.say(f"report: {path}")
+
+    def send(self) -> None:
+        path = self.analysis.plan_next()
+        self.say(f"plan written: {path.name}; the page Bench offers it under Measure, Campaign")
+
+    # drawing
+    def say(self, text: str) -> None:
+        self.said = text
+        self.status.set_text(text)
+
+    def refresh(self) -> None:
+        text, share = self.analysis.progress
+        self.bar.set_value(round(share, 2))
+        self.cancel_button.set_enabled(self.analysis.busy)
+        self.status.set_text(f"{text} …" if text else self.said)
+
+    def put_away(self) -> None:
+        """Nothing is open, and nothing that was said of another campaign stays."""
+        self.analysis.put_away()
+        self.picture, self.ranked, self.found = {}, [], {}
+        for text in (self.next_text, self.effect_name, self.map_text, self.in_model):
+            text.set_text("")
+        self.verdict.set_text(ASK)
+        self.proposal.put_away()
+        self.say("Open the campaign.")
+        self.next_button.set_visibility(False)
+        self.list_box.clear()
+        self.effect_text.clear()
+        for field in (self.condition, self.coordinate):
+            field.set_options([], value=None)
+        for chart in (self.curve_chart, self.map_chart, self.collapse_chart):
+            self.page.draw(chart, charts.axes("", ""))
+        self.page.draw(self.error_chart, charts.against_floor([]))
+        self.page.draw(self.fall_chart, charts.waterfall([]))
+
+    def take(self, picture: dict[str, Any]) -> None:
+        """A fitted model: every picture anew."""
+        self.picture = picture
+        self.say(
+            f"error {picture['rmse']:.1f} N, floor {picture['floor']:.1f} N, "
+            f"beyond the floor {picture['unexplained']:.1f} N; the floor is by "
+            f"{picture['floor_from']}"
+        )
+        self.page.draw(self.error_chart, charts.against_floor(picture["conditions"]))
+        names = [c["condition"] for c in picture["curves"]]
+        worst = max(picture["conditions"], key=lambda c: c["unexplained"])["condition"]
+        self.condition.set_options(
+            names, value=self.condition.value if self.condition.value in names else worst
+        )
+        over = {m["coordinate"]: with_unit(m["coordinate"], m["unit"]) for m in picture["maps"]}
+        self.coordinate.set_options(over, value=next(iter(over), None))
+        self.draw_curve()
+        self.draw_map()
+        self.draw_history(picture)
+
+    def draw_history(self, model: dict[str, Any]) -> None:
+        history = model["history"]
+        if not history and "rmse" in model:
+            history = [{"action": "start", **{k: model[k] for k in ("rmse", "floor", "held_out")}}]
+        self.page.draw(self.fall_chart, charts.waterfall(history))
+        names = [e["name"] for e in model["effects"]]
+        self.in_model.set_text(
+            f"In {Path(model['file']).name}: " + (", ".join(names) or "no effect yet")
+        )
+        self.undo_button.set_enabled(len(model["history"]) > 1)
+
+    def draw_curve(self) -> None:
+        for curve in self.picture.get("curves", []):
+            if curve["condition"] == self.condition.value:
+                self.page.draw(self.curve_chart, charts.measured_and_model(curve))
+
+    def draw_map(self) -> None:
+        names = [c["condition"] for c in self.picture.get("conditions", [])]
+        for m in self.picture.get("maps", []):
+            if m["coordinate"] == self.coordinate.value:
+                self.page.draw(self.map_chart, charts.residual_map(m, names))
+                self.map_text.set_text(m["text"])
+
+    def draw_ranking(self) -> None:
+        self.list_box.clear()
+        accepted = {e["name"]: e for e in self.found.get("effects", [])}
+        rows = sorted(self.ranked, key=lambda r: (r["name"] not in accepted, -r["gain"]))
+        with self.list_box:
+            for row in rows[:8]:
+                with ui.element("div").classes("fp-rank"):
+                    ui.label(row["title"]).classes("fp-rank-title")
+                    ui.label(_words(row, accepted.get(row["name"]))).classes(
+                        "fp-quiet fp-rank-why"
+                    )
+                    self.button("Show", partial(self.show, row["name"])).props(
+                        f'aria-label="Show {row["name"]}"'
+                    )
+                    self.button("Add", partial(self.add, row["name"])).props(
+                        f'aria-label="Add {row["name"]}"'
+                    )
+
+    def show(self, name: str) -> None:
+        row = next(r for r in self.ranked if r["name"] == name)
+        self.effect_name.set_text(row["title"])
+        self.effect_text.clear()
+        with self.effect_text:
+            for head, key in (
+                ("What it is", "what"),
+                ("How to check it", "check"),
+                ("What removes it", "removes"),
+            ):
+                ui.label(f"{head}: {row[key]}")
+        for c in self.found.get("collapse", []):
+            if c["name"] == name:
+                self.page.draw(self.collapse_chart, charts.collapse(c))
+                return
+        self.page.draw(self.collapse_chart, charts.axes(row["coordinate"], ""))
+
+
+def _words(row: dict[str, Any], accepted: dict[str, Any] | None) -> str:
+    if accepted:
+        alike = f"; looks like {', '.join(accepted['class'])}" if accepted["class"] else ""
+        size = sized(accepted["size"], accepted["interval"], accepted["unit"])
+        return f"found: {size}{alike}"
+    if row.get("reasons"):
+        return "refused: " + row["reasons"][0]
+    return "not visible here" if row["visible"] < 0.03 else f"gain {row['gain']:.0f}, not tried"

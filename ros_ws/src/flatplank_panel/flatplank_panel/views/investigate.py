@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An investigation by mouse: what comes next and why, approved or not, and what it has led to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nicegui import ui
+
+from flatplank_control.runner.campaign.tires import known_tires
+from flatplank_panel.host import PRESETS
+from flatplank_panel.investigation import PLACES, Investigation
+from flatplank_panel.views import charts
+from flatplank_panel.views.page import Page
+
+ASK = "Begin measures, diagnoses and chooses the next runs until it is decided what is missing."
+NOTHING = "Nothing is known yet."
+
+
+def build(page: Page, investigation: Investigation) -> None:
+    _Investigate(page, investigation).build()
+
+
+class _Investigate:
+    def __init__(self, page: Page, investigation: Investigation) -> None:
+        self.page, self.of = page, investigation
+        self.drawn: Mapping[str, Any] | None = None
+        # who may press what is asked by the investigation: the twin needs no charge
+        self.button = page.free_button
+
+    # layout
+    def build(self) -> None:
+        with ui.column().classes("fp-wide"):
+            self.build_wishes()
+            with ui.element("div").classes("fp-two"):
+                self.build_next()
+                self.build_verdict()
+            with ui.element("div").classes("fp-two"):
+                self.build_error()
+                self.build_evidence()
+            self.build_queue()
+        ui.timer(0.3, self.refresh)
+
+    def build_wishes(self) -> None:
+        page = self.page
+        with page.card("Investigate"):
+            with page.row():
+                self.folder = page.text("Folder below the data folder", "investigation_1")
+                self.minutes = page.number("Bench time", 90.0, "min", 10.0)
+                self.place = page.select("Where", PLACES, "bench")
+                self.tire = page.select(
+                    "Tire", {"": "as the runs say"} | {n: n for n in known_tires()}, ""
+                )
+            with page.row() as twin:
+                self.preset = page.select(
+                    "Defects of the twin", {p: p or "none" for p in PRESETS}, ""
+                )
+                self.plant = page.text("Plant file (below the data folder)")
+                self.seed = page.number("Seed", 1.0, step=1.0)
+            twin.bind_visibility_from(self.place, "value", value="twin")
+            with page.row():
+                self.begin = self.button("Begin or go on", self.on_begin, strong=True)
+                self.look = self.button("Look", lambda: self.of.open(str(self.folder.value or "")))
+                self.halt = self.button("Stop safely", lambda: self.of.stop(page.id))
+                self.each = ui.switch("approve each batch", value=True)
+            self.bar = ui.linear_progress(0.0, show_value=False).props(
+                'instant-feedback rounded aria-label="Progress of the batch"'
+            )
+            self.status = ui.label(ASK).classes("fp-quiet").props("role=status")
+
+    def build_next(self) -> None:
+        with self.page.card("Next batch"):
+            self.what = ui.label(NOTHING).classes("fp-rank-title")
+            self.why = ui.label("").classes("fp-quiet")
+            self.prompt = ui.label("").classes("fp-prompt")
+            with self.page.row():
+                self.approve = self.button(
+                    "Approve", lambda: self.of.approve(self.page.id), strong=True
+                )
+                self.all = self.button("Run all", lambda: self.of.run_all(self.page.id))
+                self.done = self.page.button(
+                    "Done, go on", lambda: self.page.operator.confirm(self.page.id)
+                )
+
+    def build_verdict(self) -> None:
+        with self.page.card("Verdict so far"):
+            self.verdict = ui.label(NOTHING)
+            self.found = ui.column().classes("w-full").style("gap:4px")
+            self.sure = ui.label("").classes("fp-quiet")
+            self.code = ui.label("").classes("fp-code w-full")
+            self.code.props('tabindex=0 role=region aria-label="File of the proposal"')
+
+    def build_error(self) -> None:
+        with self.page.card("Error and floor"):
+            self.error_chart = ui.echart(charts.error_of_loop([]))
+            self.error_chart.style("height:240px;width:100%")
+
+    def build_evidence(self) -> None:
+        with self.page.card("Evidence against the tire alone"):
+            self.evidence_chart = ui.echart(charts.evidence_of_loop([], 1.0))
+            self.evidence_chart.style("height:240px;width:100%")
+
+    def build_queue(self) -> None:
+        with self.page.card("Notebook"):
+            self.queue = ui.column().classes("w-full").style("gap:0")
+            with self.queue:
+                ui.label(NOTHING).classes("fp-quiet")
+            self.file = ui.label("").classes("fp-quiet")
+
+    # work
+    def on_begin(self) -> None:
+        wish = {
+            "folder": self.folder.value, "minutes": self.minutes.value, "place": self.place.value,
+            "tire": self.tire.value, "preset": self.preset.value, "plant": self.plant.value,
+            "seed": self.seed.value,
+        }  # fmt: skip
+        self.of.begin(self.page.id, wish, self.each.value)
+
+    # drawing
+    def refresh(self) -> None:
+        of = self.of
+        text, share = of.progress
+        self.status.set_text(f"{of.folder}: {text}" if text else ASK)
+        self.bar.set_value(round(share, 3))
+        for button, on in (
+            (self.begin, not of.busy), (self.look, not of.busy), (self.halt, of.busy),
+            (self.approve, of.asking), (self.all, of.busy and of.each),
+        ):  # fmt: skip
+            button.set_enabled(on)
+        asked = self.page.operator.link.state.progress.prompt if of.busy else ""
+        self.prompt.set_text(asked)
+        self.prompt.set_visibility(bool(asked))
+        self.done.set_visibility(bool(asked))
+        if of.told is not self.drawn:
+            self.drawn = of.told
+            self.draw(of.told)
+
+    def draw(self, told: Mapping[str, Any]) -> None:
+        """All that the log says."""
+        self.draw_next(told["waiting"], told["ended"], told)
+        self.draw_verdict(told)
+        self.queue.clear()
+        with self.queue:
+            for entry in told["entries"]:
+                _draw_entry(entry)
+            if not told["entries"]:
+                ui.label(NOTHING).classes("fp-quiet")
+        notebook = told.get("notebook")
+        self.file.set_text(f"The same as a file of the folder: {notebook}" if notebook else "")
+        self.page.draw(self.error_chart, charts.error_of_loop(told["entries"]))
+        self.page.draw(
+            self.evidence_chart, charts.evidence_of_loop(told["entries"], told.get("limit", 1.0))
+        )
+
+    def draw_next(self, waiting: Any, ended: str, told: Mapping[str, Any]) -> None:
+        if waiting:
+            self.what.set_text(f"{waiting['number']}. {waiting['what']}")
+            minutes = f"{waiting['minutes']:.0f} of {told['left'] + waiting['minutes']:.0f}"
+            self.why.set_text(f"{waiting['reason']}; {minutes} min left")
+        else:
+            self.what.set_text(f"None: {ended}" if ended else NOTHING)
+            self.why.set_text(told["reason"] if ended else "")
+
+    def draw_verdict(self, told: Mapping[str, Any]) -> None:
+        self.found.clear()
+        known = any(e["answer"] for e in told["entries"])
+        self.verdict.set_text(told["verdict"] if told["ended"] else _last(told["entries"]))
+        self.sure.set_text(f"{told['evidence']} so far; {told['decoys']}" if known else "")
+        self.code.set_text(told.get("code", ""))
+        self.code.set_visibility(bool(told.get("code")))
+        with self.found:
+            effects = told.get("effects", ())
+            self.found.set_visibility(bool(effects or told.get("proposal")))
+            for effect in effects:
+                ui.label(f"{effect['title']}: {effect['size']}").classes("fp-rank-title")
+                for a in effect["advice"]:
+                    ui.label(f"{a['name']}, check: {a['check']}").classes("fp-quiet")
+            if told.get("proposal"):
+                ui.label(told["proposal"])
+
+
+def _last(entries: list[dict[str, Any]]) -> str:
+    """The latest answer."""
+    return next((e["answer"] for e in reversed(entries) if e["answer"]), NOTHING)
+
+
+def _draw_entry(e: Mapping[str, Any]) -> None:
+    with ui.element("div").classes("fp-entry"):
+        with ui.column().style("gap:0"):
+            ui.label(f"{e['number']}. {e['what']}").classes("fp-rank-title")
+            runs = f"run {e['runs']}" if e["runs"].isdigit() else f"runs {e['runs']}"
+            ui.label(f"{runs}, {e['minutes']:.0f} min: {e['reason']}").classes("fp-quiet")
+        with ui.column().style("gap:0"):
+            ui.label(e["answer"] or "waits, or is under way")
+            for text in (*(f"handed back: {b}" for b in e["back"]), e["evidence"]):
+                if text:
+                    ui.label(text).classes("fp-quiet")

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Start and stop the bench, the hands at the simulated machine, and the state of the bus."""
+
+from __future__ import annotations
+
+import time
+
+from nicegui import ui
+
+from flatplank_data.limits import LIMITS
+from flatplank_panel.host import KINDS, PRESETS, TIRES, interfaces
+from flatplank_panel.operator import HANDS
+from flatplank_panel.views.page import Page
+
+START_VALUES = {
+    "load_to": 3700.0,
+    "pressure": 2.5,
+    "steer": 0.0,
+    "wheel_camber": 0.0,
+    "road_camber": 0.0,
+}
+
+
+def build(page: Page) -> None:
+    op = page.operator
+    with page.card("Bench"):
+        with page.row():
+            kind = page.select("Kind", KINDS, "sim")
+            rate = page.number("Bus rate", 250, "Hz")
+        with page.row().bind_visibility_from(kind, "value", lambda k: k != "lab"):
+            tire = page.select("Simulated tire", list(TIRES), TIRES[0])
+            preset = page.select("Defects", {p: p or "none" for p in PRESETS}, "")
+            seed = page.number("Seed", 1)
+        with page.row().bind_visibility_from(kind, "value", value="lab"):
+            interface = page.select("Network interface", interfaces(), None)
+            bus_file = page.text("Bus file", "bench")
+        fields = {
+            "kind": kind,
+            "rate": rate,
+            "tire": tire,
+            "preset": preset,
+            "seed": seed,
+            "interface": interface,
+            "bus_file": bus_file,
+        }
+        with page.row():
+            page.button(
+                "Start bench",
+                lambda: op.start_bench(page.id, {k: f.value for k, f in fields.items()}),
+                strong=True,
+            )
+            page.button("Stop bench", lambda: op.stop_bench(page.id))
+    with page.card("Simulated machine: the operator's hands"):
+        with page.row():
+            page.button("Plank forward", lambda: op.plank(page.id, 1, fast.value, stop_at.value))
+            page.button("Stop plank", lambda: op.plank(page.id, 0))
+            page.button("Plank back", lambda: op.plank(page.id, -1, fast.value, 0.0))
+        with page.row():
+            fast = ui.switch("Fast (0.0309 m/s)", value=True)
+            stop_at = page.number("Stops at", 4.1, "m")
+        for what, (label, setting) in HANDS.items():
+            _hand(page, what, label, LIMITS[setting].unit)
+        with page.row():
+            page.button("Lift the wheel", lambda: op.unload(page.id))
+            page.button("Release emergency stop", lambda: op.release_emergency_stop(page.id))
+
+
+def _hand(page: Page, what: str, label: str, unit: str) -> None:
+    with page.row():
+        field = page.number(label, START_VALUES[what], unit).classes("grow")
+        page.button("Set", lambda: page.operator.hand(page.id, what, field.value)).props(
+            f'aria-label="Set {label}"'
+        )
+
+
+def build_bus(page: Page) -> None:
+    """State of the bus (R1.X)."""
+    with page.card("Bus"), ui.element("div").classes("fp-facts"):
+        for word, title in {
+            "bench": "Bench",
+            "health": "Health",
+            "cycle": "Cycle",
+            "estop": "Emergency stop",
+            "plank": "Plank",
+            "saturated": "Saturated channels",
+        }.items():
+            ui.label(title).classes("fp-quiet")
+            ui.label("–").classes("fp-word").props(f"data-word={word}")
+    with page.card("Drives on the bus"):
+        columns = [
+            {"name": key, "label": title, "field": key, "align": "left"}
+            for key, title in {
+                "axis": "Axis",
+                "state": "State",
+                "word": "Status",
+                "mode": "Mode",
+                "error": "Error",
+            }.items()
+        ]
+        table = ui.table(columns=columns, rows=[], row_key="axis").props(
+            "flat dense hide-pagination"
+        )
+        table.classes("fp-table w-full")
+    with page.card("Nodes"):
+        nodes = ui.label("–").classes("fp-quiet")
+
+    def refresh() -> None:
+        table.rows = page.operator.link.state.axes(time.monotonic())
+        nodes.set_text(", ".join(page.operator.link.nodes()) or "none")
+
+    ui.timer(1.0, refresh)

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One open page: who it is, whether it is in charge, and how its buttons act."""
+
+from __future__ import annotations
+
+import inspect
+import logging
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import binding, ui
+
+from flatplank_panel.operator import Operator
+from flatplank_panel.service import AnalysisService
+
+
+class Page:
+    """Given to every part of the page."""
+
+    in_charge = binding.BindableProperty()
+
+    def __init__(self, operator: Operator, service: AnalysisService, client: Any) -> None:
+        self.operator, self.service = operator, service
+        self.client, self.id = client, client.id
+        self.in_charge = False
+
+    def act(self, work: Callable[[], Any]) -> Callable[[], Any]:
+        """A handler that does the work and says how it went."""
+
+        async def handler() -> None:
+            await self.do(work)
+
+        return handler
+
+    async def do(self, work: Callable[[], Any]) -> Any:
+        """Do it now; a refusal is shown with its reason and gives None."""
+        try:
+            result = work()
+            return await result if inspect.isawaitable(result) else result
+        except (ValueError, OSError) as error:
+            self._complain(str(error))
+        except Exception as error:
+            logging.getLogger(__name__).exception("a button of the page")
+            what = f"{type(error).__name__}: {error}"[:200]
+            self._complain(f"this has failed by a fault of the panel, see its terminal: {what}")
+        return None
+
+    def _complain(self, text: str) -> None:
+        with self.client:
+            ui.notify(text, type="negative", position="bottom", timeout=6000)
+
+    # parts that every view uses
+    def button(self, text: str, work: Callable[[], Any], *, strong: bool = False) -> ui.button:
+        """A button of the page in charge; it rests on the others."""
+        return self.free_button(text, work, strong=strong).bind_enabled_from(self, "in_charge")
+
+    def free_button(
+        self, text: str, work: Callable[[], Any], *, strong: bool = False
+    ) -> ui.button:
+        """A button that needs no charge of the bench."""
+        look = "unelevated color=primary" if strong else "outline color=primary"
+        return ui.button(text, on_click=self.act(work)).props(
+            f"{look} no-caps dense padding='4px 12px'"
+        )
+
+    @staticmethod
+    def draw(chart: ui.echart, options: dict[str, Any]) -> None:
+        """A chart anew."""
+        chart.options.clear()
+        chart.options.update(options)
+        chart.update()
+
+    @staticmethod
+    def number(
+        label: str, value: float | None = None, unit: str = "", step: float | None = None
+    ) -> Any:
+        """A numeric field."""
+        text = f"{label} [{unit}]" if unit else label
+        field = ui.number(text, value=value, step=step)
+        return field.props("outlined dense hide-bottom-space").classes("fp-number")
+
+    @staticmethod
+    def text(label: str, value: str = "") -> Any:
+        return (
+            ui.input(label, value=value).props("outlined dense hide-bottom-space").classes("grow")
+        )
+
+    @staticmethod
+    def select(label: str, options: Any, value: Any) -> Any:
+        return ui.select(options, label=label, value=value).props("outlined dense").classes("grow")
+
+    @staticmethod
+    def card(title: str) -> Any:
+        """A card with a heading; use with `with`."""
+        card = ui.column().classes("fp-card w-full")
+        with card:
+            ui.label(title).classes("fp-head").props("role=heading aria-level=2")
+        return card
+
+    @staticmethod
+    def row() -> Any:
+        return ui.element("div").classes("fp-row")

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What no library explains, by mouse: propose, give it a name, add it, confirm it by new runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nicegui import ui
+
+from flatplank_data.wording import sized
+from flatplank_panel.views import charts
+
+ASK = "When nothing of the library explains what is left, Propose writes an effect of its own."
+
+
+class ProposalCard:
+    """The card of a proposal on the page Discover."""
+
+    def __init__(self, discover: Any) -> None:
+        self.of = discover
+        self.known = ""
+
+    def build(self) -> None:
+        """Curve and form beside the file, and the buttons."""
+        page, button = self.of.page, self.of.button
+        with page.card("Beyond the library"):
+            with page.row():
+                button("Propose", self.propose)
+                self.words = ui.label(ASK).classes("fp-quiet grow").props("role=status")
+            with ui.element("div").classes("fp-two"):
+                self.chart = ui.echart(charts.axes("", "")).style("height:420px;width:100%")
+                self.text = ui.label("").classes("fp-code")
+                self.text.props('tabindex=0 role=region aria-label="Effect file"')
+            with page.row():
+                self.name = page.text("Name of the effect")
+                button("Rename", self.rename)
+                button("Add proposal", self.add)
+                self.new = page.select("Campaign of new runs", [], None)
+                button("Confirm", self.confirm)
+
+    async def propose(self) -> None:
+        """Search, and show what was found."""
+        found = await self.of.analysis.propose()
+        if "name" not in found:
+            self.put_away()
+            self.say(f"Nothing to propose: {found['reason']}")
+            return
+        refit = found["refit"]
+        self.say(
+            f"Proposed: {found['sentence']}. Size "
+            f"{sized(refit['size'], refit['interval'], refit['unit'])}; {found['reason']}"
+            + "".join(f"; doubt: {d}" for d in refit["doubts"])
+        )
+        self.take(found["name"], found["text"])
+        self.draw(charts.proposed(found["drawn"]))
+        self.new.set_options(self.of.folder.options)
+
+    async def add(self) -> None:
+        """Into the model, under the name in the field."""
+        name = str(self.name.value or "")
+        picture = await self.of.analysis.accept(name)
+        self.of.take(picture)
+        self.take(name, picture["text"])
+        numbers = picture["added"]
+        self.say(
+            f"{name} added: error {numbers['rmse_before']:.1f} to "
+            f"{numbers['rmse']:.1f} N; not confirmed yet"
+        )
+
+    async def rename(self) -> None:
+        """What it is called, in its file and in the model."""
+        new = str(self.name.value or "")
+        changed = await self.of.analysis.rename(self.known, new)
+        self.say(f"{self.known} is {new} from now on")
+        self.take(new, changed["text"])
+        if "history" in changed:
+            self.of.draw_history(changed)
+
+    async def confirm(self) -> None:
+        """Ask runs that took no part."""
+        if not self.new.value:
+            raise ValueError("choose the campaign of the new runs first")
+        found = await self.of.analysis.confirm(self.known, str(self.new.value))
+        told = found["sets"][0]
+        why = "; ".join(told["reasons"]) or "size and error agree"
+        size = sized(told["size"], told["interval"], found["unit"])
+        self.say(f"{found['verdict']}: {size} in the new runs; {why}")
+
+    def take(self, name: str, text: str) -> None:
+        """An effect file under its name."""
+        self.known = name
+        self.name.set_value(name)
+        self.text.set_text(text)
+
+    def say(self, text: str) -> None:
+        self.words.set_text(text)
+
+    def draw(self, options: dict[str, Any]) -> None:
+        self.of.page.draw(self.chart, options)
+
+    def put_away(self) -> None:
+        """Nothing of another campaign stays."""
+        self.say(ASK)
+        self.take("", "")
+        self.draw(charts.axes("", ""))

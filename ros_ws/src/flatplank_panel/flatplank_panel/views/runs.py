@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns and their runs: table with verdicts and filters, curves, scatter of repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+from nicegui import ui
+
+from flatplank_panel.analysis.names import CHANNELS, OVER
+from flatplank_panel.views import charts
+from flatplank_panel.views.page import Page
+
+COLUMNS = {
+    "file": "Run",
+    "condition": "Condition",
+    "start": "Start",
+    "order": "Order",
+    "status": "Ended",
+    "lost": "Cycles lost",
+    "verdict": "Verdict",
+    "notes": "Notes",
+}
+FIRST = 60
+"""runs drawn when none is chosen"""
+
+SELECT = {
+    "header-selection": 'aria-label="Select all runs"',
+    "body-selection": ':aria-label="`Select ${props.row.file}`"',
+}
+"""slot of the table -> what a screen reader says of its boxes"""
+
+
+def build(page: Page) -> None:
+    _Runs(page).build()
+
+
+class _Runs:
+    def __init__(self, page: Page) -> None:
+        self.page, self.service = page, page.service
+        self.rows: list[dict[str, Any]] = []
+
+    def build(self) -> None:
+        page = self.page
+        with ui.column().classes("fp-wide"):
+            with page.card("Runs"):
+                with page.row():
+                    self.folder = page.select("Campaign", [], None)
+                    self.find = page.text("Filter")
+                    self.find.props('clearable aria-label="Filter runs"')
+                    ui.button(icon="refresh", on_click=page.act(self.again)).props(
+                        'flat dense round aria-label="Look for campaigns again"'
+                    )
+                columns = [
+                    {"name": k, "label": t, "field": k, "align": "left", "sortable": True}
+                    for k, t in COLUMNS.items()
+                ]
+                self.table = ui.table(
+                    columns=columns, rows=[], row_key="file", selection="multiple", pagination=12
+                )
+                self.table.props("flat dense").classes("fp-table w-full")
+                for slot, label in SELECT.items():
+                    self.table.add_slot(
+                        slot, f'<q-checkbox v-model="props.selected" dense {label} />'
+                    )
+                self.problems = ui.label("").classes("fp-quiet")
+            with page.card("Curves"):
+                with page.row():
+                    self.channel = page.select("Signal", CHANNELS, "fx")
+                    self.over = page.select("Over", OVER, "plank_position")
+                self.chart = ui.echart(charts.overlay([], "", "")).style("height:380px;width:100%")
+                self.scatter = ui.label("").classes("fp-quiet")
+        self.folder.on_value_change(page.act(self.load))
+        self.find.on_value_change(page.act(self.filter))
+        self.table.on_select(page.act(self.draw))
+        self.channel.on_value_change(page.act(self.draw))
+        self.over.on_value_change(page.act(self.draw))
+        ui.timer(0.05, page.act(self.list), once=True)
+
+    async def list(self) -> None:
+        found = await self.service.campaigns()
+        options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
+        self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
+
+    async def again(self) -> None:
+        """Campaigns and the chosen one as they are now."""
+        before = self.folder.value
+        await self.list()
+        if self.folder.value == before:
+            await self.load({row["file"] for row in self.table.selected})
+
+    async def load(self, chosen: Collection[str] = ()) -> None:
+        """The rows of the campaign; `chosen` of them stay so."""
+        self.rows, self.table.rows, self.table.selected = [], [], []
+        if not self.folder.value:
+            return
+        found = await self.service.runs(self.folder.value)
+        self.rows = found["rows"]
+        self.table.selected = [row for row in self.rows if row["file"] in chosen]
+        self.remark(found["problems"])
+        await self.filter()
+
+    def remark(self, problems: Sequence[str]) -> None:
+        more = f" and {len(problems) - 1} more" if len(problems) > 1 else ""
+        self.problems.set_text(f"Remarks: {problems[0]}{more}" if problems else "")
+
+    def judge(self, verdicts: dict[str, str]) -> None:
+        """What was found out by reading samples goes into the table."""
+        for row in self.rows:
+            row["verdict"] = verdicts.get(row["file"], row["verdict"])
+        self.table.update()
+
+    async def filter(self) -> None:
+        words = str(self.find.value or "").lower().split()
+        shown = [
+            r for r in self.rows if all(w in " ".join(map(str, r.values())).lower() for w in words)
+        ]
+        self.table.rows = shown
+        await self.draw()
+
+    async def draw(self) -> None:
+        rows = self.table.selected or self.table.rows[:FIRST]
+        if not rows or not self.folder.value:
+            return
+        files = [r["file"] for r in rows]
+        found = await self.service.curves(
+            self.folder.value, files, self.channel.value, self.over.value
+        )
+        self.remark(found["problems"])
+        self.judge(found["verdicts"])
+        options = charts.overlay(
+            found["curves"], OVER[self.over.value], CHANNELS[self.channel.value]
+        )
+        self.page.draw(self.chart, options)
+        unit = CHANNELS[self.channel.value].partition("[")[2].rstrip("]")
+        names = (
+            charts.short([s["condition"] for s in found["scatter"]]) if found["scatter"] else []
+        )
+        parts = [
+            f"{name}: {s['scatter']:.3g} {unit}"
+            for name, s in zip(names, found["scatter"], strict=True)
+        ]
+        self.scatter.set_text("Scatter between repeats, " + "; ".join(parts) if parts else "")

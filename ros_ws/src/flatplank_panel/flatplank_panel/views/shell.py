@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The frame of the page: title, tabs, who is in charge, and stop, always in view."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from nicegui import ui
+
+from flatplank_panel.operator import Operator
+from flatplank_panel.views.page import Page
+
+HEAD = """
+<link rel="stylesheet" href="/assets/panel.css">
+<script src="/assets/panel.js"></script>
+<script>document.documentElement.lang = "en"</script>
+"""
+NOBODY = "nobody is in charge"
+
+
+def build(page: Page, tabs: Mapping[str, Callable[[Page], None]], first: str) -> None:
+    """The frame with one panel per tab; a panel is built when it is first shown."""
+    ui.colors(primary="#1f5488", negative="#b3261e", positive="#1f6f43", warning="#8a5a00")
+    ui.add_head_html(HEAD)
+    with ui.header(elevated=False).classes("fp-header items-center no-wrap"):
+        ui.label("Flat Plank").classes("fp-title")
+        with ui.tabs().props("dense no-caps indicator-color=primary active-color=primary") as bar:
+            for name in tabs:
+                ui.tab(name)
+        ui.space()
+        with ui.row().classes("items-center no-wrap").style("gap:6px"):
+            ui.label("Bench").classes("fp-quiet")
+            ui.label("–").classes("fp-word").props("data-word=bench")
+        _charge(page)
+        stop = ui.button("STOP", on_click=page.act(lambda: _stop(page)))
+        stop.classes("fp-stop").props('unelevated color=negative aria-label="Emergency stop"')
+    built: set[str] = set()
+    panels = (
+        ui.tab_panels(bar, value=first, animated=False)
+        .props("keep-alive")
+        .classes("w-full bg-transparent")
+    )
+    slots = {}
+    with panels:
+        for name in tabs:
+            with ui.tab_panel(name) as slot:
+                slots[name] = slot
+
+    def show(name: str) -> None:
+        if name not in built:
+            built.add(name)
+            with slots[name]:
+                tabs[name](page)
+
+    show(first)
+    panels.on_value_change(lambda e: show(e.value))
+
+
+async def _stop(page: Page) -> None:
+    text = await page.operator.emergency_stop(page.id)
+    with page.client:
+        ui.notify(text, type="positive", position="bottom", timeout=6000)
+
+
+def _charge(page: Page) -> None:
+    operator: Operator = page.operator
+    label = ui.label(NOBODY).classes("fp-quiet")
+
+    async def toggle() -> None:
+        if page.in_charge:
+            await operator.give_back(page.id)
+        else:
+            operator.take(page.id, f"page {page.id[:4]}")
+        refresh()
+
+    button = ui.button("Take charge", on_click=page.act(toggle)).props(
+        "outline no-caps dense padding='4px 12px'"
+    )
+
+    def refresh() -> None:
+        mine = operator.charge.holder == page.id
+        if mine != page.in_charge:
+            page.in_charge = mine
+            ui.run_javascript(f"fp.charge({'true' if mine else 'false'})")
+        button.set_text("Hand back" if mine else "Take charge")
+        holder = operator.charge.name if operator.charge.holder else ""
+        label.set_text(
+            "you are in charge" if mine else f"{holder} is in charge" if holder else NOBODY
+        )
+
+    ui.timer(0.3, refresh)
+    ui.on("beat", lambda: operator.beat(page.id))
