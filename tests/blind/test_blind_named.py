@@ -8,8 +8,8 @@ import pytest
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.data import Campaign
 from flatplank_analysis.effects.registry import library
+from flatplank_data.campaign import Campaign
 from flatplank_sim.sealed.score import score
 from flatplank_validation.blind.cases import Case, make
 
