@@ -61,6 +61,28 @@ def test_something_hidden_is_found_and_confirmed(tmp_path):
     assert all((tmp_path / f"{name}.png").stat().st_size > 1000 for name in ("error", "evidence"))
 
 
+def test_a_refused_batch_costs_nothing_and_is_not_asked_for_again():
+    effects = {k: v for k, v in library().items() if k in FEW}
+    log = Memory()
+    loop = Loop(FastBench(41, MENU["drive_brake_asymmetry"].defects(0.12), effects), log, 100.0)
+    loop.begin()
+    loop.decide()
+    loop.measure()
+    left = loop.left
+    refused = []
+    for _ in range(3):
+        loop.decide()
+        assert loop.waiting is not None and loop.left < left
+        refused.append(loop.waiting["settings"])
+        loop.refuse()
+        assert loop.left == left
+    for i, settings in enumerate(refused):  # each is another one
+        assert not [s for s in settings for old in refused[:i] if s in old]
+    told, text = summary(log.events), text_of(log.events)
+    assert told["runs"] == 6 and told["minutes"] == pytest.approx(100.0 - left, abs=0.1)
+    assert text.count("no run: ") == text.count("refused: not made") == 3
+
+
 def test_nothing_is_found_where_nothing_is_hidden(tmp_path):
     told, text = _made(42, "nothing", 1.0, 70.0, tmp_path)
     assert told["verdict"]["effects"] == [], text

@@ -53,7 +53,7 @@ def events(tmp_path):
 def test_every_batch_has_its_minutes_and_what_it_answered(events):
     first, second, third = entries_of(summary(events))
     minutes = [(e["since"], e["until"], e["runs"]) for e in (first, second, third)]
-    assert minutes == [(0, 6, "3"), (6, 18, "4 to 5"), (18, 24, "6")]
+    assert minutes == [(0, 6, "run 3"), (6, 18, "runs 4 to 5"), (18, 24, "run 6")]
     assert first["evidence"] == "for wear against the tire alone: e = 4.48, so far e = 4.48"
     assert second["evidence"].startswith("no evidence from these: the runs before do not tell")
     assert second["back"] == ["slip +2 %, start 1"]

@@ -17,6 +17,7 @@ from panel_rig import wait_for
 
 from flatplank_control.investigate.journal import NAME
 from flatplank_panel.bench_state import Progress
+from flatplank_panel.analysis import investigating
 from flatplank_panel.charge import Charge
 from flatplank_panel.investigation import Investigation
 from flatplank_panel.service import AnalysisService
@@ -109,6 +110,37 @@ def test_each_batch_waits_until_it_is_approved(tmp_path):
     finished(scene())
 
 
+def test_a_refused_batch_is_not_made_and_another_is_chosen(tmp_path):
+    async def scene() -> None:
+        of, steps, _ = _investigation(tmp_path)
+        with pytest.raises(ValueError, match="no batch waits"):
+            of.refuse("page")
+        of.begin("page", WISH, each=True)
+        await _until(lambda: of.asking)
+        of.refuse("page")
+        await _until(lambda: steps.asked == ["decide", "refuse", "decide"] and of.asking)
+        of.run_all("page")
+        await _until(lambda: not of.busy)
+        assert steps.asked[3:] == ["measure", "decide"] * 2 and steps.made == 2
+
+    finished(scene())
+
+
+def test_a_batch_that_was_begun_is_not_refused(tmp_path):
+    about = {"folder": str(tmp_path), "minutes": 60.0, "tire": ""}
+    told = investigating.decide(lambda *_: None, **about)
+    begun = tmp_path / "batch_01.journal.jsonl"
+    begun.touch()
+    with pytest.raises(ValueError, match="batch_01 was begun: approve it"):
+        investigating.refuse(lambda *_: None, **about)
+    begun.unlink()
+    assert told["left"] < 60.0
+    told = investigating.refuse(lambda *_: None, **about)
+    assert told["left"] == 60.0 and told["waiting"] is None
+    (entry,) = told["entries"]
+    assert entry["runs"] == "no run" and entry["answer"].startswith("refused")
+
+
 def test_on_the_bench_the_runner_makes_them_for_the_page_in_charge(tmp_path):
     async def scene() -> None:
         of, steps, bench = _investigation(tmp_path)
@@ -176,6 +208,9 @@ def test_it_is_found_on_the_twin_by_mouse(visitor, data: Path, pictures):
     waits(who, 1)
     who.click("Approve")
     waits(who, 2)
+    who.click("Refuse")
+    waits(who, 3)
+    who.said("refused: not made, and not asked for again")
     assert "e = 1 so far" in (who.page.get_by_text("so far; decoys").text_content() or "")
     looked_after(who)
     for width in (1280, 390):

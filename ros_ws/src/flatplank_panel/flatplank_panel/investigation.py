@@ -49,7 +49,7 @@ class Investigation:
         self._doing: tuple[str, float] = ("", 0.0)
         self._task: asyncio.Task[None] | None = None
         self._go = asyncio.Event()
-        self._asking = self._on_bench = self._ending = False
+        self._asking = self._refused = self._on_bench = self._ending = False
 
     @property
     def busy(self) -> bool:
@@ -100,6 +100,13 @@ class Investigation:
             raise ValueError("no batch waits to be approved")
         self._go.set()
 
+    def refuse(self, page: str) -> None:
+        """Have another batch chosen in place of the one that waits."""
+        if not self.asking:
+            raise ValueError("no batch waits to be approved")
+        self._refused = True
+        self._go.set()
+
     def run_all(self, page: str) -> None:
         """Let this batch and all that follow be made."""
         if not self.busy:
@@ -148,6 +155,10 @@ class Investigation:
                 if self.told["waiting"] is None:
                     break
                 await self._approved()
+                if self._refused:
+                    self._refused = False
+                    self.told = await self._ask("refuse", **about)
+                    continue
                 await self._made(wish, self.told["waiting"]["plan"])
                 self.told = await self._ask("measure", **about, twin=wish.twin)
             self.said = f"ended: {self.told['ended']} ({self.told['reason']})"
@@ -157,7 +168,7 @@ class Investigation:
         except asyncio.CancelledError:
             self.said = "stopped; Begin or go on goes on where it ended"
         finally:
-            self._asking = self._on_bench = False
+            self._asking = self._refused = self._on_bench = False
             self._doing = ("", 0.0)
 
     async def _approved(self) -> None:

@@ -63,7 +63,7 @@ def _over_minutes(figure: Figure, axes, entries: Sequence[Mapping[str, Any]], wh
     """Minutes along, a band for every second batch."""
     for e in entries[1::2]:
         axes.axvspan(e["since"], e["until"], color="#edf2f7", zorder=0)
-    axes.set_xlim(0.0, 1.03 * max(e["until"] for e in entries))
+    axes.set_xlim(0.0, 1.03 * max(*(e["until"] for e in entries), 1.0))
     axes.set_xlabel("minutes of the bench", fontsize=9)
     axes.set_ylabel(what, fontsize=9)
     figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")

@@ -22,6 +22,7 @@ from flatplank_analysis.investigation.evidence import Evidence, bet_on, log_e, t
 from flatplank_analysis.investigation.inquiry import questions
 from flatplank_analysis.investigation.planner import Choice, Price, choose
 from flatplank_analysis.investigation.settings import (
+    TWICE,
     Candidate,
     Setting,
     candidates,
@@ -169,8 +170,9 @@ class Loop:
 
     @property
     def spent(self) -> float:
-        """Minutes of the batches so far."""
-        return sum(e["minutes"] for e in self._of(BATCH))
+        """Minutes of the batches so far; what was refused took none."""
+        refused = {e["number"] for e in self._of(ANSWER) if e.get("refused")}
+        return sum(e["minutes"] for e in self._of(BATCH) if e["number"] not in refused)
 
     @property
     def left(self) -> float:
@@ -181,7 +183,11 @@ class Loop:
         return [e for e in self.log.events if e["event"] == kind]
 
     def _handed_back(self) -> Counter[Setting]:
-        return Counter(Setting(**s) for e in self._of(ANSWER) for s in e["handed_back"])
+        count: Counter[Setting] = Counter()
+        for e in self._of(ANSWER):
+            for s in e["handed_back"]:
+                count[Setting(**s)] += TWICE if e.get("refused") else 1
+        return count
 
     # steps
     def diagnosis(self) -> tuple[Session, Diagnosis]:
@@ -266,6 +272,20 @@ class Loop:
             f"batch {batch['number']}: {answer}{told}; {decoy_words(self._of(ANSWER))}; "
             f"{left:.0f} min left"
         )  # fmt: skip
+
+    def refuse(self) -> None:
+        """The batch that was chosen is not made, and none of its runs is asked for again."""
+        batch = self.waiting
+        assert batch is not None
+        answer = "refused: not made, and not asked for again"
+        self.log.write(
+            {
+                "event": ANSWER, "number": batch["number"], "files": [], "refused": True,
+                "handed_back": batch["settings"], "bet": [], "log_e": 0.0, "answer": answer,
+                "effects": [],
+            }
+        )  # fmt: skip
+        self.say(f"batch {batch['number']}: {answer}; {max(self.left, 0.0):.0f} min left")
 
     def _answer(self, files: tuple[str, ...], session: Session | None) -> dict[str, Any]:
         """What the runs so far say with the new ones."""

@@ -22,8 +22,8 @@ Event = Mapping[str, Any]
 
 def summary(events: Sequence[Event]) -> dict[str, Any]:
     """The JSON of `flatplank investigate --json`."""
-    batches = [e for e in events if e["event"] == BATCH]
     answers = {e["number"]: e for e in events if e["event"] == ANSWER}
+    batches = [_batch(e, answers.get(e["number"], {})) for e in events if e["event"] == BATCH]
     end = events[-1] if events[-1]["event"] == END else None
     evidence = Evidence()
     for a in answers.values():
@@ -42,13 +42,23 @@ def summary(events: Sequence[Event]) -> dict[str, Any]:
         "log_e": round(evidence.log, 4),
         "alpha": ALPHA,
         "decoys": {"looked_at": looked_at, "accepted": accepted},
-        "batches": [
-            {k: b[k] for k in ("number", "what", "reason", "settings", "minutes", "expected")}
-            | {k: v for k, v in answers.get(b["number"], {}).items() if k not in ("event",)}
-            for b in batches
-        ],
+        "batches": batches,
         "proposal": end.get("proposal") if end else None,
     }
+
+
+def _batch(event: Event, answer: Event) -> dict[str, Any]:
+    """A batch with its answer; one that was refused has no runs and took no time."""
+    names = ("number", "what", "reason", "settings", "minutes", "expected")
+    out = {k: event[k] for k in names} | {k: v for k, v in answer.items() if k != "event"}
+    return out | ({"settings": [], "minutes": 0.0} if answer.get("refused") else {})
+
+
+def runs_words(first: int, count: int) -> str:
+    """Numbers of the runs of a batch."""
+    if count < 2:
+        return f"run {first}" if count else "no run"
+    return f"runs {first} to {first + count - 1}"
 
 
 def text_of(events: Sequence[Event]) -> str:
@@ -64,13 +74,13 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
     evidence = Evidence()
     for b in told["batches"]:
         count = len(b["settings"])
-        which = f"run {first}" if count == 1 else f"runs {first} to {first + count - 1}"
+        which = runs_words(first, count)
         first += count
         yield f"{which}: {b['what']}, {b['reason']} ({b['minutes']:.0f} min)"
         if "answer" not in b:
             yield "  under way"
             continue
-        for s in b["handed_back"]:
+        for s in b["handed_back"] if count else ():
             yield f"  handed back: slip {100 * s['kappa']:+g} %, start {s['start']}"
         yield f"  {b['answer']}"
         if b["bet"]:

@@ -13,7 +13,13 @@ from flatplank_analysis.discovery.report.page import Book, template
 from flatplank_analysis.investigation import figures
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
 from flatplank_analysis.investigation.loop import decoy_words
-from flatplank_analysis.investigation.notebook import bet_words, proposal_of, summary, verdict_of
+from flatplank_analysis.investigation.notebook import (
+    bet_words,
+    proposal_of,
+    runs_words,
+    summary,
+    verdict_of,
+)
 from flatplank_data.wording import sized
 
 DIAGNOSIS = "diagnosis"
@@ -60,8 +66,8 @@ def entries_of(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
             **b,
             "since": since,
             "until": since + b["minutes"],
-            "runs": str(first) if count == 1 else f"{first} to {first + count - 1}",
-            "back": [_setting(s) for s in b.get("handed_back", ())],
+            "runs": runs_words(first, count),
+            "back": [_setting(s) for s in b.get("handed_back", ()) if count],
             "evidence": "",
         }
         since, first = entry["until"], first + count

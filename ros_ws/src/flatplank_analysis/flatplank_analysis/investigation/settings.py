@@ -98,7 +98,7 @@ def seed_of(fz: float, pressure: float, step: float = 1.5) -> Candidate:
 def candidates(
     made: Sequence[Setting], handed_back: Mapping[Setting, int] | None = None
 ) -> list[Candidate]:
-    """Runs around those that were made, without those that were handed back twice."""
+    """Runs around those that were made, without those that were handed back twice, or refused."""
     refused = handed_back or {}
     found: dict[tuple[Setting, ...], Candidate] = {}
     for c in _around(made):

@@ -20,6 +20,8 @@ from flatplank_control.investigate.bench import Execute
 from flatplank_control.investigate.executors import made_elsewhere, on_twin
 from flatplank_control.investigate.journal import DiskLog
 from flatplank_control.investigate.opening import NOTEBOOK, keep, open_loop
+from flatplank_control.investigate.plans import batch_name
+from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.wording import sized
 
@@ -67,6 +69,18 @@ def measure(
         loop.measure()
     except PlanFailed as error:
         raise ValueError(str(error)) from None
+    return _kept(loop, folder)
+
+
+def refuse(progress: Progress, folder: str, minutes: float, tire: str) -> dict[str, Any]:
+    """The batch that waits is not made; ValueError when runs of it are there already."""
+    where = Path(folder)
+    loop = _loop(folder, minutes, made_elsewhere(where), tire)
+    assert loop.waiting is not None
+    name = batch_name(loop.waiting["number"])
+    if (where / f"{name}{SUFFIX}").exists():
+        raise ValueError(f"{name} was begun: approve it, and skip the runs that you do not want")
+    loop.refuse()
     return _kept(loop, folder)
 
 

@@ -33,6 +33,7 @@ JOBS = {
     "investigation": "investigating",
     "decide": "investigating",
     "measure": "investigating",
+    "refuse": "investigating",
     "turns": "identifying",
     "identify": "identifying",
 }

@@ -78,6 +78,7 @@ class _Investigate:
                 self.approve = self.button(
                     "Approve", lambda: self.of.approve(self.page.id), strong=True
                 )
+                self.refuse = self.button("Refuse", lambda: self.of.refuse(self.page.id))
                 self.all = self.button("Run all", lambda: self.of.run_all(self.page.id))
                 self.done = self.page.button(
                     "Done, go on", lambda: self.page.operator.confirm(self.page.id)
@@ -125,7 +126,7 @@ class _Investigate:
         self.bar.set_value(round(share, 3))
         for button, on in (
             (self.begin, not of.busy), (self.look, not of.busy), (self.halt, of.busy),
-            (self.approve, of.asking), (self.all, of.busy and of.each),
+            (self.approve, of.asking), (self.refuse, of.asking), (self.all, of.busy and of.each),
         ):  # fmt: skip
             button.set_enabled(on)
         asked = self.page.operator.link.state.progress.prompt if of.busy else ""
@@ -189,8 +190,7 @@ def _draw_entry(e: Mapping[str, Any]) -> None:
     with ui.element("div").classes("fp-entry"):
         with ui.column().style("gap:0"):
             ui.label(f"{e['number']}. {e['what']}").classes("fp-rank-title")
-            runs = f"run {e['runs']}" if e["runs"].isdigit() else f"runs {e['runs']}"
-            ui.label(f"{runs}, {e['minutes']:.0f} min: {e['reason']}").classes("fp-quiet")
+            ui.label(f"{e['runs']}, {e['minutes']:.0f} min: {e['reason']}").classes("fp-quiet")
         with ui.column().style("gap:0"):
             ui.label(e["answer"] or "waits, or is under way")
             for text in (*(f"handed back: {b}" for b in e["back"]), e["evidence"]):
