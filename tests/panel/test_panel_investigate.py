@@ -16,8 +16,8 @@ from own_loop import finished
 from panel_rig import wait_for
 
 from flatplank_control.investigate.journal import NAME
-from flatplank_panel.bench_state import Progress
 from flatplank_panel.analysis import investigating
+from flatplank_panel.bench_state import Progress
 from flatplank_panel.charge import Charge
 from flatplank_panel.investigation import Investigation
 from flatplank_panel.service import AnalysisService
