@@ -361,9 +361,12 @@ class _Searcher:
             return step
         step.found = self.judged(step)
         while len(step.found) > 1:
-            kept = [i for i, f in enumerate(step.found) if _needed(f, step.found)]
-            if len(kept) == len(step.found):
+            idle = [i for i, f in enumerate(step.found) if not _needed(f, step.found)]
+            if not idle:
                 break
+            # one at a time: of two that share what they explain, none is needed beside the other
+            least = min(idle, key=lambda i: step.found[i].decision.drop)
+            kept = [i for i in range(len(step.found)) if i != least]
             fit, offset = step.state.fit, len(self.options.terms)
             rows = [*range(offset), *(offset + i for i in kept)]
             smaller = self.fitter.fit(fit.base, [fit.terms[j] for j in rows])
