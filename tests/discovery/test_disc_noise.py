@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The noise of a campaign against covariances that are known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shapes import CONDITIONS, REPEATS, measured
+
+from flatplank_analysis.discovery import noise as noises
+from flatplank_analysis.discovery.noise import ChannelNoise, fit_noise, freedom_of, make_whitener
+from flatplank_analysis.discovery.runs import RunSet
+
+LONG = 135.0
+TRUE = np.array([1.0, 0.0, 0.0, 2.0, 0.0, 3.0, 0.0, 0.0])
+"""white, filtered white, 0.5, 1.5, 5, 15, 50 s, level"""
+
+
+def lasting(seconds: float, samples: int, channels: int = 1) -> RunSet:
+    """Empty runs of that length."""
+    runs = measured(0).runs
+    time = np.broadcast_to(np.linspace(0.0, seconds, samples), (runs.runs, samples)).copy()
+    zero = np.zeros((channels, runs.runs, samples))
+    names = tuple("xyz"[:channels])
+    return replace(runs, time=time, measured=zero, channels=names, coordinates={})
+
+
+def drawn(runs: RunSet, weights: np.ndarray, seed: int) -> np.ndarray:
+    """Noise (runs, samples) with these variances of its components."""
+    t = runs.time[0]
+    tau = np.abs(t[:, None] - t[None, :])
+    covariance = np.tensordot(weights, noises._kernel(tau, t[-1] - t[0]), axes=1)
+    root = np.linalg.cholesky(covariance + 1e-9 * np.eye(len(t)))
+    return np.random.default_rng(seed).standard_normal(runs.measured.shape[1:]) @ root.T
+
+
+@pytest.mark.parametrize("stretch", [1.0, 2.0])
+def test_correlations_of_the_components(stretch):
+    """Their times are those of a run of 135 s."""
+    tau = np.array([0.0, 0.15, 1.5, 60.0])
+    found = noises._kernel(stretch * tau, stretch * LONG)
+    wanted = [tau == 0.0, np.exp(-((tau / 0.15) ** 2))]
+    wanted += [np.exp(-tau / t) for t in (0.5, 1.5, 5.0, 15.0, 50.0)]
+    np.testing.assert_allclose(found, np.array([*wanted, np.ones(4)]))
+
+
+def test_components_are_told_from_a_covariance():
+    """Two hundredths of the whole are added as white noise: nothing is known better."""
+    n = 330
+    t = np.linspace(0.0, LONG, n)
+    tau = np.abs(t[:, None] - t[None, :])
+    kernels = noises._kernel(tau, LONG)
+    found = noises._weights(np.tensordot(TRUE, kernels, axes=1), kernels, tau)
+    # nodes 0.4 s apart cannot tell white noise from filtered
+    assert found[0] + found[1] == pytest.approx(1.0 + 0.02 * 6.0, abs=0.01) and found[0] > 0.119
+    np.testing.assert_allclose(found[2:], TRUE[2:], atol=0.01)
+    # what lies in the stiff directions is not seen, and what they hide has no weight
+    level = noises._orthonormal(np.ones((2, n)))
+    assert level.shape == (n, 1)
+    seen = noises._without(kernels, level)
+    away = np.eye(n) - level @ level.T
+    np.testing.assert_allclose(seen, away @ kernels @ away, atol=1e-9)
+    found = noises._weights(np.tensordot(TRUE + 5.0 * np.eye(8)[7], seen, axes=1), seen, tau)
+    np.testing.assert_allclose(found[2:], TRUE[2:], atol=0.1)
+    assert found[7] == 0.0
+
+
+def test_noise_of_repeats_is_found():
+    """What the repeats share is none; the mean of three takes a third of it."""
+    runs = lasting(LONG, 330)
+    shared = 40.0 * np.sin(np.arange(330) / 20.0)
+    found = []
+    for seed in range(8):
+        residual = shared + drawn(runs, TRUE, seed)
+        contrast = runs.contrast(residual)[None]
+        (noise,) = fit_noise(runs, contrast, 0.0 * contrast, _none(runs))
+        found.append(noise)
+    weights = np.mean([n.weights for n in found], axis=0)
+    tau = np.array([0.0, 2.0, 5.0, 12.0, 40.0])
+    of = [w @ noises._kernel(tau, LONG) for w in (weights, TRUE)]
+    np.testing.assert_allclose(of[0], of[1], atol=0.7)
+    assert weights.sum() == pytest.approx(6.0 * 1.02, rel=0.05)
+    assert 0.9 < np.mean([n.scale.mean() for n in found]) < 1.1
+    np.testing.assert_allclose(np.ptp(found[0].scale.reshape(CONDITIONS, REPEATS), axis=1), 0.0)
+
+
+def test_without_repeats_every_run_has_its_own_noise():
+    runs = lasting(LONG, 330).subset(np.arange(0, CONDITIONS * REPEATS, REPEATS))
+    assert not runs.repeated
+    residual = drawn(runs, np.eye(8)[0], 3)
+    residual[2] *= 3.0
+    (noise,) = fit_noise(runs, residual[None], residual[None], _none(runs))
+    assert noise.scale.argmax() == 2 and noise.scale[2] > 1.3 * np.median(noise.scale)
+
+
+def _none(runs: RunSet) -> np.ndarray:
+    return np.zeros((0, len(runs.channels), runs.runs, runs.samples))
+
+
+def test_scale_of_a_condition_is_drawn_towards_one():
+    """Twelve numbers say one, six for every spare repeat say what is seen; within 0.5 .. 3."""
+    assert noises._drawn(4.0, 2.0, 2.0) == pytest.approx(np.sqrt((2.0 * 12.0 + 12.0) / 24.0))
+    assert noises._drawn(0.0, 1.0, 1.0) == pytest.approx(np.sqrt(12.0 / 18.0))
+    assert noises._drawn(1e6, 1.0, 1.0) == 3.0
+    assert noises._drawn(0.0, 1.0, 1e6) == 0.5
+
+
+def test_what_repeats_share_and_is_rough_is_noise_too():
+    """Encoder steps come again in every run: the contrasts do not have them, the residual has."""
+    runs = lasting(LONG, 900)
+    steps = np.random.default_rng(2).standard_normal(900)
+    residual = np.tile(2.0 * steps + 50.0 * np.sin(runs.time[0] / 10.0), (runs.runs, 1))
+    rough = noises._roughness(runs, residual)
+    assert rough[:3].sum() == pytest.approx(4.0, rel=0.12) and not rough[3:].any()
+    still = 1e-3 * drawn(runs, np.eye(8)[0], 1)
+    contrast = runs.contrast(still)[None]
+    (alone,) = fit_noise(runs, contrast, 0.0 * contrast, _none(runs))
+    (both,) = fit_noise(runs, contrast, residual[None], _none(runs))
+    np.testing.assert_allclose(both.weights, np.maximum(alone.weights, rough))
+    # slow noise is not rough: the running mean over 3 s takes it out
+    slow = noises._roughness(runs, drawn(runs, np.eye(8)[6], 4))
+    assert slow.sum() < 0.05
+
+
+@pytest.mark.parametrize(("samples", "used"), [(120, 120), (900, 225)])
+def test_independent_numbers_in_a_run(samples, used):
+    runs = lasting(LONG, samples)
+    for component, wanted in ((0, used), (7, 1.0)):
+        noise = ChannelNoise(3.0 * np.eye(8)[component], np.ones(runs.runs))
+        assert freedom_of(runs, noise) == pytest.approx(wanted)
+
+
+def test_whitened_noise_is_independent_and_of_unit_size():
+    """By channel and time base; the scale of a run and its roughness are taken out."""
+    runs = lasting(LONG, 900, channels=2)
+    time = runs.time.copy()
+    time[12:] *= 1.3
+    time[3] += 0.01 * LONG
+    rough = np.full(time.shape, 2.0)
+    rough[5] = 4.0
+    runs = replace(runs, time=time, roughness=rough)
+    scale = np.linspace(0.5, 2.0, runs.runs)
+    kinds = [ChannelNoise(w, scale) for w in (TRUE, 2.0 * np.eye(8)[0])]
+    made = make_whitener(runs, kinds)
+    assert list(made.picks) == list(range(0, 900, 3))
+    assert list(made.base_of) == [0] * 12 + [1] * 12
+    for base, run in ((0, 0), (1, 20)):
+        t = time[made.base_of == base][:, made.picks].mean(axis=0)
+        tau = np.abs(t[:, None] - t[None, :])
+        covariance = np.tensordot(TRUE, noises._kernel(tau, t[-1] - t[0]), axes=1)
+        root = np.linalg.cholesky(covariance)
+        values = np.zeros((300, runs.runs, 900))
+        values[:, run, made.picks] = root.T * scale[run] * 2.0
+        white = made.apply(values, 0)[:, run]
+        np.testing.assert_allclose(white.T @ white, np.eye(300), atol=1e-4)
+    white = made.apply(np.ones((1, runs.runs, 900)), 1)[0]
+    np.testing.assert_allclose(white, (1.0 / (2.0**0.5 * scale * rough[:, 0]))[:, None]
+                               * np.ones(300), rtol=1e-5)  # fmt: skip
