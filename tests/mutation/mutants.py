@@ -3,7 +3,8 @@
 
 A sign turned round, a product made a quotient, a number doubled, a comparison or a condition
 reversed, `and` for `or`, a call left out. Constants of a module and the ranges and steps of
-`param(...)` are not touched: `docs/constants.md` has them and their own study.
+`param(...)` are not touched: `docs/constants.md` has them and their own study. Nor is what
+changes no number: a conversion of a type that is left out, a guard against zero that is doubled.
 """
 
 from __future__ import annotations
@@ -20,6 +21,10 @@ SWAPPED = {
     ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In,
     ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.And: ast.Or, ast.Or: ast.And,
 }  # fmt: skip
+CONVERSIONS = ("float", "bool", "list", "tuple", "array", "asarray", "ascontiguousarray")
+"""calls that give their argument back in another type"""
+TINY = 1e-9
+"""numbers below it stand for zero"""
 WORDS = (ast.Raise, ast.JoinedStr, ast.Assert, ast.AnnAssign, ast.Import, ast.ImportFrom)
 """nothing in these changes what is computed"""
 
@@ -82,6 +87,10 @@ def _inside(node: ast.AST) -> Iterator[ast.AST]:
     if isinstance(node, WORDS) or _is_text(node):
         return
     yield node
+    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+        for child in ast.iter_child_nodes(node.value):  # the call itself is left out already
+            yield from _inside(child)
+        return
     for field, value in ast.iter_fields(node):
         if field in ("annotation", "returns", "args") and isinstance(node, ast.FunctionDef):
             continue
@@ -101,7 +110,7 @@ def _faults(node: ast.AST) -> Iterator[tuple[ast.AST, ast.AST]]:
         yield node, _with(node, ops=[SWAPPED[type(node.ops[0])]()])
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not)):
         yield node, node.operand
-    elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+    elif isinstance(node, ast.Constant) and _is_number(node.value):
         yield node, _with(node, value=2 * node.value if node.value else 1)
     elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
         yield node, ast.Pass()
@@ -115,9 +124,15 @@ def _faults(node: ast.AST) -> Iterator[tuple[ast.AST, ast.AST]]:
 
 
 def _passes_on(call: ast.Call) -> bool:
-    """One argument, which may stand in the place of the call."""
+    """One argument, which may stand in the place of the call and is something else."""
     alone = len(call.args) == 1 and not call.keywords
-    return alone and not isinstance(call.args[0], ast.Starred)
+    name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+    return alone and not isinstance(call.args[0], ast.Starred) and name not in CONVERSIONS
+
+
+def _is_number(value: object) -> bool:
+    """A number that is more than a guard against zero."""
+    return type(value) in (int, float) and not 0.0 < abs(value) < TINY
 
 
 def _with(node: ast.AST, **fields) -> ast.AST:
