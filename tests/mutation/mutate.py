@@ -46,8 +46,8 @@ class Area:
 ENGINE = tuple(
     f"tests/discovery/test_disc_{name}.py"
     for name in (
-        "engine", "safeguards", "patterns", "descent", "heldout", "whitened", "sizes", "inputs",
-        "loop",
+        "rules", "sums", "pieces", "where", "noise", "descent", "heldout", "whitened", "engine",
+        "safeguards", "patterns", "determined", "sizes", "floors", "loop", "rivals", "invariants",
     )
 )  # fmt: skip
 FITS = tuple(
@@ -60,8 +60,11 @@ AREAS = (
         ("tests/discovery/test_disc_sizes.py", "tests/discovery/test_disc_effects.py"),
     ),
     Area("discovery", "discovery", ENGINE, ("report", "modelfile.py", "score.py", "nextrun.py")),
-    Area("models", "models", FITS),
-    Area("identify", "identify", FITS, ("carcass_report.py",)),
+    Area("models", "models", (*FITS, "tests/analysis_data/test_tire_record.py")),
+    Area(
+        "identify", "identify", (*FITS, "tests/analysis_data/test_steering_zero.py"),
+        ("carcass_report.py",),
+    ),
 )  # fmt: skip
 
 
