@@ -332,7 +332,7 @@ def test_what_is_left_is_said_in_words():
     rest = invariants.rest
     assert rest(state_left(), False) == rest(state_left(), True) == ""
     assert rest(state_left(bump=-2.0), False) == "2.0 is left in z: a bump"
-    # ordered differences between repeats count where nothing is named, the error where something is
+    # ordered differences count where nothing is named, the error where something is
     assert "differs between repeats" in rest(state_left(varying=0.6), False)
     assert rest(state_left(varying=0.59), False) == rest(state_left(varying=0.6), True) == ""
     assert "more than 1.1 floors" in rest(state_left(error=1.11), True)

@@ -62,7 +62,7 @@ AREAS = (
     Area("discovery", "discovery", ENGINE, ("report", "modelfile.py", "score.py", "nextrun.py")),
     Area("models", "models", (*FITS, "tests/analysis_data/test_tire_record.py")),
     Area(
-        "identify", "identify", (*FITS, "tests/analysis_data/test_steering_zero.py"),
+        "identify", "identify", ("tests/analysis_models/test_idn_parts.py", *FITS, "tests/analysis_data/test_steering_zero.py"),
         ("carcass_report.py",),
     ),
 )  # fmt: skip
