@@ -43,26 +43,29 @@ class Area:
     """files that only write for people"""
 
 
-ENGINE = tuple(
-    f"tests/discovery/test_disc_{name}.py"
-    for name in (
-        "rules", "sums", "pieces", "where", "noise", "descent", "heldout", "whitened", "engine",
-        "safeguards", "patterns", "determined", "sizes", "floors", "loop", "rivals", "invariants",
-    )
-)  # fmt: skip
-FITS = tuple(
-    f"tests/analysis_models/test_{name}.py"
-    for name in ("mf_tir", "mf_vectors", "mod_transient", "idn_core", "idn_magic", "idn_fits")
+def _files(begin: str, names: str) -> tuple[str, ...]:
+    return tuple(f"tests/{begin}_{name}.py" for name in names.split())
+
+
+FITS = _files(
+    "analysis_models/test", "mf_tir mf_vectors mod_transient idn_core idn_magic idn_fits"
 )
 AREAS = (
+    Area("effects", "effects", _files("discovery/test_disc", "effect_parts sizes effects")),
     Area(
-        "effects", "effects",
-        ("tests/discovery/test_disc_sizes.py", "tests/discovery/test_disc_effects.py"),
+        "discovery", "discovery",
+        _files(
+            "discovery/test_disc",
+            "rules sums pieces where noise descent heldout whitened engine safeguards patterns "
+            "determined sizes floors loop rivals invariants",
+        ),
+        ("report", "modelfile.py", "score.py", "nextrun.py"),
     ),
-    Area("discovery", "discovery", ENGINE, ("report", "modelfile.py", "score.py", "nextrun.py")),
     Area("models", "models", (*FITS, "tests/analysis_data/test_tire_record.py")),
     Area(
-        "identify", "identify", ("tests/analysis_models/test_idn_parts.py", *FITS, "tests/analysis_data/test_steering_zero.py"),
+        "identify", "identify",
+        (*_files("analysis_models/test", "idn_parts"), *FITS,
+         "tests/analysis_data/test_steering_zero.py"),
         ("carcass_report.py",),
     ),
 )  # fmt: skip
