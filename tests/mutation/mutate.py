@@ -64,7 +64,7 @@ AREAS = (
     Area("models", "models", (*FITS, "tests/analysis_data/test_tire_record.py")),
     Area(
         "identify", "identify",
-        (*_files("analysis_models/test", "idn_parts"), *FITS,
+        (*_files("analysis_models/test", "idn_parts idn_mf_parts"), *FITS,
          "tests/analysis_data/test_steering_zero.py"),
         ("carcass_report.py",),
     ),

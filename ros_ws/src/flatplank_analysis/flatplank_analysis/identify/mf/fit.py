@@ -223,8 +223,8 @@ def _output_of(name: str) -> str:
         for output, names in stage.outputs.items():
             if name in names.split():
                 return output
-    kinds = {"X": "fx", "Y": "fy", "Z": "mz"}
-    return kinds.get(name.rstrip("0123456789")[-1], "rho" if name == "Q_FZ2" else "mz")
+    kinds = {"X": "fx", "Y": "fy", "Z": "mz", "Q_RE0": "re", "Q_FZ2": "rho"}
+    return kinds.get(name) or kinds[name.rstrip("0123456789")[-1]]
 
 
 def _solve(
