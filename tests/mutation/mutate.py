@@ -29,6 +29,8 @@ PACKAGE = "ros_ws/src/flatplank_analysis"
 NOTHING_COLLECTED = 5
 SLOWER = 4.0
 """times what the tests take without a fault: a fault that takes longer has been noticed"""
+HANGS_S = 60
+"""a single test that takes longer has noticed it, too"""
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,8 @@ class Copy:
 
     def first_failure(self, tests: Sequence[str], limit_s: float, select: str = "") -> str | None:
         """Name of the first test that fails; None when there is none to run."""
-        words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
+        words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
+        words += [f"--timeout={HANGS_S}", *tests]
         try:
             done = self._run([*words, *(["-k", select] if select else [])], limit_s)
         except subprocess.TimeoutExpired:
@@ -116,39 +119,30 @@ class Copy:
         named = re.search(r"^(?:FAILED|ERROR) \S*?(\w+\.py\S*)", done.stdout, re.M)
         return named[1] if named else f"exit {done.returncode}"
 
-    def try_out(self, area: Area, mutant: Mutant, limits: dict[str, float]) -> Result:
+    def try_out(self, area: Area, mutant: Mutant, limit_s: float) -> Result:
         """Break a file, run the tests, mend it."""
         path = self.package / mutant.file
         before, stat = path.read_bytes(), path.stat()
         path.write_text(mutant.source, encoding="utf-8")
         try:
-            killed = self._noticed(area, mutant, limits)
+            killed = self._noticed(area, mutant, limit_s)
         finally:
             path.write_bytes(before)
             os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
         return Result(area.name, mutant.name, killed)
 
-    def _noticed(self, area: Area, mutant: Mutant, limits: dict[str, float]) -> str:
-        stem = Path(mutant.file).stem
+    def _noticed(self, area: Area, mutant: Mutant, limit_s: float) -> str:
+        found: str | None = ""
         if area.name == "effects":  # its own tests first
-            found = self.first_failure(area.tests, limits[area.tests[0]], stem)
-            if found:
-                return found
-        for tests in area.tests:
-            found = self.first_failure([tests], limits[tests])
-            if found:
-                return found
-        return ""
+            found = self.first_failure(area.tests, limit_s, Path(mutant.file).stem)
+        return found or self.first_failure(area.tests, limit_s) or ""
 
-    def limits(self, areas: Sequence[Area]) -> dict[str, float]:
-        """Seconds for every file of tests; they pass here, or nothing that fails says anything."""
-        out: dict[str, float] = {}
-        for tests in sorted({t for area in areas for t in area.tests}):
-            began = time.monotonic()
-            failed = self.first_failure([tests], 1800.0)
-            assert failed == "", f"{tests} without any fault: {failed}"
-            out[tests] = 30.0 + SLOWER * (time.monotonic() - began)
-        return out
+    def limit_s(self, area: Area) -> float:
+        """For the tests of an area; they pass here, or nothing that fails says anything."""
+        began = time.monotonic()
+        failed = self.first_failure(area.tests, 1800.0)
+        assert failed == "", f"{area.name} without any fault: {failed}"
+        return 30.0 + SLOWER * (time.monotonic() - began)
 
 
 def all_of(area: Area) -> list[Mutant]:
@@ -194,12 +188,12 @@ def run(
     end, before, out = time.monotonic() + budget_s, known(journal), []
     with tempfile.TemporaryDirectory(prefix="fp-mutants-") as name:
         copied = Copy(Path(name))
-        limits = copied.limits(areas)
+        limits = {area.name: copied.limit_s(area) for area in areas}
         for area, mutant in sample(areas, count, seed):
             if time.monotonic() > end:
                 print(f"time is up after {len(out)} of {count}", flush=True)
                 break
-            result = before.get(mutant.name) or copied.try_out(area, mutant, limits)
+            result = before.get(mutant.name) or copied.try_out(area, mutant, limits[area.name])
             out.append(result)
             print(f"{result.area}: {result.name}: {result.killed or 'SURVIVED'}", flush=True)
             if journal is not None and mutant.name not in before:
