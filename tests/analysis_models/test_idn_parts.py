@@ -31,8 +31,14 @@ from flatplank_analysis.identify.quality import transient_end
 from flatplank_analysis.identify.results import Confusion, Estimate, Fit, to_plain
 from flatplank_analysis.identify.runs import StepRun, actual_slip, by_condition, by_level
 from flatplank_analysis.identify.steady_curve import steady_curve
-from flatplank_analysis.identify.steering_zero import lack_of_mirrors, steering_zero
+from flatplank_analysis.identify.steering_zero import (
+    NAMES,
+    _solved,
+    lack_of_mirrors,
+    steering_zero,
+)
 from flatplank_analysis.identify.uncertainty import Carried, run_covariance
+from flatplank_validation.fits.campaigns import Truth, simulate_runs
 
 X = np.arange(-0.0995, 2.5, 0.001)
 
@@ -388,6 +394,27 @@ def test_data_of_a_carcass_fit():
     assert settled[0].sum() == pytest.approx(1e3 * (X[-1] - min(end, 0.7 * X[-1])), rel=0.02)
 
 
+@pytest.mark.parametrize("begin", [0.7, 1.4])
+def test_stiffness_and_curve_are_solved_from_both_sides(begin):
+    still = Truth(noise=1e-6, gain_scatter=0.0, slip_scatter=0.0, carcass_scatter=0.0)
+    runs = simulate_runs(still, np.random.default_rng(0))
+    problem = carcass_problem.carcass_problem(runs)
+    state, done = carcass_joint.solve_jointly(problem, begin * still.c_cx, (2e4, 5e6))
+    assert done and state.c_cx == pytest.approx(still.c_cx, rel=5e-3)
+    assert np.abs(state.scores()[1:]).max() < 1.0
+    # some of the runs alone say the same, to first order
+    assert state.stiffness_of(problem.level < 3) == pytest.approx(still.c_cx, rel=0.02)
+    # and each error's pull on c_cx is what the equations say
+    gradient = np.zeros(len(state.matrix))
+    gradient[0] = 1.0
+    pull = state.sensitivity(gradient)
+    moved = replace(state, error=state.error + 1e-3 * numbers(12, *pull.shape))
+    change = -np.linalg.solve(state.matrix, moved.scores() - state.scores())[0]
+    assert change == pytest.approx(np.sum(pull * (moved.error - state.error)), rel=1e-6)
+    first, kept = carcass_joint.solve_jointly(problem, 2e5, (2e4, 5e6), refine=False)
+    assert kept and first.c_cx == 2e5
+
+
 def test_noise_of_a_quantity_is_summed_over_cells():
     """A mean over n samples of white noise: s/sqrt(n), whatever the cells."""
     centres = np.cumsum(np.linspace(0.002, 0.02, 150))
@@ -440,6 +467,10 @@ def test_the_run_that_tells_most_is_proposed_when_it_tells_enough():
     assert info._best_run(0.5 * known, sizes, [replace(offers[2], rows=3.0 * offers[2].rows)],
                           jac).text == "c"  # fmt: skip
     assert info._best_run(known, sizes, [], jac) is None
+    # eight times what is known cuts the error to a third
+    for slip, told in ((8.1**0.5, True), (7.9**0.5, False)):
+        one = info.Candidate("d", "h", np.array([[slip, 0.0]]))
+        assert (info._best_run(known, sizes, [one], jac) is not None) is told
 
 
 def test_wide_errors_and_strong_pairs_are_said():
@@ -577,4 +608,9 @@ def test_steering_zero_and_ply_steer_of_known_curves(zero, ply):
     assert math.radians(both.zero.value) == pytest.approx(zero + ply, abs=4e-4)
     assert not both.ply.determined and "with ply steer" in both.zero.note
     assert steering_zero(runs(6e4)[:8]) is None
+    # two angles and straight ahead do not tell how the curve bends: e stays where it is
+    few = [r for r in runs(6e4) if abs(r.level) < 4.0]
+    straight = replace(cornering(zero, ply, 0.0, 1, 6e4), level=0.0)
+    assert _solved([*few, straight])[0][NAMES.index("e")] == 0.0
+    assert _solved(runs(6e4))[0][NAMES.index("e")] != 0.0
     assert lack_of_mirrors([-1.0, 1.0, 3.0]) and not lack_of_mirrors([-1, 1, 3, -3, 0])

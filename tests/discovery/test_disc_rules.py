@@ -496,3 +496,21 @@ def test_numbers_of_a_fit_belong_to_it():
               free=((-1, "a"), (-1, "b"), (0, "c")), known=(1,))  # fmt: skip
     assert fit.loose() == [0, 2]
     np.testing.assert_allclose(fit.residual(np.full((1, 2, 3), 6.0)), 2.0)
+
+
+def test_the_best_of_several_sizes_with_the_base_moved_along():
+    """Drag of two screening steps: of 0.5, 1, 1.5, 2.2 ... the fourth is the nearest."""
+    model = throw(1, 0.02)
+    fitter = Fitter(model, channel_weights(model.runs, [0.02]))
+    state = make_state(model, fitter, fitter.fit(start_base(model)), [Drag])
+    (item,) = best_per_effect(screen(state))
+    for sizes in (np.zeros(1), np.ones(1)):
+        term, gain = shortlist.profile(model, state, replace(item, sizes=sizes))
+        assert term.values == pytest.approx([0.022])
+        found = state.settle(fitter.grown(state.whitened.fit, term))
+        assert gain == pytest.approx(state.whitened.chi2 - found.chi2, rel=0.05)
+    half, _ = shortlist.profile(model, state, replace(item, sizes=np.full(1, 0.4)))
+    assert half.values == pytest.approx([0.02])
+    assert shortlist.line_search(model, state, item).values == pytest.approx(
+        shortlist.profile(model, state, item)[0].values
+    )

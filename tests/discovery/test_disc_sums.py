@@ -173,6 +173,8 @@ def test_contrasts_lose_what_differs_between_repeats_and_is_known():
     other = numbers(14, 1, RUNS, runs.samples)
     both = floor.clean_contrasts(runs, noise + 3.0 * block[0] + other[0], [other, block])
     assert np.std(both) == pytest.approx(np.std(runs.contrast(noise)), rel=0.01)
+    # contrasts without anything left are no reason to look on
+    assert not floor.clean_contrasts(runs, 0.0 * noise, [block]).any()
     # noise is not explained by what happens to look a little like it
     kept = floor.clean_contrasts(runs, noise, [block, other])
     np.testing.assert_allclose(kept, runs.contrast(noise))
