@@ -9,7 +9,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify import fit_file
 from flatplank_analysis.identify.campaign import _run_task, _Task, carcass_fits, fit_campaign
 from flatplank_analysis.identify.fit_file import FitFile
@@ -31,6 +30,7 @@ from flatplank_analysis.identify.results import Confusion
 from flatplank_analysis.models.magic_formula import operating_point, steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_data.errors import FlatplankError
 from flatplank_validation.fits.campaigns import Truth, simulate_runs
 
 TIR = shipped_tir()

@@ -11,9 +11,6 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from flatplank_analysis.data.info import RunInfo
-from flatplank_analysis.data.table import MeasurementTable
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.identify import (
     carcass_joint,
     carcass_problem,
@@ -38,6 +35,9 @@ from flatplank_analysis.identify.steering_zero import (
     steering_zero,
 )
 from flatplank_analysis.identify.uncertainty import Carried, run_covariance
+from flatplank_data.errors import FlatplankError
+from flatplank_data.info import RunInfo
+from flatplank_data.table import MeasurementTable
 from flatplank_validation.fits.campaigns import Truth, simulate_runs
 
 X = np.arange(-0.0995, 2.5, 0.001)

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flatplank_analysis.errors import FlatplankError
 from flatplank_analysis.models import kernel
 from flatplank_analysis.models import nonlinear as nl
 from flatplank_analysis.models.base import column, defaults, run_inputs, slip_inputs, stack_runs
@@ -31,6 +30,7 @@ from flatplank_analysis.models.tire_record import (
     start_tir,
 )
 from flatplank_analysis.models.tire_state import tire_state
+from flatplank_data.errors import FlatplankError
 
 X = np.linspace(0.0, 2.6, 400)
 SLIPS = np.linspace(-0.15, 0.15, 61)

@@ -22,7 +22,7 @@ from flatplank_analysis.effects.delays import lagged, shifted
 from flatplank_analysis.effects.lost_motion import distance
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.effects.waves import periods, spectrum, wave
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 LOOKED_FOR = {
     # name: sizes from which a refit starts, price of looking, settings that no residual suggests

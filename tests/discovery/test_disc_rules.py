@@ -30,7 +30,7 @@ from flatplank_analysis.discovery.state import (
     term_of,
 )
 from flatplank_analysis.discovery.steps import Found
-from flatplank_analysis.errors import FlatplankError
+from flatplank_data.errors import FlatplankError
 
 RUNS = CONDITIONS * REPEATS
 

@@ -351,6 +351,15 @@ def test_what_an_error_of_the_law_does_to_a_score(in_stretches):
     assert decide._of_the_law(state, gram, 2) == pytest.approx(wanted)
 
 
+def test_share_of_an_effect_that_others_do_not_make(in_stretches):
+    gram, columns, _ = in_stretches
+    flat = np.moveaxis(columns, 1, 0).reshape(columns.shape[1], -1).T
+    own = flat[:, 2]
+    rest = own - flat[:, [0, 4]] @ np.linalg.lstsq(flat[:, [0, 4]], own, rcond=None)[0]
+    found = decide._visible(gram, [0, 4], 2)
+    assert found == pytest.approx((rest @ rest) / (own @ own)) and found < 0.95
+
+
 def test_p_value_of_a_drop():
     assert decide._p_value(12.0, 2, 1.5, 9.0) == pytest.approx(f_distribution.sf(4.0, 2, 9.0))
     # a dispersion below one is luck
