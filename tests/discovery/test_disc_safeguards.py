@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from shapes import CONDITIONS, LONG, OTHER, REPEATS, TIME, measured, names, shape, wave
+from shapes import CONDITIONS, LONG, OTHER, REPEATS, TIME, Sum, measured, names, shape, wave
 
 from flatplank_analysis.discovery import heldout
 from flatplank_analysis.discovery.fit import Fitter, Term
-from flatplank_analysis.discovery.search import Options, run_search
+from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_analysis.discovery.search import Options, _Searcher, run_search
 from flatplank_analysis.discovery.state import channel_weights, make_state, start_base
 from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, GROUP, NONE, PARTLY, diagnose
@@ -249,3 +252,39 @@ def test_a_fault_of_another_form_goes_before_what_imitates_it():
     by_name = {d.term.effect.identifier: d for d in search.steps[0].refits}
     assert by_name["like"].accepted and by_name["swift"].misshapen
     assert names(search.last.found) == {"swift"}
+
+
+class Tone(Sum):
+    """level + sin(2 pi f t): from a wrong pitch no fit gets to the right one."""
+
+    parameters = (
+        Parameter("level", "1", 0.0, -5.0, 5.0, 0.1),
+        Parameter("pitch", "1/s", 0.5, 0.1, 3.0, 0.02),
+    )
+
+    def predict(self, lanes):
+        out = np.empty((len(lanes), *self.runs.measured.shape))
+        for row, lane in zip(out, lanes, strict=True):
+            row[0] = lane.base[0] + np.sin(2.0 * np.pi * lane.base[1] * TIME)
+            for effect, values in lane.effects:
+                row[0] += values[0] * effect.form(self.setting)
+        return out
+
+
+def test_a_base_in_a_corner_is_fitted_from_elsewhere():
+    heard = measured(20, (1.0, lambda c: np.sin(2.0 * np.pi * 1.2 * TIME)))
+    tone = Tone(replace(heard.runs, measured=heard.runs.measured - 0.1 * TIME))
+    alone = searched(tone, LONG, OTHER)
+    assert alone.starts == 1 and alone.steps[0].state.floors[0].unexplained > 0.3
+    tone.starts = ({"pitch": 2.5}, {"pitch": 1.15})
+    search = searched(tone, LONG, OTHER)
+    assert search.starts == 3 and diagnose(search).verdict == AT_FLOOR
+    assert search.last.state.fit.base[1] == pytest.approx(1.2, abs=0.01)
+    # an effect that was found from there is fitted with the base from its start as well
+    state = search.last.state
+    searcher = _Searcher(tone, [LONG], Options(start={"pitch": 1.15}))
+    cornered = state.fitter.fit(np.array([0.0, 0.5]), [Term(LONG, np.array([0.0]))])
+    stuck = state.settle(cornered)
+    freed = searcher.restarted(state, stuck)
+    assert freed.chi2 < 0.5 * stuck.chi2
+    assert searcher.restarted(state, freed) is freed
