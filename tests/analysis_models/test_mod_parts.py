@@ -185,6 +185,12 @@ def test_magic_formula_starts_at_the_measured_force():
     np.testing.assert_allclose(
         point - state.fx, (point[0] - state.fx) * np.exp(-X / sigma), atol=3.0
     )
+    # a tire that pushes without slip: the start force is beside that
+    pushes = shipped_tir().replaced(even | {"PVX1": 0.02}).coefficients
+    own = tire_state(pushes, 3700.0)
+    begun = MFTyre(pushes).simulate(np.zeros((1, 0)), replace(still, start_fx=np.array([own.fx])))
+    assert abs(own.fx) > 50.0
+    np.testing.assert_allclose(begun[0, 0], own.fx, rtol=0.02)
     # far beyond what the tire can hold the search for the start stays on the rising branch
     huge = ContactPointMF(c).simulate(np.zeros((1, 0)), replace(still, start_fx=np.array([9e3])))
     assert np.isfinite(huge).all() and huge.max() < 5e3
@@ -276,6 +282,8 @@ def test_a_record_of_a_tire_property_file_and_back(tmp_path):
         start_tir(replace(record, start_file="gone.tir"), {})
     shipped = start_tir(replace(other, start_file="toyo_nanoenergy.tir"), {}).coefficients
     assert shipped.PKX1 == c.PKX1
+    with pytest.raises(FlatplankError, match="missing PCX1"):
+        start_tir(replace(other, start_file=""), {"PKX1": 21.0})
     values = {k: getattr(c, k) for k in ("PCX1", "PDX1", "PCY1", "PDY1", "PKY1")}
     general = start_tir(replace(other, start_file=""), values | {"PKX1": 21.0}).coefficients
     assert (general.PKX1, general.UNLOADED_RADIUS) == (21.0, 0.33)
