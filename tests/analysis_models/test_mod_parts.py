@@ -185,6 +185,11 @@ def test_magic_formula_starts_at_the_measured_force():
     np.testing.assert_allclose(
         point - state.fx, (point[0] - state.fx) * np.exp(-X / sigma), atol=3.0
     )
+    # and a step of 5 % ends at the steady force, from whatever force it begins
+    long = slip_inputs(np.linspace(0.0, 8.0, 300), 0.05, 3700.0, start_fx=900.0)
+    steady = ContactPointMF(c).simulate(np.zeros((1, 0)), long)[0, 0]
+    assert steady[0] == pytest.approx(900.0, rel=0.01)
+    assert steady[-1] == pytest.approx(tire_state(c, 3700.0, 0.05).fx, rel=1e-3)
     # a tire that pushes without slip: the start force is beside that
     pushes = shipped_tir().replaced(even | {"PVX1": 0.02}).coefficients
     own = tire_state(pushes, 3700.0)
