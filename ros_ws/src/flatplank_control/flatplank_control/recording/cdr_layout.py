@@ -17,8 +17,8 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.typestore import typestore
+from flatplank_data.errors import RecordingError
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
 _FORMATS = {
