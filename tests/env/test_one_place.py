@@ -33,3 +33,11 @@ def test_a_number_of_the_machine_stands_once(name: str) -> None:
     assert [file.relative_to(SOURCES).as_posix() for file in having] == [
         "flatplank_data/flatplank_data/machine.py"
     ]
+
+
+def test_one_hint_names_what_is_near_an_unknown_name() -> None:
+    """`flatplank_data.params.nearest`; the analysis and its readers have words of their own."""
+    packages = ("hw", "control", "sim", "panel")
+    files = [f for p in packages for f in SOURCES.glob(f"flatplank_{p}/flatplank_{p}/**/*.py")]
+    assert files
+    assert [f.name for f in files if "difflib" in f.read_text(encoding="utf-8")] == []

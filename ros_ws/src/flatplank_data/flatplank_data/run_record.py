@@ -6,7 +6,6 @@ The keys are those of a run in `campaign.yaml`, so that a bag's `run.yaml` reads
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 from collections.abc import Mapping
@@ -21,6 +20,7 @@ from flatplank_data.errors import RecordingError
 from flatplank_data.files import read_text, replace_text
 from flatplank_data.limits import IN_FILES
 from flatplank_data.naming import MeasurementName, check_name, kind_of
+from flatplank_data.params import nearest
 
 FORMAT = "flatplank-run/1"
 FILE_NAME = "run.yaml"
@@ -206,8 +206,7 @@ _KEYS = {item.name: item for item in fields(RunRecord)}
 def _check_keys(values: Mapping[str, Any], where: str) -> None:
     for key in values:
         if key not in _KEYS:
-            near = difflib.get_close_matches(str(key), _KEYS, n=1, cutoff=0.0)[0]
-            raise RecordingError(f"{where}: unknown key {key!r}; the nearest is {near!r}")
+            raise RecordingError(f"{where}: unknown key {key!r}{nearest(key, _KEYS)}")
 
 
 _TEXTS = ("tire", "name", "uuid", "measurement", "serial", "operator", "status", "notes")
