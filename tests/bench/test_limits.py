@@ -10,10 +10,10 @@ from types import SimpleNamespace
 import pytest
 
 from flatplank_control.load_control import LoadController, LoadParameters
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.filled import told
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
+from flatplank_data.errors import RecordingError
 from flatplank_data.limits import LIMITS, RECORDED, refusal
 from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO, ROAD_LENGTH, USABLE_ROAD
 from flatplank_panel import validation

@@ -12,10 +12,10 @@ import pytest
 
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import INSTRUMENTS, Book, Entry
-from flatplank_control.recording.run_record import RunRecord, load_record, record_from_dict
 from flatplank_control.runner import provenance, steps
 from flatplank_control.runner.provenance import ASKED, MEASURING, complete, software_version
 from flatplank_data.params import describe
+from flatplank_data.run_record import RunRecord, load_record, record_from_dict
 from flatplank_sim.twin.log import BagLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench

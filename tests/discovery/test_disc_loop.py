@@ -13,6 +13,7 @@ from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import add, compare, diagnose, effects, remove, undo
 from flatplank_analysis.discovery import modelfile
+from flatplank_data import files
 from flatplank_data.errors import FlatplankError
 from flatplank_sim.sealed import seal
 from flatplank_sim.sealed.score import score
@@ -170,9 +171,9 @@ def test_model_file_round_trip_and_faults(tmp_path):
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "m.yaml"
-    modelfile.write_atomic(path, "old")
+    files.write_atomic(path, "old")
     monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
     with pytest.raises(OSError, match="full"):
-        modelfile.write_atomic(path, "new")
+        files.write_atomic(path, "new")
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["m.yaml"]

@@ -16,10 +16,10 @@ import yaml
 from flatplank_analysis.discovery.modelfile import load_model, save_model
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.models.tire_record import read_record
-from flatplank_control.recording.run_record import load_record
 from flatplank_control.runner.campaign.journal import Journal
 from flatplank_control.runner.campaign.plan import load_plan
 from flatplank_data.campaign import Campaign
+from flatplank_data.run_record import load_record
 from flatplank_sim.sealed.seal import unseal
 
 HERE = Path(__file__).parent / "0.1.0"

@@ -13,9 +13,9 @@ from bench_graph import graph
 from flatplank_control.cli.run import find_plan
 from flatplank_control.nodes import client
 from flatplank_control.nodes.client import BenchError
-from flatplank_control.recording.run_record import load_record
 from flatplank_control.runner.campaign import Journal, plan_from_text
 from flatplank_data.campaign import Campaign
+from flatplank_data.run_record import load_record
 
 pytestmark = pytest.mark.graph
 PLAN = """

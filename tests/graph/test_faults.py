@@ -8,8 +8,8 @@ from bench_graph import graph
 from std_srvs.srv import SetBool, Trigger
 
 from flatplank_control.nodes.client import BenchError
-from flatplank_control.recording.run_record import load_record
 from flatplank_data.campaign import Campaign
+from flatplank_data.run_record import load_record
 from flatplank_msgs.srv import PlankSwitch
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]

@@ -12,8 +12,8 @@ from short_plan import short_plan
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
-from flatplank_control.recording.run_record import load_record
 from flatplank_control.runner.campaign import Journal, plan_from_text
+from flatplank_data.run_record import load_record
 from flatplank_hw.cia402 import State
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import DriveStatus, EncoderState

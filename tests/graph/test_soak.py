@@ -14,7 +14,7 @@ from bench_graph import Graph, graph
 from rclpy.task import Task
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_control.recording.run_record import load_record
+from flatplank_data.run_record import load_record
 from flatplank_msgs.srv import (
     PlankSwitch,
     SetOperationMode,

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 from rosbags.highlevel import AnyReader
 
-from flatplank_control.recording import CdrLayout, RunRecord, TopicSpec
+from flatplank_control.recording import CdrLayout, TopicSpec
 from flatplank_control.recording.cdr_layout import set_stamps, to_bytes
 from flatplank_control.recording.qos import LATCHED
 from flatplank_control.recording.typestore import typestore
+from flatplank_data.run_record import RunRecord
 
 PERIOD_NS = 4_000_000
 BUS = "/bus/inputs"

@@ -14,10 +14,11 @@ import yaml
 from mcap.reader import NonSeekingReader, make_reader
 from rosbags.highlevel import AnyReader
 
-from flatplank_control.recording import BagWriter, RecordingError, TopicSpec
+from flatplank_control.recording import BagWriter, TopicSpec
 from flatplank_control.recording.mcap_file import McapFile
 from flatplank_control.recording.qos import LATCHED, REFERENCE, Qos, qos_text
 from flatplank_control.recording.typestore import message_definition, type_hash
+from flatplank_data.errors import RecordingError
 
 NAME = "TOY_REL_LNG_5perc_T_p25_Fz5550_2"
 

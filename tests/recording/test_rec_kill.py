@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from flatplank_control.recording import mend
 from flatplank_control.recording.bag_writer import bag_file_name
 from flatplank_control.recording.bus_cycles import read_bus_image
-from flatplank_control.recording.run_record import load_record
+from flatplank_data.run_record import load_record
 
 COUNT = 20
 HERE = Path(__file__).parent

@@ -17,7 +17,7 @@ from flatplank_control.recording import BagWriter, RecordingSession, mend
 from flatplank_control.recording.bag_writer import bag_file_name
 from flatplank_control.recording.bus_cycles import read_bus_image
 from flatplank_control.recording.mcap_scan import scan
-from flatplank_control.recording.run_record import load_record
+from flatplank_data.run_record import load_record
 
 CYCLES = 120
 

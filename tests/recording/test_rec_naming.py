@@ -6,15 +6,15 @@ from __future__ import annotations
 import pytest
 import rec_samples as samples
 
-from flatplank_control.recording import RecordingError
-from flatplank_control.recording.naming import (
+from flatplank_data.errors import RecordingError
+from flatplank_data.names import parse_name as facts_of_name
+from flatplank_data.naming import (
     SETTINGS,
     MeasurementName,
     check_name,
     free_name,
     parse_name,
 )
-from flatplank_data.names import parse_name as facts_of_name
 
 THESIS = {
     "BMW_ERR_REL_LNG_T_p23_Fz1625_1": MeasurementName("BMW", "ERR_REL_LNG", 2.3, 1625.0, 1),

@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 import rec_samples as samples
 
-from flatplank_control.recording import RecordingError, RunRecord
 from flatplank_control.recording.run_message import TOPIC, run_message
-from flatplank_control.recording.run_record import (
+from flatplank_control.recording.typestore import typestore
+from flatplank_data.errors import RecordingError
+from flatplank_data.run_record import (
     STATUSES,
+    RunRecord,
     load_record,
     record_from_dict,
     record_from_json,
     record_from_yaml,
 )
-from flatplank_control.recording.typestore import typestore
 
 FULL = samples.toyo(
     operator="Jürgen: 'x'",

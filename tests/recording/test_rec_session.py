@@ -8,13 +8,14 @@ import pytest
 import rec_samples as samples
 import yaml
 
-from flatplank_control.recording import BagWriter, RecordingError, RecordingSession
+from flatplank_control.recording import BagWriter, RecordingSession
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
 from flatplank_control.recording.cdr_layout import to_bytes
 from flatplank_control.recording.run_message import TOPIC
-from flatplank_control.recording.run_record import load_record, record_from_yaml
 from flatplank_control.recording.session import State
 from flatplank_control.recording.typestore import typestore
+from flatplank_data.errors import RecordingError
+from flatplank_data.run_record import load_record, record_from_yaml
 
 
 @pytest.fixture

@@ -12,11 +12,11 @@ import rec_samples as samples
 from flatplank_control.recording import (
     BagWriter,
     CdrLayout,
-    RecordingError,
     RecordingSession,
     TopicSpec,
     TwinWriter,
 )
+from flatplank_data.errors import RecordingError
 
 FIXED = {"count": 1, "period_ns": samples.PERIOD_NS}
 LAYOUTS = {samples.BUS: samples.bus_layout(), samples.WRENCH: samples.wrench_layout()}

@@ -86,7 +86,7 @@ def main(argv: list[str]) -> int:
     }  # fmt: skip
     text = page(entries, header)
     if o.write:
-        from flatplank_analysis.discovery.modelfile import write_atomic
+        from flatplank_data.files import write_atomic
 
         journal.publish(o.write.with_suffix(".jsonl.gz"), header, entries)
         write_atomic(o.write, text)

@@ -8,8 +8,8 @@ import json
 import sys
 from pathlib import Path
 
-from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_data.arguments import Parser
+from flatplank_data.files import write_atomic
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.journal import publish

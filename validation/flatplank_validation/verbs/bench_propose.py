@@ -9,8 +9,8 @@ import sys
 import time
 from pathlib import Path
 
-from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_data.arguments import Parser
+from flatplank_data.files import write_atomic
 from flatplank_validation.blind.detectable import cache
 from flatplank_validation.blind.journal import publish, read
 from flatplank_validation.proposed import journal

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one exception of the analysis: what is wrong, where, and what to do, on one line."""
+"""What is wrong, where, and what to do, on one line."""
 
 from __future__ import annotations
 
@@ -21,6 +21,10 @@ class FlatplankError(Exception):
 
 class NothingUsableError(FlatplankError):
     """Not one run could be used: programs see exit code 2."""
+
+
+class RecordingError(ValueError):
+    """A recording, its record or its name: what happened, where, and what to do."""
 
 
 def _one_line(text: str) -> str:

@@ -17,6 +17,7 @@ import yaml
 
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
 from flatplank_data.errors import FlatplankError
+from flatplank_data.files import replace_text
 from flatplank_data.info import RunInfo
 from flatplank_data.names import run_name
 from flatplank_data.readers.parquet import INFO_KEY
@@ -116,7 +117,5 @@ def export_campaign(
         write(table, out / f"{name}{suffix}")
         runs.append(table.info.to_dict() | {"file": f"{name}{suffix}"})
     content = {"format": FORMAT, "tire": runs[0]["tire"] if runs else "", "runs": runs}
-    part = out / f"{CAMPAIGN_FILE}.part"
-    part.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    os.replace(part, out / CAMPAIGN_FILE)
+    replace_text(out / CAMPAIGN_FILE, yaml.safe_dump(content, sort_keys=False))
     return out

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the machine can be set to: one table for services, plans, panel and simulated bench."""
+"""What the machine can be set to, for services, plans, page and simulated bench; and what a record
+in a file may hold."""
 
 from __future__ import annotations
 
@@ -53,6 +54,33 @@ RECORDED: dict[str, Limit] = {
     "wheel_camber_deg": LIMITS["camber_deg"],
 }
 """key of plans and run records -> its range"""
+
+
+def _angle(most: float) -> Limit:
+    return Limit(-most, most, "deg")
+
+
+IN_FILES: dict[str, Limit] = {
+    "kappa": LIMITS["kappa"],
+    "fz": Limit(0.0, 20_000.0, "N"),
+    "pressure": Limit(0.0, 10.0, "bar"),
+    "alpha_deg": LIMITS["steer_deg"],
+    "gamma_deg": _angle(90.0),
+    "effective_rolling_radius": Limit(0.01, 2.0, "m"),
+    "step_position": Limit(0.0, 10.0, "m"),
+    "speed": Limit(0.0, 5.0, "m/s"),
+    "et_value": Limit(-1.0, 1.0, "m"),
+    "adapter_thickness": Limit(-1.0, 1.0, "m"),
+    "wheel_camber_deg": _angle(90.0),
+    "road_camber_offset_deg": _angle(90.0),
+    "slip_angle_offset_deg": _angle(90.0),
+    "start": Limit(1, 3, "-"),
+    "start_angle_deg": _angle(360.0),
+    "cycles_received": Limit(0, 2**63, "-"),
+    "cycles_lost": Limit(0, 2**63, "-"),
+}
+"""key of a run record in a file -> what it may be: wider than what the machine can be set to, so
+that the files of others are read"""
 
 
 def refusal(setting: str, value: float) -> str:

@@ -9,10 +9,10 @@ from typing import Any
 
 import yaml
 
-from flatplank_control.recording.metadata import replace_text
 from flatplank_control.runner.campaign import plan_from_text
 from flatplank_control.runner.campaign.plan import FORMAT
 from flatplank_control.runner.measurement import START_ANGLES
+from flatplank_data.files import replace_text
 from flatplank_hw.share import config_file
 from flatplank_panel import validation as check
 

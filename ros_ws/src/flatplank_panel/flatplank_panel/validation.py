@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.recording.errors import RecordingError
-from flatplank_control.recording.naming import check_name
+from flatplank_data.errors import RecordingError
 from flatplank_data.limits import LIMITS, Limit
+from flatplank_data.naming import check_name
 from flatplank_data.params import nearest
 
 NOTE_LENGTH = 2000

@@ -12,10 +12,11 @@ import yaml
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.modelfile import ModelFile, write_atomic
+from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.verdict import NONE, PARTLY, Diagnosis
 from flatplank_data.errors import FlatplankError
+from flatplank_data.files import write_atomic
 
 
 def main(argv: Sequence[str] | None = None) -> int:

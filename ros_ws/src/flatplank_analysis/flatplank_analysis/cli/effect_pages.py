@@ -16,7 +16,7 @@ from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
-from flatplank_analysis.discovery.modelfile import write_atomic
+from flatplank_data.files import write_atomic
 from flatplank_data.info import RunInfo
 from flatplank_data.table import MeasurementTable
 

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from flatplank_analysis.cli import common, loop
-from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.proposal.propose import PROPOSED, Proposal, propose
 from flatplank_data.errors import FlatplankError
+from flatplank_data.files import write_atomic
 from flatplank_data.wording import sized
 
 

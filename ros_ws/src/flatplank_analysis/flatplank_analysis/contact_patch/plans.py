@@ -12,6 +12,7 @@ from flatplank_analysis.contact_patch.data import TireRuns, _grid_groups, _steps
 from flatplank_analysis.contact_patch.grid import SPEED, node_positions
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_data.machine import SLOW
 
 LOCKED = 0.0015
 """[m] plank travel before the wheel turns"""
@@ -45,8 +46,8 @@ def plans_for(model: TireModel) -> list[Plan]:
             out.append(planned(model, text, base | {"step_position": step}))
         text = f"slip {100 * kappa:+g} % at {1.3 * load:.0f} N"
         out.append(planned(model, text, base | {"fz": round(1.3 * load)}))
-        text = f"slip {100 * kappa:+g} % at 0.0015 m/s"
-        out.append(planned(model, text, base | {"speed": 0.0015}))
+        text = f"slip {100 * kappa:+g} % at {SLOW:g} m/s"
+        out.append(planned(model, text, base | {"speed": SLOW}))
         text = f"slip {100 * kappa:+g} % from a start angle of 60 deg"
         out.append(planned(model, text, base | {"start": 1.5}))
         text = f"slip {100 * kappa:+g} % out of a preload of 1 % driving"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 import yaml
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.files import write_atomic
 
 FORMAT = "flatplank-discovery-model/1"
 
@@ -205,24 +205,3 @@ def save_unchanged(model: ModelFile, path: str | os.PathLike[str]) -> ModelFile:
 
 def _text(model: ModelFile) -> str:
     return yaml.safe_dump(model.to_dict(), sort_keys=False, allow_unicode=True)
-
-
-def write_atomic(path: str | os.PathLike[str], text: str) -> None:
-    """Replace a text file at once: it is the old one or the new one, never half."""
-    target = Path(path)
-    try:
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    except OSError as error:
-        raise FlatplankError(
-            f"cannot be written ({error.strerror})", str(target), "choose another place"
-        ) from error
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report.page import Book, template
 from flatplank_analysis.investigation import figures
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
@@ -20,6 +19,7 @@ from flatplank_analysis.investigation.notebook import (
     summary,
     verdict_of,
 )
+from flatplank_data.files import write_atomic
 from flatplank_data.wording import sized
 
 DIAGNOSIS = "diagnosis"

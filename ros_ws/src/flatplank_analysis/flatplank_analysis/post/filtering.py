@@ -6,14 +6,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+from flatplank_data.machine import FAST
+
 CUTOFF_HZ = 10.0
-PLANK_SPEED = 0.03092
-"""fast plank speed [m/s]"""
 ORDER = 2
 """of the filter that runs forward and backward; the thesis does not say"""
 
 
-def cutoff_per_metre(cutoff_hz: float = CUTOFF_HZ, speed: float = PLANK_SPEED) -> float:
+def cutoff_per_metre(cutoff_hz: float = CUTOFF_HZ, speed: float = FAST) -> float:
     """Path frequency of a cut-off in time [1/m]: 10 Hz at 0.03092 m/s is 323 1/m."""
     return cutoff_hz / speed
 

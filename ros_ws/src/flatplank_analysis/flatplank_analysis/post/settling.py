@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from flatplank_data.machine import USABLE_ROAD
+
 REFERENCE_FORCE = 50.0
 """y_ref of the free-rolling controller [N]"""
 BAND = 0.05
-FIT_RANGE = (0.1, 4.2)
+FIT_RANGE = (0.1, USABLE_ROAD)
 """road displacement that is fitted [m]"""
 RATES = np.geomspace(0.1, 100.0, 61)
 """p2 that are tried before the search is refined [1/m]"""

@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, Drawn, png
 from flatplank_analysis.proposal.propose import Proposal
+from flatplank_data.files import write_atomic
 from flatplank_data.wording import displayed
 
 WIDEST = 3.0

@@ -15,6 +15,7 @@ from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.sessions import Session, charts_of, session_of
 from flatplank_analysis.report.tire import record_for
 from flatplank_data.campaign import Campaign
+from flatplank_data.files import replace_text
 
 PAGE = "report.html"
 
@@ -64,15 +65,9 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     pictures = {figure.name: save(figure, out / "figures") for figure in every}
     (out / "tables").mkdir(exist_ok=True)
     for table in tables:
-        _put(out / "tables" / f"{table.name}.csv", table.csv())
+        replace_text(out / "tables" / f"{table.name}.csv", table.csv())
     if result.magic is not None:
         write_tir(result.magic.file, out / "fitted.tir")
-    _put(out / "report.json", json.dumps(result.to_json(), indent=1))
-    _put(out / PAGE, render(result, figures, pictures, tables))
+    replace_text(out / "report.json", json.dumps(result.to_json(), indent=1))
+    replace_text(out / PAGE, render(result, figures, pictures, tables))
     return out / PAGE
-
-
-def _put(path: Path, text: str) -> None:
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)

@@ -16,10 +16,9 @@ import numpy as np
 
 from flatplank_analysis.steady.value import Value, mean_value
 from flatplank_data.info import Condition
+from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
 
-GEAR = 30.32 * 47.0
-"""i = i_RED i_SD, Table 5.1"""
 STEADY_FROM = 1.54
 """thesis 5.6: settled from here on [m]"""
 BRAKING = 0.02
@@ -65,7 +64,7 @@ def radius_of_run(table: MeasurementTable) -> RadiusRun:
     time = table["time"][keep]
     speed = float(np.ptp(x[keep])) / float(np.ptp(time))
     encoder = _over(speed * cosine, _rate(table, "wheel_angle", "wheel_velocity", keep))
-    motor = _over(GEAR * speed * cosine, _rate(table, "", "motor_velocity", keep))
+    motor = _over(GEAR_RATIO * speed * cosine, _rate(table, "", "motor_velocity", keep))
     radius = encoder if source == FREE_WHEEL or math.isnan(motor) else motor
     load = float(np.mean(table["fz"][keep])) if table.has("fz") else info.fz
     force = float(np.mean(table["fx"][keep]))

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.steady.rolling_radius import GEAR
 from flatplank_data.errors import FlatplankError
+from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
 
 CLEAR = 3.0
@@ -81,7 +81,7 @@ def drive_state(table: MeasurementTable, length: float = 0.5) -> DriveState:
     radius = np.where(np.isfinite(radius), radius, table.info.effective_rolling_radius)
     return DriveState(
         float(np.mean(table["motor_torque"][keep])),
-        float(np.mean(table["fx"][keep] * radius)) / GEAR,
+        float(np.mean(table["fx"][keep] * radius)) / GEAR_RATIO,
         float(np.mean(table["motor_velocity"][keep])),
     )
 

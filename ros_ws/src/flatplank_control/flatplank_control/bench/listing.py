@@ -11,9 +11,9 @@ import yaml
 
 from flatplank_analysis.models.tire_record import FILE as RECORD
 from flatplank_analysis.models.tire_record import TireRecord
-from flatplank_control.recording.metadata import replace_text
 from flatplank_control.runner.campaign.conductor import Conductor
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
+from flatplank_data.files import replace_text
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)

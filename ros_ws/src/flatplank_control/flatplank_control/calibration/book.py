@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from flatplank_control.recording.metadata import replace_text
+from flatplank_data.files import replace_text
 from flatplank_data.params import nearest, parsed
 
 FORMAT = "flatplank-calibration/1"

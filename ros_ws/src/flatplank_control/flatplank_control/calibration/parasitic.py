@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_control.calibration.fit_check import MISMATCH, still_fits
-from flatplank_control.recording.metadata import replace_text
+from flatplank_data.files import replace_text
 from flatplank_data.machine import COUNTS_PER_TURN
 from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
 from flatplank_hw.hub.identify import identify

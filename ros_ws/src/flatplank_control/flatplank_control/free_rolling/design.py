@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from flatplank_data.machine import GEAR_RATIO
+from flatplank_data.machine import FAST, GEAR_RATIO
 
 CROSSOVER = 20.0
 """of the thesis's own loop, 3.14 Hz [rad/s]; reached when the delay allows it"""
@@ -50,7 +50,7 @@ class Machine:
     """[m]"""
     loaded_radius: float = 0.2955
     """[m]"""
-    speed: float = 0.03092
+    speed: float = FAST
     """[m/s]"""
 
     def response(self, omega: float, stiffness: float, relaxation: float) -> complex:

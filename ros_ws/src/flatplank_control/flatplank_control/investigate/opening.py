@@ -8,7 +8,6 @@ from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
-from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report.page import write_report
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.investigation.loop import Loop, Say
@@ -20,6 +19,7 @@ from flatplank_control.investigate.journal import DiskLog
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.files import write_atomic
 from flatplank_data.params import nearest
 
 NOTEBOOK = "investigation.txt"

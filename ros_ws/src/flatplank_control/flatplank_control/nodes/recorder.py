@@ -18,12 +18,12 @@ from std_srvs.srv import Trigger
 from flatplank_control.calibration.book import Book
 from flatplank_control.nodes.in_force import Asked, clients
 from flatplank_control.recording.arrivals import Arrivals
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.filled import in_words, told
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.runner.provenance import InForce, complete, software_version
 from flatplank_control.topics import EVERY_CYCLE, RECORDED
+from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, STREAM

@@ -17,7 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import Asking
 from flatplank_control.nodes.bench_samples import BenchSamples
-from flatplank_control.recording.errors import NOTHING
+from flatplank_control.recording.session import NOTHING
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import TRIGGER_AT

@@ -3,9 +3,7 @@
 
 from flatplank_control.recording.bag_writer import BagWriter, TopicSpec
 from flatplank_control.recording.cdr_layout import CdrLayout
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.recovery import mend
-from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.recording.session import RecordingSession
 from flatplank_control.recording.twin_writer import TwinWriter
 from flatplank_control.recording.typestore import typestore
@@ -13,9 +11,7 @@ from flatplank_control.recording.typestore import typestore
 __all__ = [
     "BagWriter",
     "CdrLayout",
-    "RecordingError",
     "RecordingSession",
-    "RunRecord",
     "TopicSpec",
     "TwinWriter",
     "mend",

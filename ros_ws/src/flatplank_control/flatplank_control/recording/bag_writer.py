@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from flatplank_control.recording import metadata
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.mcap_file import McapFile
 from flatplank_control.recording.merge import TopicBlock, merge_blocks
-from flatplank_control.recording.naming import check_name
 from flatplank_control.recording.qos import STREAM, Qos, qos_text
 from flatplank_control.recording.typestore import message_definition, type_hash
+from flatplank_data.errors import RecordingError
+from flatplank_data.naming import check_name
 
 CHUNK_SIZE = 512 * 1024
 """[bytes]"""

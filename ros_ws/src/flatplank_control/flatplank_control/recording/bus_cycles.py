@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_control.recording.errors import RecordingError
-from flatplank_control.recording.run_record import RunRecord
+from flatplank_data.errors import RecordingError
+from flatplank_data.run_record import RunRecord
 
 TOPIC = "/bus/inputs"
 TRIGGER_BIT = 1

@@ -8,7 +8,6 @@ numpy structured type over the serialised bytes: filling columns is serialising.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from struct import pack
 from typing import Any, NamedTuple
@@ -17,8 +16,9 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.typestore import typestore
+from flatplank_data.errors import RecordingError
+from flatplank_data.params import nearest
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
 _FORMATS = {
@@ -168,8 +168,7 @@ class CdrLayout:
     def _check_fixed(self) -> None:
         for path in self._fixed:
             if path not in self._used:
-                near = difflib.get_close_matches(path, self._used, n=1, cutoff=0.0)
-                hint = f"; the nearest is {near[0]!r}" if near else ""
+                hint = nearest(path, self._used)
                 raise RecordingError(f"{self.msgtype}: nothing is fixed at {path!r}{hint}")
 
 

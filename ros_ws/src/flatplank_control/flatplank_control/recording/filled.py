@@ -9,14 +9,13 @@ from pathlib import Path
 
 import yaml
 
-from flatplank_control.recording.errors import RecordingError
-from flatplank_control.recording.run_record import RunRecord, record_from_dict, record_from_yaml
 from flatplank_data.bags.topics import OWN
-from flatplank_data.errors import FlatplankError
+from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.info import info_from_dict
 from flatplank_data.limits import RECORDED
 from flatplank_data.measured import UNKNOWN, reconciled
 from flatplank_data.readers.bag import MEASURED, import_bag
+from flatplank_data.run_record import RunRecord, record_from_dict, record_from_yaml
 
 ESSENTIAL = frozenset({"measurement", "kappa", "fz"})
 """keys without which a record is filled in"""

@@ -16,8 +16,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, Header, Schema
 
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.mcap_file import CHUNK, LIBRARY, MAGIC, MESSAGE, Index
+from flatplank_data.errors import RecordingError
 
 _RECORD = Struct("<BQ")
 _INDEX = Struct("<BQHI")

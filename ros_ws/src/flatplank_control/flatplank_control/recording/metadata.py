@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from flatplank_control.recording.mcap_file import Index
+from flatplank_data.files import replace_text
 
 FILE_NAME = "metadata.yaml"
 VERSION = 9
@@ -67,10 +68,3 @@ def text(information: Mapping[str, Any]) -> str:
 def write(folder: Path, information: Mapping[str, Any]) -> None:
     """Replace the folder's metadata in one step."""
     replace_text(folder / FILE_NAME, text({"rosbag2_bagfile_information": dict(information)}))
-
-
-def replace_text(path: Path, content: str) -> None:
-    """Write a file so that a kill leaves the old one or the new one, never half of it."""
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(content, encoding="utf-8")
-    temporary.replace(path)

@@ -11,15 +11,16 @@ from typing import NamedTuple
 
 from rosbags.serde import SerdeError
 
-from flatplank_control.recording import metadata, run_message, run_record
+from flatplank_control.recording import metadata, run_message
 from flatplank_control.recording.bag_writer import RESERVE_NAME, bag_file_name
 from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
 from flatplank_control.recording.bus_cycles import CycleCount, read_bus_image
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.mcap_file import McapFile
 from flatplank_control.recording.mcap_scan import Scan, scan, stored_messages
-from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.recording.typestore import typestore
+from flatplank_data import run_record
+from flatplank_data.errors import RecordingError
+from flatplank_data.run_record import RunRecord
 
 _OPEN_STATUSES = ("described", "armed", "recording")
 _STATUS = re.compile(r"^status: (\w+)", re.MULTILINE)

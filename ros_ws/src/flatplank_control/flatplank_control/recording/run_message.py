@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from flatplank_control.recording.bag_writer import TopicSpec
 from flatplank_control.recording.qos import LATCHED
-from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.recording.typestore import typestore
+from flatplank_data.run_record import RunRecord
 
 TOPIC = TopicSpec("/run", "flatplank_msgs/msg/Run", LATCHED)
 

@@ -16,11 +16,13 @@ from flatplank_control.recording import run_message
 from flatplank_control.recording.bag_writer import BagWriter, TopicSpec
 from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
-from flatplank_control.recording.errors import NOTHING, RecordingError
 from flatplank_control.recording.merge import TopicBlock, unroll
-from flatplank_control.recording.naming import free_name
-from flatplank_control.recording.run_record import RunRecord
+from flatplank_data.errors import RecordingError
+from flatplank_data.naming import free_name
+from flatplank_data.run_record import RunRecord
 
+NOTHING = "nothing is being recorded; start first"
+"""refusal to stop or discard"""
 FREE_DISK = 200_000_000
 """less is a full disk [bytes]"""
 

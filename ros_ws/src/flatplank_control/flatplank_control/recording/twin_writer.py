@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from flatplank_control.recording.cdr_layout import CdrLayout, set_stamps
-from flatplank_control.recording.errors import RecordingError
 from flatplank_control.recording.merge import TopicBlock
+from flatplank_data.errors import RecordingError
 
 
 class BlockSink(Protocol):

@@ -12,7 +12,7 @@ from pathlib import Path
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from flatplank_control.recording.errors import RecordingError
+from flatplank_data.errors import RecordingError
 
 OWN_PACKAGE = "flatplank_msgs"
 _SEPARATOR = "=" * 80

@@ -14,10 +14,10 @@ from typing import Any
 
 from flatplank_control.calibration.book import CALIBRATED, Book
 from flatplank_control.free_rolling import FreeRollingParameters
-from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.runner.quantities import SET_UP
 from flatplank_control.sequencer import SequencerParameters
 from flatplank_data.params import describe
+from flatplank_data.run_record import RunRecord
 from flatplank_hw.drive import DriveParameters
 from flatplank_hw.encoders import EncoderParameters
 from flatplank_hw.hub import HubParameters

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_data.limits import LIMITS
-from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
+from flatplank_data.machine import FAST, GEAR_RATIO, USABLE_ROAD
 from flatplank_data.params import Params, param
 
 SETUP_CONSTANTS = ("commanded_speed",)
@@ -21,7 +21,7 @@ class SequencerParameters(Params):
     """Speed of the road as the reference sees it, and limits of what may be asked."""
 
     commanded_speed: float = param(
-        0.03092,
+        FAST,
         "road speed in the reference, mean of 26 runs, thesis 4.3",
         unit="m/s",
         bounds=(1e-4, 1.0),

@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from flatplank_data.params import nearest
 from flatplank_hw.ethercat import channels
 from flatplank_hw.ethercat.busfile import (
     FORMAT,
@@ -26,7 +27,6 @@ from flatplank_hw.ethercat.strict import (
     check_keys,
     integer,
     mapping,
-    nearest,
     number,
     sequence,
 )
@@ -121,8 +121,7 @@ def _slave(raw: Mapping[str, Any], where: str) -> Slave:
     where = f"{where} ({name})"
     if raw["device"] not in DEVICES:
         raise BusFileError(
-            f"{where}: unknown device '{raw['device']}'{nearest(raw['device'], DEVICES)};"
-            f" known: {', '.join(DEVICES)}"
+            f"{where}: unknown device '{raw['device']}'{nearest(raw['device'], DEVICES)}"
         )
     return Slave(
         name=name,

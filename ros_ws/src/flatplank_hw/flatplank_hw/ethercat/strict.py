@@ -3,19 +3,14 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from typing import Any
+
+from flatplank_data.params import nearest
 
 
 class BusFileError(ValueError):
     """A bus file that cannot be used: one line saying what, where and what to do."""
-
-
-def nearest(key: str, known: Iterable[str]) -> str:
-    """Hint for a misspelt name, empty when nothing is near."""
-    close = difflib.get_close_matches(str(key), list(known), n=1, cutoff=0.5)
-    return f"; did you mean '{close[0]}'?" if close else ""
 
 
 def mapping(value: Any, where: str) -> Mapping[str, Any]:

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from flatplank_data.files import read_text
 from flatplank_data.params import nearest, parsed
-from flatplank_hw.files import read_text
 
 FORMAT = "flatplank-parasitic-fit/1"
 CHANNELS = ("C1", "C2", "C3", "C5", "C6")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
-from flatplank_control.recording.run_record import FILE_NAME
+from flatplank_data.run_record import FILE_NAME
 
 Progress = Callable[[str, float], None]
 KIND = "\nmeasurement: unloaded_turn\n"

@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.modelfile import save_unchanged, write_atomic
+from flatplank_analysis.discovery.modelfile import save_unchanged
 from flatplank_analysis.proposal import confirm as confirming
 from flatplank_analysis.proposal.picture import lines_of
 from flatplank_analysis.proposal.propose import PROPOSED
 from flatplank_analysis.proposal.propose import propose as search
 from flatplank_analysis.proposal.writing import renamed
 from flatplank_data.errors import FlatplankError
+from flatplank_data.files import write_atomic
 from flatplank_panel.analysis import fit_jobs
 from flatplank_panel.analysis.fit_jobs import Progress
 

@@ -8,6 +8,7 @@ import time
 from nicegui import ui
 
 from flatplank_data.limits import LIMITS
+from flatplank_data.machine import FAST
 from flatplank_panel.host import KINDS, PRESETS, TIRES, interfaces
 from flatplank_panel.operator import HANDS
 from flatplank_panel.views.page import Page
@@ -56,7 +57,7 @@ def build(page: Page) -> None:
             page.button("Stop plank", lambda: op.plank(page.id, 0))
             page.button("Plank back", lambda: op.plank(page.id, -1, fast.value, 0.0))
         with page.row():
-            fast = ui.switch("Fast (0.0309 m/s)", value=True)
+            fast = ui.switch(f"Fast ({FAST:.4f} m/s)", value=True)
             stop_at = page.number("Stops at", 4.1, "m")
         for what, (label, setting) in HANDS.items():
             _hand(page, what, label, LIMITS[setting].unit)

@@ -7,8 +7,9 @@ import json
 from pathlib import Path
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.modelfile import ModelFile, save_model, write_atomic
+from flatplank_analysis.discovery.modelfile import ModelFile, save_model
 from flatplank_analysis.discovery.report.page import write_report
+from flatplank_data.files import write_atomic
 from flatplank_data.wording import quantity
 from flatplank_sim.demo.steps import Teller
 from flatplank_sim.sealed.generate import make_challenge

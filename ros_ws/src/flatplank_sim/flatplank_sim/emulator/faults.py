@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
 from flatplank_hw.ethercat import channels
-from flatplank_hw.ethercat.strict import nearest
 from flatplank_sim.emulator.al import State
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.drive_firmware import DriveFirmware

@@ -8,8 +8,8 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
+from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.ethercat.strict import nearest
 from flatplank_sim.emulator.faults import FAULTS, Rig, Undo
 
 

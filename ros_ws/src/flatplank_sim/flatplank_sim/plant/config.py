@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_data.limits import LIMITS
+from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
 from flatplank_sim.plant.defects import Defect, build_defects
 from flatplank_sim.plant.yamlconfig import (
     PlantConfigError,
     build,
     merge,
-    nearest,
     read_overlay,
     read_yaml,
     to_plain,

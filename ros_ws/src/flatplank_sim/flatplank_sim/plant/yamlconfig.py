@@ -9,12 +9,12 @@ import dataclasses
 import math
 import typing
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
 import yaml
 
+from flatplank_data.params import nearest
 from flatplank_sim.plant.packed import unpack
 
 T = TypeVar("T")
@@ -22,13 +22,6 @@ T = TypeVar("T")
 
 class PlantConfigError(ValueError):
     """A plant description that cannot be used: where, what, what to do, in one line."""
-
-
-def nearest(key: object, known: typing.Iterable[str]) -> str:
-    """The hint that ends a message about an unknown name."""
-    names = sorted(known)
-    match = get_close_matches(str(key), names, n=1, cutoff=0.3)
-    return f"; the nearest is '{match[0]}'" if match else f"; known are {', '.join(names)}"
 
 
 def read_yaml(path: Path) -> dict[str, Any]:

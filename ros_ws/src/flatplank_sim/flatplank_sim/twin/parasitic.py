@@ -11,9 +11,9 @@ from flatplank_control.bench.judging import read
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.fit_check import under_load
 from flatplank_control.calibration.parasitic import Turn, turn_of
-from flatplank_control.recording.run_record import RunRecord
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
+from flatplank_data.run_record import RunRecord
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Cycle, Twin
 from flatplank_sim.twin.twin_bench import TwinBench

@@ -16,10 +16,10 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery import where
-from flatplank_analysis.discovery.modelfile import write_atomic
 from flatplank_analysis.discovery.report import figures
 from flatplank_analysis.discovery.verdict import Diagnosis, effect_dict
 from flatplank_data.errors import FlatplankError
+from flatplank_data.files import write_atomic
 from flatplank_data.wording import quantity, sized
 
 HERE = Path(__file__).parent

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flatplank_control.recording.run_record import FILE_NAME, load_record
 from flatplank_control.runner.campaign.conductor import Job
 from flatplank_control.runner.campaign.journal import Journal
+from flatplank_data.run_record import FILE_NAME, load_record
 
 
 def unwritten(folder: Path, job: Job, journal: Journal) -> Path | None:

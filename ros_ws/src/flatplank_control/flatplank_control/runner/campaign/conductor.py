@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from flatplank_control.recording.run_record import record_from_dict
 from flatplank_control.runner.campaign.journal import Done, Journal
 from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Verdict
 from flatplank_control.runner.measurement import Measurement
+from flatplank_data.run_record import record_from_dict
 
 R_E_HOLDS = 5e-4
 """so far r_e may change, relative, before the slips that rest on the old one are made again: so

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.recording.run_record import load_record
+from flatplank_data.run_record import load_record
 
 SUFFIX = ".journal.jsonl"
 GAUGE = (0.3, 6.0)

@@ -11,8 +11,6 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.recording.errors import RecordingError
-from flatplank_control.recording.naming import check_name
 from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, refuse
 from flatplank_control.runner.campaign.located import Located, load
 from flatplank_control.runner.campaign.order import (
@@ -30,8 +28,10 @@ from flatplank_control.runner.measurement import (
     MeasurementError,
     from_mapping,
 )
+from flatplank_data.errors import RecordingError
+from flatplank_data.files import read_text
+from flatplank_data.naming import check_name
 from flatplank_data.params import nearest
-from flatplank_hw.files import read_text
 
 FORMAT = "flatplank-plan/1"
 KEYS = (

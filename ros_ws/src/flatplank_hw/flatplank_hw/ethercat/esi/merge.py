@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from flatplank_data.params import nearest
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
 from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError
-from flatplank_hw.ethercat.strict import nearest
 
 CIA402 = {
     0x6040: "control_word",

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+from flatplank_data.params import nearest
 from flatplank_hw.ethercat.busfile import Mailbox, SyncManagers
 from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError, number, pdo, start_commands
 from flatplank_hw.ethercat.esi.eni import config_devices
-from flatplank_hw.ethercat.strict import nearest
 
 
 def read_esi(path: str | Path) -> list[EsiDevice]:
@@ -58,9 +58,7 @@ def find_device(
     ]
     if not found:
         names = sorted({d.type_name for d in devices})
-        raise EsiError(
-            f"no such device{nearest(type_name, names)}; in the file: {', '.join(names)}"
-        )
+        raise EsiError(f"no such device{nearest(type_name, names)}")
     if len({d.product for d in found}) > 1:
         fitting = ", ".join(f"{d.type_name} (0x{d.product:08X})" for d in found)
         raise EsiError(f"several devices fit, give type or product: {fitting}")

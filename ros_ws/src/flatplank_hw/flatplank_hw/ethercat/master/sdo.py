@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from flatplank_data.params import nearest
 from flatplank_hw.ethercat.busfile import BusFile
-from flatplank_hw.ethercat.strict import nearest
 
 QUEUE = 64
 

@@ -10,8 +10,9 @@ from dataclasses import fields
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
+from flatplank_data.params import nearest
 from flatplank_sim.plant.defects.base import Defect
-from flatplank_sim.plant.yamlconfig import PlantConfigError, build, nearest
+from flatplank_sim.plant.yamlconfig import PlantConfigError, build
 
 D = TypeVar("D", bound=type[Defect])
 _DEFECTS: dict[str, type[Defect]] = {}

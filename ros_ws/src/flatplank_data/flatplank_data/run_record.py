@@ -6,7 +6,6 @@ The keys are those of a run in `campaign.yaml`, so that a bag's `run.yaml` reads
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 from collections.abc import Mapping
@@ -17,10 +16,11 @@ from uuid import UUID, uuid4
 
 import yaml
 
-from flatplank_control.recording.errors import RecordingError
-from flatplank_control.recording.metadata import replace_text
-from flatplank_control.recording.naming import MeasurementName, check_name, kind_of
-from flatplank_hw.files import read_text
+from flatplank_data.errors import RecordingError
+from flatplank_data.files import read_text, replace_text
+from flatplank_data.limits import IN_FILES
+from flatplank_data.naming import MeasurementName, check_name, kind_of
+from flatplank_data.params import nearest
 
 FORMAT = "flatplank-run/1"
 FILE_NAME = "run.yaml"
@@ -206,30 +206,9 @@ _KEYS = {item.name: item for item in fields(RunRecord)}
 def _check_keys(values: Mapping[str, Any], where: str) -> None:
     for key in values:
         if key not in _KEYS:
-            near = difflib.get_close_matches(str(key), _KEYS, n=1, cutoff=0.0)[0]
-            raise RecordingError(f"{where}: unknown key {key!r}; the nearest is {near!r}")
+            raise RecordingError(f"{where}: unknown key {key!r}{nearest(key, _KEYS)}")
 
 
-_LIMITS = {
-    "kappa": (-0.5, 0.5, "-"),
-    "fz": (0.0, 20_000.0, "N"),
-    "pressure": (0.0, 10.0, "bar"),
-    "alpha_deg": (-48.0, 48.0, "deg"),
-    "gamma_deg": (-90.0, 90.0, "deg"),
-    "effective_rolling_radius": (0.01, 2.0, "m"),
-    "step_position": (0.0, 10.0, "m"),
-    "speed": (0.0, 5.0, "m/s"),
-    "et_value": (-1.0, 1.0, "m"),
-    "adapter_thickness": (-1.0, 1.0, "m"),
-    "wheel_camber_deg": (-90.0, 90.0, "deg"),
-    "road_camber_offset_deg": (-90.0, 90.0, "deg"),
-    "slip_angle_offset_deg": (-90.0, 90.0, "deg"),
-    "start": (1, 3, "-"),
-    "start_angle_deg": (-360.0, 360.0, "deg"),
-    "cycles_received": (0, 2**63, "-"),
-    "cycles_lost": (0, 2**63, "-"),
-}
-"""what a file may hold: wider than the machine's limits, so that files of others are read"""
 _TEXTS = ("tire", "name", "uuid", "measurement", "serial", "operator", "status", "notes")
 
 
@@ -237,13 +216,14 @@ def _validate(record: RunRecord) -> None:
     for key in _TEXTS:
         if not isinstance(getattr(record, key), str):
             raise RecordingError(f"{key} is {getattr(record, key)!r}; it must be text")
-    for key, (low, high, unit) in _LIMITS.items():
+    for key, limit in IN_FILES.items():
         value = getattr(record, key)
         if value is None and _KEYS[key].default is None:
             continue
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or not low <= value <= high:
-            raise RecordingError(f"{key} is {value!r}; it must be {low:g} to {high:g} [{unit}]")
+        if not number or not math.isfinite(value) or not limit.low <= value <= limit.high:
+            span = f"{limit.low:g} to {limit.high:g} [{limit.unit or '-'}]"
+            raise RecordingError(f"{key} is {value!r}; it must be {span}")
     if not record.tire:
         raise RecordingError("tire is empty; name the tire, for example TOY")
     if record.status not in STATUSES:

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from flatplank_control.recording.errors import RecordingError
+from flatplank_data.errors import RecordingError
 
 _SAFE = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._+-]{0,198}[A-Za-z0-9_+-])?")
 _NUMBER = r"-?\d+(?:\.\d+)?"
