@@ -39,6 +39,16 @@ def test_answers_speak_the_words_of_the_grammar():
         assert set(truth.modulators) <= set(BY_NAME)
 
 
+def test_a_sentence_that_leaves_less_is_proposed_in_the_place_of_what_was_found():
+    """Without crosstalk from Mx in the library an asymmetry of the tire imitates it."""
+    case = Case("left_out", "forms", "crosstalk_mx", "quiet", 0.0, "small", 1)
+    assert case in full(67314)
+    said = journal.solve(case, 67314)["proposal"]
+    assert said["diagnosis"] == "found group" and said["verdict"] == "proposed"
+    assert (said["family"], said["coordinate"], said["shape"]) == ("signal", "mx", "ramp")
+    assert "in place of drive_brake_asymmetry" in said["reason"]
+
+
 def test_what_is_left_out_was_there():
     for name in LEFT_OUT:
         assert removed(name) <= set(library()) and name in removed(name)

@@ -21,7 +21,7 @@ from flatplank_analysis.discovery.state import State, make_candidates, make_stat
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.proposal.curves import acting, basis_of
-from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
+from flatplank_analysis.proposal.search import ALIKE, EVIDENCE, Outcome, Proposer, Tried
 from flatplank_analysis.proposal.sites import places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
@@ -106,8 +106,20 @@ def of_diagnosis(
     if result.search is None or result.verdict == verdict.UNDECIDED:
         return Proposal(NOTHING, f"not decidable: {result.reason}", result)
     only = _columns(session) if result.verdict in _NAMED else None
-    if only == []:
-        return Proposal(NOTHING, f"{result.verdict}: {result.reason}", result)
+    made = Proposal(NOTHING, f"{result.verdict}: {result.reason}", result)
+    if only != []:
+        made = _beside(session, result, model, only, progress)
+    if made.sentence is None and result.verdict in _NAMED:
+        made = _in_place(session, result, model, progress) or made
+    return replace(made, seconds=time.perf_counter() - began)
+
+
+def _beside(
+    session: Session, result: Diagnosis, model: ModelFile | None, only: list[str] | None,
+    progress: Progress | None,
+) -> Proposal:  # fmt: skip
+    """What is left beside the effects that were found."""
+    assert result.search is not None
     step = _cleaned(session, result.search.last)
     explained = sum(f.decision.drop for f in result.found)
     outcome = Proposer(
@@ -123,7 +135,32 @@ def of_diagnosis(
     if against:
         why = f"{result.verdict}, and the best sentence does not stand its refit"
         return Proposal(NOTHING, f"{why}: {made.sentence.words()} ({against})", result, outcome)
-    return replace(made, seconds=time.perf_counter() - began)
+    return made
+
+
+def _in_place(
+    session: Session, result: Diagnosis, model: ModelFile | None, progress: Progress | None
+) -> Proposal | None:
+    """A sentence that leaves less than all effects that were found; None when there is none.
+
+    What is in no library may be imitated by an effect that is.
+    """
+    search = result.search
+    assert search is not None
+    first = search.steps[0]
+    together = first.state.settle(search.last.state.whitened.fit)
+    proposer = Proposer(first.state, session.data, first.screen.usual, progress=progress)
+    outcome = proposer.run()
+    margin = EVIDENCE * proposer.level + ALIKE * (first.state.whitened.chi2 - together.chi2)
+    if outcome.best is None or outcome.best.found.chi2 > together.chi2 - margin:
+        return None
+    alone = replace(result, search=replace(search, steps=[first]), found=())
+    made = _written(session, alone, outcome, outcome.best, model)
+    assert made.numbers is not None
+    if refuted(made.numbers):
+        return None
+    names = " and ".join(f.decision.term.effect.identifier for f in result.found)
+    return replace(made, diagnosis=result, reason=f"{made.reason}, in place of {names}")
 
 
 _NAMED = (verdict.FOUND, verdict.GROUP)
