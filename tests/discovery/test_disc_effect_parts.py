@@ -500,8 +500,8 @@ def test_plug_ins_and_names_of_the_library(monkeypatch, tmp_path):
     )
     with pytest.raises(FlatplankError, match="is taken by flatplank_analysis.effects.wear"):
         library([own])
-    own.write_text(own.read_text().replace("'wear'", "'mine'"))
-    assert library([own, tmp_path / "." / "mine.py"])["mine"].identifier == "mine"
+    own.write_text(own.read_text().replace("'wear'", "'my_own'"))
+    assert library([own, tmp_path / "." / "mine.py"])["my_own"].identifier == "my_own"
     broken_file = tmp_path / "broken.py"
     broken_file.write_text("raise ValueError('no')")
     with pytest.raises(FlatplankError, match="ValueError: no"):

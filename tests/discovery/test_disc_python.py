@@ -53,6 +53,11 @@ def _verb(capsys, main, *arguments):
     return json.loads(capsys.readouterr().out)
 
 
+def test_every_public_name_is_there():
+    for name in fp.__all__:
+        assert getattr(fp, name).__name__ == name
+
+
 def test_the_package_alone_imports_nothing_heavy():
     """Nodes import it at their start."""
     code = f"import sys, flatplank_analysis; print([m for m in {HEAVY} if m in sys.modules])"

@@ -23,6 +23,7 @@ from flatplank_panel.investigation import Investigation
 from flatplank_panel.service import AnalysisService
 
 pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes
+FITS = "document.documentElement.scrollWidth == innerWidth"
 PLANT = "defects: {drive_brake_asymmetry: {friction: 0.12}}\n"
 WISH = {
     "folder": "looked_for", "minutes": 60.0, "place": "twin", "tire": "", "preset": "",
@@ -215,7 +216,7 @@ def test_it_is_found_on_the_twin_by_mouse(visitor, data: Path, pictures):
     looked_after(who)
     for width in (1280, 390):
         who.page.set_viewport_size({"width": width, "height": 1700})
-        assert who.page.evaluate("document.documentElement.scrollWidth") == width
+        wait_for(lambda: who.page.evaluate(FITS), 60.0, "nothing is wider than the page")
         take(who, pictures / f"panel-investigate-{width}.png")
     who.page.set_viewport_size({"width": 1440, "height": 1400})
     who.click("Run all")

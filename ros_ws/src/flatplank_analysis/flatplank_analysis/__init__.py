@@ -50,19 +50,19 @@ __all__ = [
     "write_report",
 ]
 _HOMES = {
-    "api.runs": ("Run", "load"),
-    "api.model": ("Comparison", "Model", "fit"),
-    "api.diagnosis": ("Diagnosed", "diagnose"),
-    "api.report": ("write_report",),
-    "api.sweeps": ("Sweeps", "sweeps"),
-    "api.machines": ("explain", "script"),
-    "machines.declared": ("Missing",),
-    "machines.files": ("column", "read_table"),
-    "machines.motion": ("Motion",),
-    "machines.records": ("Record", "table_of"),
-    "machines.swings": ("half_swings",),
-    "discovery.parameters": ("param",),
-    "errors": ("FlatplankError",),
+    "flatplank_analysis.api.runs": ("Run", "load"),
+    "flatplank_analysis.api.model": ("Comparison", "Model", "fit"),
+    "flatplank_analysis.api.diagnosis": ("Diagnosed", "diagnose"),
+    "flatplank_analysis.api.report": ("write_report",),
+    "flatplank_analysis.api.sweeps": ("Sweeps", "sweeps"),
+    "flatplank_analysis.api.machines": ("explain", "script"),
+    "flatplank_analysis.machines.declared": ("Missing",),
+    "flatplank_analysis.machines.files": ("column", "read_table"),
+    "flatplank_analysis.machines.motion": ("Motion",),
+    "flatplank_analysis.machines.records": ("Record", "table_of"),
+    "flatplank_analysis.machines.swings": ("half_swings",),
+    "flatplank_analysis.discovery.parameters": ("param",),
+    "flatplank_data.errors": ("FlatplankError",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
@@ -70,7 +70,7 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(importlib.import_module(_HOME[name]), name)
 
 
 def __dir__() -> list[str]:
