@@ -52,7 +52,7 @@ def main(argv: list[str]) -> int:
         "gamma_deg": options.gamma,
         "start": options.start,
     }
-    from_mapping(plan, "flatplank slip")
+    from_mapping(plan, "options")
     from flatplank_control.nodes.client import BenchClient, BenchError
 
     def look() -> None:
