@@ -5,12 +5,8 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
-from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.effects.registry import library
-from flatplank_data.campaign import Campaign
 from flatplank_sim.sealed.score import score
+from flatplank_validation.blind import journal
 from flatplank_validation.blind.cases import Case, make
 
 SEED = 90417
@@ -19,9 +15,7 @@ pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes m
 
 def diagnosed(case: Case, seed: int = SEED):
     tables, answer = make(case, seed)
-    data = from_tables(tables)
-    session = Session(Campaign("blind", []), data, TireModel(data), library())
-    return session.diagnose(None, None).to_dict(), answer
+    return journal.diagnose(tables), answer
 
 
 def test_a_number_of_the_effect_itself_does_not_hide_its_size():

@@ -10,13 +10,10 @@ import numpy as np
 import pytest
 from bristles import Truth, campaign
 
-from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.effects.registry import library
-from flatplank_data.campaign import Campaign
 
 pytestmark = pytest.mark.timeout(600)  # whole diagnoses: a busy machine takes minutes
 
@@ -25,8 +22,7 @@ SMALL = (-0.05, -0.01, 0.0, 0.01, 0.05)
 
 def session_of(truth: Truth) -> Session:
     """A session without files."""
-    data = from_tables(campaign(truth))
-    return Session(Campaign("made", []), data, TireModel(data), library())
+    return Session.of_tables(campaign(truth))
 
 
 def diagnosis_of(**truth) -> dict:

@@ -12,15 +12,12 @@ import numpy as np
 import pytest
 from bristles import Truth, campaign
 
-from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.effects import registry
 from flatplank_analysis.effects.checks import check_effect, probe_model
 from flatplank_analysis.effects.registry import GROUP, find, library, load_file, source_file
-from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
@@ -97,8 +94,7 @@ def test_example_of_contributing_finds_its_force(from_contributing):
         force = 80.0 * np.cos(np.pi * place) * (table.info.kappa < 0.0)
         columns = dict(table.columns) | {"fx": table.columns["fx"] + force}
         tables.append(MeasurementTable(columns, table.info))
-    data = from_tables(tables)
-    session = Session(Campaign("made", []), data, TireModel(data), library([file]), (str(file),))
+    session = Session.of_tables(tables, library([file]), (str(file),))
     _, _, numbers = session.add(ModelFile(), "cable_drag")
     assert numbers["size"] == pytest.approx(80.0, rel=0.15)
     assert numbers["rmse_before"] > 1.3 * numbers["rmse"]

@@ -24,12 +24,13 @@ from spring import (
 
 from flatplank_analysis.cli import compare
 from flatplank_analysis.cli import diagnose as verb
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.report.text import text_of
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.sources.ranked import SOURCES, level_of, seen, source_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, FOUND, PARTLY, diagnose, undecidable
 from flatplank_data.errors import FlatplankError
-from flatplank_validation.blind.nulls import nothing_hidden, session_of
+from flatplank_validation.blind.nulls import nothing_hidden
 
 RECORDS = {
     "laps": (lambda **k: measured(sine(), **k), FOUND),
@@ -78,7 +79,7 @@ def test_laps_may_begin_after_a_rest():
 def test_runs_that_differ_by_one_per_cent_are_no_fault_of_the_machine():
     """Without repeats nothing shows what a tire scatters from run to run: the usual counts."""
     tables = nothing_hidden("second", 1004, 3.0, 0.01, once=True)
-    result = session_of(tables).diagnose()
+    result = Session.of_tables(tables).diagnose()
     assert not result.found and result.source.lower_bound
     state = result.search.steps[0].state
     assert tuple(state.metric.scatter) == state.model.usual

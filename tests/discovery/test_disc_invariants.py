@@ -17,7 +17,6 @@ from test_disc_signs import turned
 from third_campaigns import session, tables
 
 from flatplank_analysis.cli import compare
-from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, verdict
@@ -25,11 +24,8 @@ from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.model import Form
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.search import run_search
-from flatplank_analysis.effects.registry import library
-from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
-from flatplank_validation.blind.nulls import session_of as made
 from flatplank_validation.blind.plan import DESIGNS
 from flatplank_validation.blind.worlds import SecondWorld
 
@@ -43,7 +39,7 @@ def found():
 
 @pytest.mark.parametrize("level", [LEVELS[0], LEVELS[-1]])
 def test_nothing_hidden_is_at_the_floor_at_every_noise(level):
-    result = made(nothing_hidden("plant", 71, level, design="small")).diagnose()
+    result = Session.of_tables(nothing_hidden("plant", 71, level, design="small")).diagnose()
     assert (result.verdict, result.found) == (verdict.AT_FLOOR, ()), result.reason
 
 
@@ -140,8 +136,7 @@ def wrong():
 
 
 def test_a_wrong_sign_is_told_before_any_fit(wrong, tmp_path, capsys):
-    data = from_tables(wrong)
-    result = Session(Campaign("made", []), data, TireModel(data), library()).diagnose()
+    result = Session.of_tables(wrong).diagnose()
     assert (result.verdict, result.search) == (verdict.UNDECIDED, None)
     assert "sign of alpha_deg or fy" in result.reason
     assert "turn: [alpha_deg]" in result.reason and "\n" not in result.reason
@@ -187,7 +182,7 @@ def test_hard_campaigns_keep_what_always_holds(case):
     numbers that stand beside it (`conftest.py` asks)."""
     design, hidden, scatter = HARD[case]
     runs = tables(design, 75, scatter, world=SecondWorld, designs=DESIGNS, **hidden)
-    result = made(runs).diagnose()
+    result = Session.of_tables(runs).diagnose()
     assert result.rmse_after <= result.rmse_before
     if not hidden:
         assert result.found == (), result.reason

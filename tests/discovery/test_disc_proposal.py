@@ -14,7 +14,6 @@ from bristles import Truth, campaign, save
 
 from flatplank_analysis.cli import add, confirm, effects, propose
 from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.proposal.propose import propose as of_session
@@ -22,7 +21,6 @@ from flatplank_analysis.proposal.propose import refuted
 from flatplank_analysis.proposal.scan import Scanned
 from flatplank_analysis.proposal.search import doubt, looks_of
 from flatplank_analysis.proposal.sites import places_of, sites_of
-from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 
 pytestmark = pytest.mark.timeout(900)  # whole searches: a busy machine takes minutes
@@ -169,8 +167,8 @@ def test_a_column_without_effect_is_proposed_as_none(tmp_path, capsys):
 
 def test_a_campaign_at_the_floor_is_searched_too():
     """What turns with the wheel is scatter among repeats for a library that is empty."""
-    data = from_tables(campaign(Truth(seed=74, slips=FEW, runout=2e-4)))
-    result = of_session(Session(Campaign("made", []), data, TireModel(data), {})).to_dict()
+    tables = campaign(Truth(seed=74, slips=FEW, runout=2e-4))
+    result = of_session(Session.of_tables(tables, {})).to_dict()
     assert result["diagnosis"] == "at floor", result
     assert result["verdict"] == "proposed" and result["coordinate"] == "wheel angle", result
     assert result["refit"]["rmse"] < 0.5 * result["refit"]["rmse_before"]
@@ -190,9 +188,10 @@ def test_a_wave_that_dies_away_is_found_from_the_step_on():
         wave = 40.0 * np.sin(2.0 * np.pi * since / 0.2) * np.exp(-np.maximum(since, 0.0) / 0.6)
         fx = table["fx"] + wave * (since > 0.0) * (table.info.kappa != 0.0)
         tables.append(table.with_columns(fx=fx))
-    data = from_tables([_begun_before_zero(t) for t in tables])
+    session = Session.of_tables([_begun_before_zero(t) for t in tables], {})
+    data = session.data
     assert np.allclose(data.position - data.since_step, tables[0].info.step_position)
-    result = of_session(Session(Campaign("made", []), data, TireModel(data), {})).to_dict()
+    result = of_session(session).to_dict()
     assert result["verdict"] == "proposed", result
     told = [result[k] for k in ("hook", "coordinate", "modulator", "shape")]
     assert told == ["fx", "distance since the step", "slipping", "ringing"], result

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from flatplank_analysis.cli.diagnose import text_of
+from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.rivals import Rival, indifferent
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, Found
 from flatplank_analysis.discovery.verdict import GROUP
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, noise
-from flatplank_validation.blind.nulls import session_of
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import WORLDS, Scatter
 
@@ -32,7 +32,7 @@ def diagnosis(world: str, seed: int, **hidden: float):
         for name in ("fx", "fy", "fz"):
             c[name] = c[name] + noise(NOISES["usual"], len(c["time"]), dt, random)
     tables = [measured_table(c, run, tire.radius) for c, run in zip(columns, runs, strict=True)]
-    return session_of(tables).diagnose()
+    return Session.of_tables(tables).diagnose()
 
 
 def test_backlash_of_the_rack_and_play_of_the_road_are_one_class():

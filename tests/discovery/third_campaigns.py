@@ -5,11 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.effects.registry import library
-from flatplank_data.campaign import Campaign
 from flatplank_data.info import RunInfo
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Run
@@ -50,5 +46,4 @@ def tables(
 
 def session(design: str, seed: int, **given) -> Session:
     """A session on such a campaign."""
-    data = from_tables(tables(design, seed, **given))
-    return Session(Campaign("made", []), data, TireModel(data), library())
+    return Session.of_tables(tables(design, seed, **given))

@@ -15,12 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import flatplank_analysis
-from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
-from flatplank_data.campaign import Campaign
 from flatplank_validation.blind.cases import Case, make
 from flatplank_validation.blind.detectable import kit_version
 
@@ -58,9 +54,7 @@ def commit() -> str:
 
 def diagnose(tables: list) -> dict[str, Any]:
     """The diagnosis of tables; it sees nothing else."""
-    data = from_tables(tables)
-    session = Session(Campaign("blind", []), data, TireModel(data), library())
-    result = session.diagnose().to_dict()
+    result = Session.of_tables(tables).diagnose().to_dict()
     short = {k: result[k] for k in KEPT}
     return short | {"effects": [{k: e[k] for k in OF_EFFECT} for e in result["effects"]]}
 

@@ -9,15 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import where
 from flatplank_analysis.discovery.invariants import largest_of
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
-from flatplank_analysis.effects.registry import library
-from flatplank_data.campaign import Campaign
 from flatplank_data.table import MeasurementTable
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
@@ -68,12 +65,6 @@ def nothing_hidden(
     return [measured_table(c, run, tire.radius) for c, run in zip(columns, runs, strict=True)]
 
 
-def session_of(tables: Sequence[MeasurementTable]) -> Session:
-    """A session on tables that lie in no folder."""
-    data = from_tables(list(tables))
-    return Session(Campaign("made", []), data, TireModel(data), library())
-
-
 def diagnosed(
     count: int, seed: int = 1, worlds: Sequence[str] = ("plant",), once: bool = False
 ) -> Iterator[tuple[float, Diagnosis]]:
@@ -83,14 +74,14 @@ def diagnosed(
             scatter = SCATTERS[number % len(SCATTERS)]
             world, drawn = worlds[number % len(worlds)], seed + 1000 * number + int(level)
             tables = nothing_hidden(world, drawn, level, scatter, once=once)
-            yield level, session_of(tables).diagnose()
+            yield level, Session.of_tables(tables).diagnose()
 
 
 def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
     """`count` tires of every world, next to no noise."""
     for world in WORLDS:
         for number in range(seed, seed + count):
-            state = session_of(nothing_hidden(world, number, QUIET)).fit(None).state
+            state = Session.of_tables(nothing_hidden(world, number, QUIET)).fit(None).state
             runs, largest = state.runs, float(largest_of(state)[0])
             beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
             events = where.events(runs, state.residual[0], 0.0)

@@ -21,13 +21,11 @@ from flatplank_analysis.contact_patch.further import coordinates_of
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.model import Lane
-from flatplank_analysis.effects.registry import library
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import of_diagnosis
 from flatplank_analysis.proposal.search import Tried
 from flatplank_analysis.proposal.shapes.base import Span
 from flatplank_analysis.proposal.sites import factor, places_of
-from flatplank_data.campaign import Campaign
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import Run, Setting
 from flatplank_validation.blind.journal import read
@@ -113,8 +111,8 @@ def error(claim: np.ndarray, truth: np.ndarray) -> float:
 def compare(case: kit.Case, seed: int) -> dict[str, Any]:
     """Errors and words of all on one campaign."""
     inside, outside, truth = told(case, seed)
-    data, new = from_tables(inside.tables), from_tables(outside.tables)
-    session = Session(Campaign("beside", []), data, TireModel(data), library())
+    session, new = Session.of_tables(inside.tables), from_tables(outside.tables)
+    data = session.data
     began = time.process_time()
     result = session.diagnose()
     shared = time.process_time() - began

@@ -12,12 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import flatplank_analysis
-from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import library
 from flatplank_analysis.proposal.propose import propose
-from flatplank_data.campaign import Campaign
 from flatplank_validation.blind import journal as blind
 from flatplank_validation.blind.detectable import kit_version
 from flatplank_validation.proposed.cases import Case, make
@@ -49,9 +46,7 @@ def solve(case: Case, seed: int) -> dict[str, Any]:
     tables, answer = made
     gone = removed(case.name) if case.group == "left_out" else set()
     effects = {n: e for n, e in library().items() if n not in gone}
-    data = from_tables(tables)
-    session = Session(Campaign("proposed", []), data, TireModel(data), effects)
-    found = propose(session).to_dict()
+    found = propose(Session.of_tables(tables, effects)).to_dict()
     found.pop("text", None)
     return entry | {"answer": answer, "proposal": found}
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns, load_runs
+from flatplank_analysis.contact_patch.data import TireRuns, from_tables, load_runs
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.parameters import BASE, NAMES
 from flatplank_analysis.contact_patch.plans import plans_for
@@ -30,9 +30,10 @@ from flatplank_analysis.discovery.state import (
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.effects.checks import sound_library
-from flatplank_analysis.effects.registry import find, source_file
+from flatplank_analysis.effects.registry import find, library, source_file
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
+from flatplank_data.table import MeasurementTable
 
 
 @dataclass
@@ -56,6 +57,18 @@ class Session:
         effects = sound_library(files)
         data = load_runs(campaign)
         return cls(campaign, data, TireModel(data), effects, tuple(files))
+
+    @classmethod
+    def of_tables(
+        cls,
+        tables: Sequence[MeasurementTable],
+        effects: Mapping[str, type[Effect]] | None = None,
+        files: Sequence[str] = (),
+    ) -> Session:
+        """The same of tables that lie in no folder; without `effects` with all of the library."""
+        data = from_tables(list(tables))
+        known = library() if effects is None else effects
+        return cls(Campaign("made", []), data, TireModel(data), dict(known), tuple(files))
 
     def options(
         self,
