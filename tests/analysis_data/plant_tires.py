@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from flatplank_data.exporters import export_campaign
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
@@ -41,7 +41,7 @@ def plant_campaign(
             effective_rolling_radius=truth.effective_rolling_radius,
         )  # fmt: skip
         made = plant.run(run, np.random.default_rng((3, number)))
-        info = RunInfo(
+        info = RunRecord(
             file=f"{t.name}_{100 * kappa:g}_a{angle:g}_{start}.parquet", tire=t.name, kappa=kappa,
             fz=t.nominal_load, pressure=t.nominal_pressure_bar, alpha_deg=angle, start=start,
             run_index=number, step_position=STEP,

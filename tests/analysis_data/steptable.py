@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 SPEED = 0.031
@@ -55,4 +55,4 @@ def step_table(
         "step_position": 1.5,
         "file": f"TOY_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}.parquet",
     }
-    return MeasurementTable(columns, RunInfo(**{**facts, **info}))
+    return MeasurementTable(columns, RunRecord(**{**facts, **info}))

@@ -21,7 +21,7 @@ from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.report.tables import all_tables
 from flatplank_data.campaign import Campaign
 from flatplank_data.exporters import export_campaign
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 SIGMA_Y, STIFFNESS_Y = 0.35, 6.0e4
@@ -53,7 +53,7 @@ def _standing(alpha: float) -> MeasurementTable:
     x = np.linspace(0.0, 0.012, 400)
     along, across = x * math.cos(math.radians(alpha)), x * math.sin(math.radians(alpha))
     kind = "stiffness_lateral" if alpha else "stiffness_longitudinal"
-    info = RunInfo(
+    info = RunRecord(
         file=f"{kind}.parquet", tire="TOY", measurement=kind, fz=3700.0, pressure=2.5,
         alpha_deg=alpha,
     )  # fmt: skip
@@ -67,7 +67,7 @@ def _loading(bar: float) -> MeasurementTable:
     """A standing tire of r_0 = 0.32 m, stiffer by half of the pressure's change."""
     radius = 0.32 - 0.04 * np.concatenate([np.linspace(0.0, 1.0, 200), np.linspace(1.0, 0.0, 200)])
     stiffness = 2.0e5 * (1.0 + 0.5 * (bar / 2.5 - 1.0))
-    info = RunInfo(
+    info = RunRecord(
         file=f"load_{bar:g}.parquet", tire="TOY", measurement="stiffness_vertical", pressure=bar
     )
     return MeasurementTable({"loaded_radius": radius, "fz": stiffness * (0.32 - radius)}, info)
@@ -87,11 +87,11 @@ def folder(tmp_path_factory):
     )
     speed = np.repeat(np.linspace(0.0, 200.0, 21), 20)
     turn = {"motor_velocity": speed, "motor_torque": 1.5 + 0.002 * speed}
-    info = RunInfo(file="turn.parquet", tire="TOY", measurement="unloaded_turn")
+    info = RunRecord(file="turn.parquet", tire="TOY", measurement="unloaded_turn")
     tables.append(MeasurementTable(turn, info))
     load, b = np.array([1850.0, 3700.0, 5550.0]), np.array([0.062, 0.073, 0.079])
     prints = {"fz": load, "half_length": np.array([0.0496, 0.0708, 0.0872]), "half_width": b}
-    info = RunInfo(file="print.parquet", tire="TOY", measurement="footprint", pressure=2.5)
+    info = RunRecord(file="print.parquet", tire="TOY", measurement="footprint", pressure=2.5)
     tables.append(MeasurementTable(prints, info))
     tables += [_standing(0.0), _standing(40.0), *(_loading(p) for p in (2.0, 2.5))]
     return export_campaign(tables, tmp_path_factory.mktemp("beside") / "campaign")

@@ -11,8 +11,8 @@ import pytest
 
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.info import RunInfo, info_from_dict
-from flatplank_data.names import parse_name, run_name
+from flatplank_data.naming import facts_of_name, name_of, numbered
+from flatplank_data.run_record import RunRecord, read_run
 from flatplank_data.table import MeasurementTable
 
 
@@ -182,14 +182,14 @@ NAMES = [
 
 @pytest.mark.parametrize(("name", "facts"), NAMES)
 def test_names_of_appendix_f(name, facts):
-    parsed = parse_name(name)
+    parsed = facts_of_name(name)
     assert {key: parsed[key] for key in facts} == pytest.approx(facts)
-    assert run_name(RunInfo(**parsed)) == name
+    assert numbered(name_of(vars(RunRecord(**parsed))), parsed["repeat"]) == name
 
 
 def test_run_record_round_trip():
-    info = RunInfo(file="a.parquet", tire="TOY", kappa=-0.02, fz=3700.0, uuid="u", notes="n")
-    again, remarks = info_from_dict(info.to_dict(), "test")
+    info = RunRecord(file="a.parquet", tire="TOY", kappa=-0.02, fz=3700.0, uuid="u", notes="n")
+    again, remarks = read_run(info.to_dict(), "test")
     assert again == info and not remarks
 
 

@@ -27,7 +27,7 @@ from flatplank_analysis.report.tables import all_tables
 from flatplank_analysis.report_files.build import write
 from flatplank_data.campaign import Campaign
 from flatplank_data.exporters import export_campaign
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 SLIPS = (-0.02, -0.01, 0.0, 0.01, 0.02)
@@ -56,7 +56,7 @@ def folder(tmp_path_factory):
     radius = np.concatenate([down, down[::-1]])
     columns = {"loaded_radius": radius, "fz": 2.13e5 * (0.32 - radius)}
     info = {"tire": "TOY", "pressure": 2.5, "fz": 6000.0}
-    stiffness = RunInfo(file="TOY_STF_T_p25_Fz6000_1.parquet", measurement="stiffness", **info)
+    stiffness = RunRecord(file="TOY_STF_T_p25_Fz6000_1.parquet", measurement="stiffness", **info)
     tables.append(MeasurementTable(columns, stiffness))
     prints = {
         "fz": np.array([1850.0, 3700.0, 5550.0]),
@@ -64,7 +64,7 @@ def folder(tmp_path_factory):
     }
     tables.append(
         MeasurementTable(
-            prints, RunInfo(file="footprint.parquet", measurement="footprint", **info)
+            prints, RunRecord(file="footprint.parquet", measurement="footprint", **info)
         )
     )
     return export_campaign(tables, tmp_path_factory.mktemp("report") / "campaign")

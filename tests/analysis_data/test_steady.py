@@ -14,7 +14,7 @@ from flatplank_analysis.steady.stiffness import (
 )
 from flatplank_analysis.steady.transmission import efficiency, friction_torque
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 
@@ -55,7 +55,7 @@ def test_vertical_stiffness_loading_and_unloading():
     down = np.linspace(0.32, 0.28, 400)
     radius = np.concatenate([down, down[::-1]])
     force = np.concatenate([2.2e5 * (0.32 - down), 2.06e5 * (0.32 - down[::-1])])
-    info = RunInfo(measurement="stiffness", pressure=2.5)
+    info = RunRecord(measurement="stiffness", pressure=2.5)
     found = vertical_stiffness(MeasurementTable({"loaded_radius": radius, "fz": force}, info))
     assert (found.loading, found.unloading) == pytest.approx((2.2e5, 2.06e5))
     assert found.mean == pytest.approx(2.13e5) and found.window == (0.285, 0.305)

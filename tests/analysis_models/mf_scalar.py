@@ -165,4 +165,5 @@ def forces(
     my = k["QSY1"] + k["QSY2"] * fx / k["FNOMIN"] + k["QSY3"] * abs(v) + k["QSY4"] * v**4
     my += (k["QSY5"] + k["QSY6"] * n) * g2
     my *= -r0 * k["FNOMIN"] * n ** k["QSY7"] * (p / k["NOMPRES"]) ** k["QSY8"] * k["LMY"]
+    my *= _sgn(vx)  # it resists
     return {"fx": fx, "fy": fy, "mz": mz, "mx": mx, "my": my, "kx": kx, "ky": ky}

@@ -34,7 +34,7 @@ from flatplank_analysis.models.contact import TOYO
 from flatplank_analysis.models.nonlinear import NonlinearY
 from flatplank_analysis.models.steady_law import table_law
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_validation.fits.campaigns import Truth, simulate_linear, simulate_runs
 
@@ -120,8 +120,13 @@ def test_linear_condition_statement_changes_with_the_starts() -> None:
     assert fit_linear(runs).confusions == ()
     one = fit_linear([r for r in runs if r.start == 1])
     assert "no slip level was repeated" in one.confusions[0].statement
+    assert "another start angle" in one.confusions[0].remedy
     same = fit_linear([replace(r, start=1) for r in runs])
     assert "one start angle only" in same.confusions[0].statement
+    assert "a start angle of 120 deg" in same.confusions[0].remedy
+    assert one.confusions[0].correlation == 1.0 == same.confusions[0].correlation
+    assert one.confusions[0].names == ("run-to-run scatter", "noise")
+    assert same.confusions[0].names == ("steady_force", "once-per-turn error")
 
 
 def test_carcass_of_quiet_runs() -> None:
@@ -191,7 +196,7 @@ def _table(kappa: float, step: float = 1.5) -> MeasurementTable:
         "fx": 9e4 * kappa * -np.expm1(-after / 0.45),
         "fz": np.full_like(x, 3700.0),
     }
-    info = RunInfo("a.parquet", kappa=kappa, fz=3700.0, pressure=2.5, step_position=1.5,
+    info = RunRecord("a.parquet", kappa=kappa, fz=3700.0, pressure=2.5, step_position=1.5,
                    effective_rolling_radius=0.31)  # fmt: skip
     return MeasurementTable(columns, info)
 
@@ -225,7 +230,7 @@ def _start_at_angle(alpha_deg: float, number: int) -> MeasurementTable:
         "fy": np.concatenate([rest, force]) + 0.5 * np.sin(np.arange(2051) + number),
         "fz": np.full(2051, 3700.0),
     }
-    info = RunInfo(f"y{number}.parquet", fz=3700.0, pressure=2.5, alpha_deg=alpha_deg,
+    info = RunRecord(f"y{number}.parquet", fz=3700.0, pressure=2.5, alpha_deg=alpha_deg,
                    start=1 + number % 3, step_position=1.9)  # fmt: skip
     assert tangent * force[-1] <= 0.0
     return MeasurementTable(columns, info)
@@ -253,7 +258,8 @@ def test_campaign_fits_go_on_past_a_bad_condition() -> None:
     assert "three or more slip levels" in found.problems[0]
     json.dumps(found.to_json())
     assert len(fit_campaign([*good, *bad], FitFile("linear")).fits) == 2
-    with pytest.raises(FlatplankError, match="no model cubic"):
+    words = "no model cubic; choose one of linear, nonlinear, lateral, mf"
+    with pytest.raises(FlatplankError, match=words):
         fit_campaign(good, FitFile("cubic"))
     with pytest.raises(FlatplankError, match="three or more slip levels"):
         fit_campaign(bad, FitFile("nonlinear"))

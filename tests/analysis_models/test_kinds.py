@@ -19,7 +19,7 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant import PlantConfig
 from flatplank_sim.plant.truth import truth_row
@@ -169,6 +169,6 @@ def test_a_run_that_shows_nothing_is_refused_with_its_name(kind):
     zero = {n: np.zeros_like(x) for n in ("fx", "fy", "mz", "steer_angle", "total_camber")}
     columns = {"plank_position": x, "fz": np.full_like(x, LOAD), **zero}
     given = {"parameters": {"measurement": {"cleat_mm": 10.0}}}
-    table = MeasurementTable(columns, RunInfo(file="run.csv", measurement=kind, extra=given))
+    table = MeasurementTable(columns, RunRecord(file="run.csv", measurement=kind, **given))
     with pytest.raises(FlatplankError, match=r"run\.csv"):
         RUN_BY_RUN[kind](table)

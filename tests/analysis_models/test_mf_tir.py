@@ -93,6 +93,7 @@ def test_round_trip_keeps_everything(tmp_path: Path) -> None:
         ("= 61 ", "= 70 ", "not Magic Formula 5.2 or 6.0 to 6.2"),
         ("= 61 ", "= 52 \n[LATERAL_COEFFICIENTS]\nPCY2 = 0.8", "PCY2 is of .* motorcycles"),
         ("2.0e+05", "2,0e5", "is not a number"),
+        ("2.0e+05", "nan", "= nan is not a number"),
         ("FNOMIN                   = 4000", "FNOMIN = 0", "FNOMIN = 0 is not positive"),
     ],
 )
@@ -115,6 +116,8 @@ def test_missing_file_is_one_line() -> None:
 
 
 def test_warnings() -> None:
+    assert "VXLOW" not in " ".join(parse_tir(TEXT).warnings(vx=-1.0))
+    assert "VXLOW" in " ".join(parse_tir(TEXT).warnings(vx=-0.99))
     said = " | ".join(parse_tir(TEXT).warnings(vx=0.03))
     assert "VXLOW = 1 m/s is above the speed of 0.03 m/s" in said
     assert "LATERAL_STIFFNESS is missing: sigma_y is not known" in said
@@ -125,7 +128,8 @@ def test_warnings() -> None:
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_sets(name: str) -> None:
     tir = shipped_tir(name)
-    assert tir.values["VXLOW"] == 0.0
+    check_tir(tir)
+    assert tir.values["VXLOW"] == 0.0 and tir.path == f"{name}.tir"
     state = tire_state(tir, tir.values["FNOMIN"])
     plain = state.to_json()
     assert plain["sigma_y"] is None
@@ -284,6 +288,8 @@ def test_a_whole_file_leaves_nothing_to_the_defaults_of_other_programs(
     write_tir(whole(tir, ranges), tmp_path / "whole.tir")
     found = _as_simple_readers_do((tmp_path / "whole.tir").read_text())
     assert {*HEAD, *RANGES} <= found.keys()
+    made = whole(tir, ranges)
+    assert all(isinstance(e.value, str) for s in made.sections.values() for e in s.values())
     assert found["UNITS"] == {"LENGTH": "meter", "FORCE": "newton", "ANGLE": "radians",
                               "MASS": "kg", "TIME": "second"}  # fmt: skip
     assert found["MODEL"]["FITTYP"] == 61.0 and found["MODEL"]["TYRESIDE"] == "LEFT"
@@ -299,6 +305,18 @@ def test_a_whole_file_leaves_nothing_to_the_defaults_of_other_programs(
     assert format_tir(whole(again)) == format_tir(whole(tir, ranges))
     states = [tire_state(t, 3000, 0.03, 0.02).to_json() for t in (again, tir)]
     assert states[0] == states[1]
+
+
+def test_ranges_of_a_whole_file_are_those_of_the_last_fit() -> None:
+    """A file that is written again without new ranges keeps those that it has."""
+    first = whole(parse_tir(TEXT), {"fz": (1000.0, 5000.0)})
+
+    def loads(tir) -> list[str]:
+        return [e.value for e in tir.sections["VERTICAL_FORCE_RANGE"].values()]
+
+    assert loads(first) == ["1000.0", "5000.0"] == loads(whole(first))
+    assert loads(whole(first, {"fz": (2000.0, 3000.0)})) == ["2000.0", "3000.0"]
+    assert loads(whole(first, {})) == ["0.0", "100000.0"] == loads(whole(parse_tir(TEXT)))
 
 
 def test_a_template_without_numbers_is_told_from_a_tire() -> None:

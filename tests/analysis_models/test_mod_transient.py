@@ -150,6 +150,11 @@ def test_nonlinear_smooth_law_equals_its_table() -> None:
         NonlinearY(),
         NonlinearX(damping_time=0.01),
         NonlinearX(tread_stiffness=1.7e7),
+        NonlinearX(friction=0.35),
+        NonlinearX(lambda _: table_law(np.linspace(-0.4, 0.4, 41), 3700.0 * np.sin(
+            1.9 * np.arctan(17.0 * np.linspace(-0.4, 0.4, 41)))), friction=20.0),
+        NonlinearX(lambda _: TableLaw(-0.12, 0.01, 9e2 * np.outer(
+            np.arange(1, 7), np.linspace(-1.0, 1.0, 25) ** 3 + np.linspace(-1.0, 1.0, 25)))),
         NonlinearX(lambda p: table_law(np.linspace(-0.1, 0.1, 5), 9e3 * np.outer(
             np.arange(1, len(p) + 1), np.linspace(-0.1, 0.1, 5)))),
     ],
@@ -157,8 +162,10 @@ def test_nonlinear_smooth_law_equals_its_table() -> None:
 def test_nonlinear_machine_code_equals_array_code(
     model: NonlinearX, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    slips = (-0.1, -0.02, 0.0, 0.01, 0.05)
-    inputs = stack_runs([slip_inputs(X, k, 3700.0, alpha=0.05, start_fx=-30.0) for k in slips])
+    """Up to slips at which all slides, and beyond the table; with a table of each run."""
+    slips = (-0.3, -0.02, 0.0, 0.01, 0.05, 0.2)
+    loads = 3700.0 + 900.0 * np.sin(7.0 * X)
+    inputs = stack_runs([slip_inputs(X, k, loads, alpha=0.05, start_fx=-30.0) for k in slips])
     lanes = np.array([[2e5], [3e5]])
     assert kernel.compiled is not None, "numba is missing: pip install numba"
     fast = model.simulate(lanes, inputs)

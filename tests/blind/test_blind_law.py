@@ -13,7 +13,7 @@ from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import library
 from flatplank_data.campaign import Campaign
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Run, Setting
 from flatplank_validation.blind.noise import NOISES, RELATIVE, Noise, noise
@@ -38,7 +38,7 @@ def data():
         dt = float(c["time"][1] - c["time"][0])
         for name, share in RELATIVE.items():
             c[name] = c[name] + noise(kinds[name], len(c["time"]), dt, random, share)
-        info = RunInfo(
+        info = RunRecord(
             file=f"{run.index}.parquet", tire="LAW", kappa=run.setting.kappa, fz=run.setting.fz,
             pressure=run.setting.pressure, start=run.start, run_index=run.index,
             effective_rolling_radius=world.radius, step_position=STEP,

@@ -8,6 +8,7 @@ import pytest
 from flatplank_data.errors import FlatplankError
 from flatplank_sim.sealed.score import score
 from flatplank_sim.sealed.seal import unseal
+from flatplank_sim.sealed.words import text_of
 
 RACK = {
     "name": "rack_backlash", "size": 5e-4, "unit": "m", "class": ["drive_backlash", "road_play"],
@@ -92,3 +93,16 @@ def test_what_is_in_no_library_is_found_at_its_place():
 def test_no_seal_is_one_line():
     with pytest.raises(FlatplankError, match="sealed"):
         unseal("/nonexistent")
+
+
+def test_what_grows_from_run_to_run_is_judged_by_the_runs_that_there_are():
+    """13 % less grip over 27 runs is half of that over 14."""
+    answer = {"effects": [{"name": "wear", "size": 0.13, "unit": "1", "class": [], "runs": 27}]}
+    wear = named("wear", size=0.065, unit="1")
+    (points,) = score(said("found", wear, runs=14), answer)["effects"]
+    assert points["covered"] and points["error"] == pytest.approx(0.0)
+    (points,) = score(said("found", wear, runs=27), answer)["effects"]
+    assert not points["covered"] and points["error"] == pytest.approx(-0.5)
+    lines = text_of(answer | {"outside": None}, score(said("found", wear, runs=14), answer))
+    assert lines[0] == "hidden: wear, 0.13 over 27 runs"
+    assert lines[1] == "found as wear: 0.065 over 14 runs (+0 %), its interval covers the truth"

@@ -16,7 +16,7 @@ from flatplank_control.runner.campaign.order import condition
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement
 from flatplank_data.limits import LIMITS
-from flatplank_data.params import ParameterError, updated
+from flatplank_data.params import ParameterError, from_mapping
 from flatplank_hw.hub import HubParameters
 from flatplank_hw.share import config_file
 from flatplank_panel.operator import HANDS
@@ -294,7 +294,7 @@ def test_camber_is_made_everywhere_or_refused_on_paper(gamma):
     wheel = {"wheel_camber_deg": gamma}
     if limit.low <= gamma <= limit.high:
         dry_run(plan_from_text(HEAD + runs, "p.yaml"))
-        assert updated(HubParameters(), wheel, "hub").wheel_camber_deg == gamma
+        assert from_mapping(HubParameters, wheel, "hub").wheel_camber_deg == gamma
         return
     with pytest.raises(PlanError) as caught:
         plan_from_text(HEAD + runs, "p.yaml")
@@ -302,7 +302,7 @@ def test_camber_is_made_everywhere_or_refused_on_paper(gamma):
         f"p.yaml:6: gamma_deg is {gamma:g} deg, must be within -15 .. 15",
     )
     with pytest.raises(ParameterError):
-        updated(HubParameters(), wheel, "hub")
+        from_mapping(HubParameters, wheel, "hub")
 
 
 @pytest.mark.parametrize("name", ["TOY", "CON", "MIC", "RAC"])

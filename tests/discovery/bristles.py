@@ -16,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 SLIPS = (-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1)
@@ -248,7 +248,7 @@ def _measure(truth: Truth, rng, plan, out, kappa, start) -> list[MeasurementTabl
             "fy": fy[i],
             "fz": fz[i],
         }
-        info = RunInfo(
+        info = RunRecord(
             file=f"run_{i:02d}_{100 * k:+g}_{s}.parquet", tire="MADE", kappa=k, fz=LOAD,
             pressure=2.5, start=s, run_index=i, effective_rolling_radius=RADIUS,
             step_position=STEP,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.contact_patch.data import TireRuns, from_tables
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
@@ -106,7 +106,7 @@ def runs_of(design: str, columns: Sequence[Columns]) -> TireRuns:
     """As the search gets them."""
     tables = []
     for index, (at, c) in enumerate(zip(DESIGNS[design], columns, strict=True)):
-        info = RunInfo(
+        info = RunRecord(
             file=f"other_{index}", tire="OTHER", kappa=at.kappa, fz=at.fz, pressure=at.pressure,
             alpha_deg=at.alpha_deg, gamma_deg=at.gamma_deg, start=at.start, run_index=index,
             effective_rolling_radius=RADIUS, step_position=STEP, speed=SPEED * at.speed,

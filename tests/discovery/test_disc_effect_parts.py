@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from shapes import measured
 
-from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.data import References, from_tables
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.effects import checks, registry
@@ -215,6 +215,7 @@ DATA = SimpleNamespace(
     signals={"fz": np.array([[1.0, 1.0, 1.0, 1.0, 1.0, 4.0, 6.0]])},
     runs=SimpleNamespace(order=ORDER, time=np.array([[0.0, 1.0, 2.0, 3.0]] * 3)),
 )  # fmt: skip
+DATA.reference = References.of(DATA)
 
 
 def tire(name: str, load=None, **values: float):

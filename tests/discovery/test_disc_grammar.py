@@ -146,7 +146,11 @@ def test_sites_are_what_the_runs_can_show():
     sites = sites_of(data, places)
     assert len({s.name for s in sites}) == len(sites)
     # a constant is the base's own, unless something turns it on and off
-    assert all(s.modulator.name for s in sites if not s.place.name)
+    constant = {s.name for s in sites if not s.place.name}
+    assert {"friction, constant, driving", "gain, constant, braking"} <= constant
+    assert "fx, constant" not in constant
+    # a load over itself is a power of it
+    assert "fx, over load, load" not in {s.name for s in sites}
 
 
 def test_a_proposal_gets_the_name_of_its_cause(tmp_path):

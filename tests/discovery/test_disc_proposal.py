@@ -16,11 +16,13 @@ from flatplank_analysis.cli import add, confirm, effects, propose
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import load_file
+from flatplank_analysis.proposal.hooks import HOOKS
+from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.propose import refuted
-from flatplank_analysis.proposal.scan import Scanned
-from flatplank_analysis.proposal.search import doubt, looks_of
-from flatplank_analysis.proposal.sites import places_of, sites_of
+from flatplank_analysis.proposal.scan import CURVE, FURTHER, WAVE, Scanned
+from flatplank_analysis.proposal.search import doubt, looks_of, varied
+from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_data.errors import FlatplankError
 
 pytestmark = pytest.mark.timeout(900)  # whole searches: a busy machine takes minutes
@@ -199,6 +201,38 @@ def test_a_wave_that_dies_away_is_found_from_the_step_on():
     assert result["numbers"]["period"] == pytest.approx(0.2, rel=0.03)
 
 
+def test_what_grows_after_the_step_begins_at_the_step():
+    """Over the plank it would begin before the slip does; the lag of the tire must not pass for
+    the slow rise."""
+    tables = []
+    for table in campaign(Truth(seed=77, slips=FEW)):
+        since = np.maximum(table["plank_position"] - table.info.step_position, 0.0)
+        rise = 60.0 * (1.0 - np.exp(-since / 0.5)) * (table.info.kappa < 0.0)
+        tables.append(table.with_columns(fx=table["fx"] + rise))
+    result = of_session(Session.of_tables(tables, {})).to_dict()
+    assert result["verdict"] == "proposed", result
+    told = [result[k] for k in ("hook", "coordinate", "modulator", "shape")]
+    assert told == ["fx", "distance since the step", "braking", "relaxation"], result
+    assert result["refit"]["size"] == pytest.approx(60.0, rel=0.2)
+    assert result["numbers"]["length"] == pytest.approx(0.5, rel=0.4)
+    assert "np.maximum(u - 0.0, 0.0)" in result["text"]
+
+
+def test_coordinates_that_hardly_differ_fill_no_list():
+    """Sites of one hook and modulator after the third make room for others."""
+    fx, slip = (h for h in HOOKS if h.name in ("fx", "slip"))
+    sites = [Site(slip, None, BY_NAME["braking"])] * 5 + [Site(fx, None, BY_NAME["braking"])]
+    assert varied(sites, lambda s: s, 9) == [*sites[:3], sites[5]]
+    assert varied(sites, lambda s: s, 2) == sites[:2]
+
+
+def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price():
+    curve = Scanned(None, 60.0, 14, 14, CURVE)
+    assert curve.evidence(1.0, 3.0) == pytest.approx(18.0)
+    assert replace(curve, forms={2: 50.0}).evidence(1.0, 3.0) == pytest.approx(44.0)
+    assert replace(curve, forms={2: 10.0}).evidence(1.0, 3.0) == pytest.approx(18.0)
+
+
 @pytest.mark.parametrize(
     ("interval", "gain", "after", "why"),
     [
@@ -224,7 +258,11 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
 
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():
-    scanned = [Scanned(None, 0.0, 5, 5), Scanned(None, 0.0, 2, 400, waves=True)] * 3
+    curve, wave = Scanned(None, 0.0, 5, 5, CURVE), Scanned(None, 0.0, 2, 400, WAVE)
+    looks = looks_of([curve, wave] * 3)
+    assert looks == {CURVE: 30, WAVE: 2400}
+    own = Scanned(None, 0.0, 5, 5, FURTHER)
+    scanned = [*[curve, wave] * 3, own]
     looks = looks_of(scanned)
-    assert looks == {False: 30, True: 2400}
-    assert sum(s.looks / looks[s.waves] for s in scanned) == pytest.approx(1.0)
+    assert looks == {CURVE: 45, WAVE: 3600, FURTHER: 15}
+    assert sum(s.looks / looks[s.kind] for s in scanned) == pytest.approx(1.0)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Run
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
@@ -34,7 +34,7 @@ def tables(
         for name, share in RELATIVE.items():
             c[name] = c[name] + noise(NOISES["usual"], len(c["time"]), 0.05, random, share)
         s = run.setting
-        info = RunInfo(
+        info = RunRecord(
             file=f"run_{run.index:02d}.parquet", tire="THIRD", kappa=s.kappa, fz=s.fz,
             pressure=s.pressure, alpha_deg=s.alpha_deg, gamma_deg=s.gamma_deg, start=run.start,
             run_index=run.index, effective_rolling_radius=made.radius, step_position=STEP,

@@ -33,6 +33,7 @@ ARGUMENTS: dict[str, list[str]] = {
     "bench-propose": ["--nonsense"],
     "bench-speed": ["nonsense"],
     "bench-start": ["--nonsense"],
+    "bench-unchanged": ["nonsense"],
     "calibrate": ["nonsense"],
     "compare": ["nowhere"],
     "demo": ["--out", "made"],

@@ -16,6 +16,7 @@ THEIRS = {
     "GEAR_RATIO": (machine.GEAR_RATIO, 30.32),
     "ROAD_LENGTH": (machine.ROAD_LENGTH,),
     "FAST": (machine.FAST,),
+    "USUAL_RADIUS": (machine.USUAL_RADIUS,),
 }
 """constant -> literals that are its value, or a part of it"""
 
@@ -35,9 +36,47 @@ def test_a_number_of_the_machine_stands_once(name: str) -> None:
     ]
 
 
-def test_one_hint_names_what_is_near_an_unknown_name() -> None:
-    """`flatplank_data.params.nearest`; the analysis and its readers have words of their own."""
-    packages = ("hw", "control", "sim", "panel")
+def test_what_is_near_an_unknown_name_is_found_in_one_place() -> None:
+    files = SOURCES.glob("flatplank_*/flatplank_*/**/*.py")
+    assert [f.name for f in files if "difflib" in f.read_text(encoding="utf-8")] == ["params.py"]
+
+
+def test_text_files_are_replaced_in_one_place() -> None:
+    """`flatplank_data.files.write_atomic`; the cache of tables replaces a binary file."""
+    files = [*SOURCES.glob("flatplank_*/flatplank_*/**/*.py")]
+    assert sorted(f.name for f in files if "os.replace(" in f.read_text(encoding="utf-8")) == [
+        "cache.py",
+        "files.py",
+    ]
+
+
+def test_a_run_is_described_by_one_class() -> None:
+    """A plan has what is to be done (`Measurement`), every record and file a `RunRecord`. The
+    simulated plant shares nothing with what measures it."""
+    said = {"effective_rolling_radius", "step_position", "pressure", "run_index"}
+    found = set()
+    packages = ("data", "hw", "control", "panel", "analysis")
     files = [f for p in packages for f in SOURCES.glob(f"flatplank_{p}/flatplank_{p}/**/*.py")]
-    assert files
-    assert [f.name for f in files if "difflib" in f.read_text(encoding="utf-8")] == []
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                own = [item.target for item in node.body if isinstance(item, ast.AnnAssign)]
+                if said <= {item.id for item in own if isinstance(item, ast.Name)}:
+                    found.add(node.name)
+    assert found == {"RunRecord", "Measurement"}
+
+
+def test_bags_and_their_messages_are_read_in_one_way() -> None:
+    """By the definition that a message has, in `flatplank_data.bags`; a stamp is where every
+    header begins."""
+    files = {f: f.read_text(encoding="utf-8") for f in SOURCES.glob("flatplank_*/**/*.py")}
+    assert [f.name for f, text in files.items() if "AnyReader" in text] == []
+    assert [f.name for f, text in files.items() if "unpack_from(cdr" in text] == ["convert.py"]
+
+
+def test_yaml_that_people_write_is_read_in_one_place() -> None:
+    """What is no YAML is told in one place; a plan's loader keeps the line of each key. A model
+    file has its own words."""
+    files = SOURCES.glob("flatplank_*/flatplank_*/**/*.py")
+    words = {f.name for f in files if "not YAML" in f.read_text(encoding="utf-8")}
+    assert words == {"yaml_text.py", "located.py", "modelfile.py"}

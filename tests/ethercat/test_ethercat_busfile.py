@@ -98,7 +98,7 @@ def test_refusals(where: list[Any], value: Any, words: str) -> None:
 def test_files_that_are_no_bus_files(tmp_path: Path, text: str) -> None:
     path = tmp_path / "bad.yaml"
     path.write_text(text)
-    with pytest.raises(BusFileError, match=r"bad\.yaml") as caught:
+    with pytest.raises(ValueError, match=r"bad\.yaml") as caught:
         read_bus_file(path)
     assert "\n" not in str(caught.value)
 

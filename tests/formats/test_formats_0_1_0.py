@@ -19,7 +19,7 @@ from flatplank_analysis.models.tire_record import read_record
 from flatplank_control.runner.campaign.journal import Journal
 from flatplank_control.runner.campaign.plan import load_plan
 from flatplank_data.campaign import Campaign
-from flatplank_data.run_record import load_record
+from flatplank_data.run_record import load_record, read_run
 from flatplank_sim.sealed.seal import unseal
 
 HERE = Path(__file__).parent / "0.1.0"
@@ -50,6 +50,8 @@ def test_run_record_and_tire_record(old) -> None:
     assert yaml.safe_load(record.to_yaml()) == yaml.safe_load(
         (old / "campaign" / RUN / "run.yaml").read_text()
     )
+    text = (old / "campaign" / RUN / "run.yaml").read_text()
+    assert read_run(yaml.safe_load(text), "run.yaml") == (record, [])  # the analysis has it, too
     tire = read_record(old / "campaign" / "tire.yaml")
     assert (tire.name, tire.nominal_load) == ("TOY", 3700.0)
 

@@ -34,11 +34,11 @@ profile_time: 4.5
 
 def columns(path):
     from flatplank_data.campaign import Run
-    from flatplank_data.info import RunInfo
+    from flatplank_data.run_record import RunRecord
     from flatplank_data.store import open_store
 
     names = [*COLUMNS, "steer_angle", "mz"]
-    return Run(RunInfo(file=path.name), open_store(path.parent)).table(names).columns
+    return Run(RunRecord(file=path.name), open_store(path.parent)).table(names).columns
 
 
 def steering_stops_with_its_operator(bench):

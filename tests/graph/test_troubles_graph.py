@@ -140,12 +140,16 @@ def test_troubles_are_in_diagnostics_in_the_log_and_in_the_bag(tmp_path, monkeyp
         bench.advance(250)
         seen.hears("heartbeat", "for 5")
 
+        bench.call(Trigger, "/simulated_plant/unload")
+        bench.advance(2000)
+        bench.call(Trigger, "/measurement_hub/tare")
         enable(bench)
         plank(bench, 1)
         bench.advance(250)
         plank(bench, 0)
         bench.advance(50)
         seen.hears("plank_stopped", "plank at")
+        seen.hears("tare_given_up", "the plank moved")
 
         bench.call(SetBool, "/simulated_plant/emergency_stop", data=True)
         bench.advance(25)

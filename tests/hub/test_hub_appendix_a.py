@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hub_inputs import bus
+from hub_inputs import bus, volts_from_wheel, wheel_from_contact
 
-from flatplank_data.params import updated
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.hub.appendix_a import (
     contact_from_wheel,
     gains,
-    volts_from_wheel,
-    wheel_from_contact,
     wheel_from_volts,
 )
 from flatplank_hw.samples import Wrench
@@ -80,7 +78,7 @@ def test_contact_wrench_is_the_wheel_wrench_moved_and_turned(gamma_deg):
 @pytest.mark.parametrize("counts", [-900, 0, 137, 1200])
 def test_hub_reproduces_a_contact_wrench_at_any_camber(counts):
     """The total camber is hub + measured road camber + offset."""
-    p = updated(P, {"wheel_camber_deg": -2.5, "road_camber_offset_deg": 0.7}, "test")
+    p = replace(P, wheel_camber_deg=-2.5, road_camber_offset_deg=0.7)
     gamma = math.radians(-1.8) + counts * 2 * math.pi / p.camber_counts_per_turn
     lvdt = -0.3
     radius = p.lvdt_offset + p.lvdt_gain * lvdt
@@ -97,13 +95,13 @@ def test_hub_reproduces_a_contact_wrench_at_any_camber(counts):
 @pytest.mark.parametrize("gamma_deg", [0.0, 4.0])
 @pytest.mark.parametrize("source", ["force_balance", "motor_torque"])
 def test_drive_moment_enters_as_the_thesis_recommends(source, gamma_deg):
-    p = updated(P, {"drive_moment_source": source, "wheel_camber_deg": gamma_deg}, "test")
+    p = replace(P, drive_moment_source=source, wheel_camber_deg=gamma_deg)
     axes = bus().axes
     axes = (axes[0]._replace(torque=35000), *axes[1:])
     volts = volts_from_wheel(Wrench(1000.0, 0.0, 3700.0, 0.0, 0.0, 10.0), gains(p))
     inputs = bus(bridge_volts=volts, axes=axes)
     off = MeasurementHub(p).step(inputs)
-    on = MeasurementHub(updated(p, {"include_drive_moment": True}, "test")).step(inputs)
+    on = MeasurementHub(replace(p, include_drive_moment=True)).step(inputs)
     moment = on.wheel.my
     wanted = {
         "force_balance": -off.loaded_radius * off.wheel.fx,

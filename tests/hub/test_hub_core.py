@@ -7,10 +7,10 @@ import math
 import time
 
 import pytest
-from hub_inputs import bus
+from hub_inputs import bus, volts_from_wheel
 
 from flatplank_hw.hub import HubParameters, MeasurementHub
-from flatplank_hw.hub.appendix_a import gains, volts_from_wheel
+from flatplank_hw.hub.appendix_a import gains
 from flatplank_hw.samples import Wrench
 
 P = HubParameters(tare_samples=20)

@@ -40,6 +40,8 @@ class Mutant:
     new: str
     source: str
     """of the whole file"""
+    lines: tuple[int, ...] = ()
+    """of the statement that it is in; of its head where the statement has a body"""
 
     @property
     def name(self) -> str:
@@ -54,8 +56,9 @@ def mutants_of(path: Path, file: str) -> Iterator[Mutant]:
     starts = [0]
     for line in text.splitlines(keepends=True):
         starts.append(starts[-1] + len(line.encode()))
-    raw = text.encode()
-    for node, new in _changes(ast.parse(text)):
+    raw, tree = text.encode(), ast.parse(text)
+    ranges = [_lines(node) for node in ast.walk(tree) if isinstance(node, ast.stmt)]
+    for node, new in _changes(tree):
         a = starts[node.lineno - 1] + node.col_offset
         b = starts[node.end_lineno - 1] + node.end_col_offset
         old = raw[a:b].decode()
@@ -63,7 +66,15 @@ def mutants_of(path: Path, file: str) -> Iterator[Mutant]:
         if isinstance(node, ast.expr):
             word = f"({word})"
         made = (raw[:a] + word.encode() + raw[b:]).decode()
-        yield Mutant(file, node.lineno, old, word, made)
+        own = min((r for r in ranges if node.lineno in r), key=len)
+        yield Mutant(file, node.lineno, old, word, made, tuple(own))
+
+
+def _lines(statement: ast.stmt) -> range:
+    body = getattr(statement, "body", None)
+    if body and body[0].lineno > statement.lineno:
+        return range(statement.lineno, body[0].lineno)
+    return range(statement.lineno, statement.end_lineno + 1)
 
 
 def _changes(tree: ast.Module) -> Iterator[tuple[ast.AST, ast.AST]]:

@@ -22,11 +22,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from lines import VARIABLE, Lines
 from mutants import Mutant, mutants_of
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = "ros_ws/src/flatplank_analysis"
-NOTHING_COLLECTED = 5
 SLOWER = 4.0
 """times what the tests take without a fault: a fault that takes longer has been noticed"""
 
@@ -48,7 +48,13 @@ def _files(begin: str, names: str) -> tuple[str, ...]:
 
 
 FITS = _files(
-    "analysis_models/test", "mf_tir mf_vectors mod_transient idn_core idn_magic idn_fits"
+    "analysis_models/test",
+    "mf_tir mf_remarks mf_structure mf_vectors mod_transient idn_core idn_magic idn_fits",
+)
+PARTS = _files(
+    "analysis_models/test_idn",
+    "carcass carcass_fit covariance curve fit_file grid information linear mf_points mf_problem "
+    "mf_stages mf_statement mf_twins noise quality repeats results runs search zero",
 )
 AREAS = (
     Area("effects", "effects", _files("discovery/test_disc", "effect_parts sizes effects")),
@@ -61,11 +67,15 @@ AREAS = (
         ),
         ("report", "modelfile.py", "score.py", "nextrun.py"),
     ),
-    Area("models", "models", (*FITS, "tests/analysis_data/test_tire_record.py")),
+    Area(
+        "models", "models",
+        (*_files("analysis_models/test_mod", "carcass inputs law mf record"),
+         *_files("analysis_models/test_mf", "lanes"), *FITS,
+         "tests/analysis_data/test_tire_record.py"),
+    ),
     Area(
         "identify", "identify",
-        (*_files("analysis_models/test", "idn_parts idn_mf_parts"), *FITS,
-         "tests/analysis_data/test_steering_zero.py"),
+        (*PARTS, *FITS, "tests/analysis_data/test_steering_zero.py"),
         ("carcass_report.py",),
     ),
 )  # fmt: skip
@@ -89,8 +99,9 @@ class Copy:
         shutil.copytree(ROOT / PACKAGE / "flatplank_analysis", self.package)
         self._env = dict(os.environ)
         before = self._env.get("PYTHONPATH", "")
-        self._env["PYTHONPATH"] = f"{folder}:{before}"
+        self._env["PYTHONPATH"] = f"{folder}:{Path(__file__).parent}:{before}"
         self._env["NUMBA_CACHE_DIR"] = str(folder / "numba")
+        self._lines: dict[str, Lines] = {}
         where = self._run(
             [sys.executable, "-c", "import flatplank_analysis as f; print(f.__file__)"]
         )
@@ -102,43 +113,49 @@ class Copy:
             timeout=limit_s,
         )  # fmt: skip
 
-    def first_failure(self, tests: Sequence[str], limit_s: float, select: str = "") -> str | None:
-        """Name of the first test that fails; None when there is none to run."""
+    def first_failure(
+        self, tests: Sequence[str], limit_s: float, plugin: str = "no:cacheprovider"
+    ) -> str:
+        """Name of the first test that fails."""
         words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
         try:
-            done = self._run([*words, *tests, *(["-k", select] if select else [])], limit_s)
+            done = self._run([*words, "-p", plugin, *tests], limit_s)
         except subprocess.TimeoutExpired:
             return "too slow"
-        if done.returncode == NOTHING_COLLECTED:
-            return None
         if done.returncode == 0:
             return ""
         named = re.search(r"^(?:FAILED|ERROR) \S*?(\w+\.py\S*)", done.stdout, re.M)
         return named[1] if named else f"exit {done.returncode}"
 
-    def try_out(self, area: Area, mutant: Mutant, limit_s: float) -> Result:
-        """Break a file, run the tests, mend it."""
+    def try_out(self, area: Area, mutant: Mutant, limit_s: float, near: bool) -> Result:
+        """Break a file, run the tests, mend it; `near`: only tests that run the line."""
         path = self.package / mutant.file
         before, stat = path.read_bytes(), path.stat()
         path.write_text(mutant.source, encoding="utf-8")
         try:
-            killed = self._noticed(area, mutant, limit_s)
+            killed = self._noticed(area, mutant, limit_s, near)
         finally:
             path.write_bytes(before)
             os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
         return Result(area.name, mutant.name, killed)
 
-    def _noticed(self, area: Area, mutant: Mutant, limit_s: float) -> str:
-        found: str | None = ""
-        if area.name == "effects":  # its own tests first
-            found = self.first_failure(area.tests, limit_s, Path(mutant.file).stem)
-        return found or self.first_failure(area.tests, limit_s) or ""
+    def _noticed(self, area: Area, mutant: Mutant, limit_s: float, near: bool) -> str:
+        """First those that run the line, then the others."""
+        tests = self._lines[area.name].of(mutant.file, mutant.lines)
+        found = self.first_failure(tests, limit_s) if tests else ""
+        if found or (near and tests):
+            return found
+        return self.first_failure(area.tests, limit_s)
 
     def limit_s(self, area: Area) -> float:
         """For the tests of an area; they pass here, or nothing that fails says anything."""
         began = time.monotonic()
-        failed = self.first_failure(area.tests, 1800.0)
+        path = self.package.parent / f"{area.name}.json"
+        self._env[VARIABLE] = f"{self.package}:{path}"
+        failed = self.first_failure(area.tests, 3600.0, "lines")
+        del self._env[VARIABLE]
         assert failed == "", f"{area.name} without any fault: {failed}"
+        self._lines[area.name] = Lines.read(path)
         return 30.0 + SLOWER * (time.monotonic() - began)
 
 
@@ -179,8 +196,9 @@ def known(journal: Path | None) -> dict[str, Result]:
 
 
 def run(
-    areas: Sequence[Area], count: int, seed: int, budget_s: float, journal: Path | None = None
-) -> list[Result]:
+    areas: Sequence[Area], count: int, seed: int, budget_s: float, journal: Path | None = None,
+    near: bool = False,
+) -> list[Result]:  # fmt: skip
     """Results of a sample, as far as the time goes; each is printed and kept."""
     end, before, out = time.monotonic() + budget_s, known(journal), []
     with tempfile.TemporaryDirectory(prefix="fp-mutants-") as name:
@@ -190,7 +208,9 @@ def run(
             if time.monotonic() > end:
                 print(f"time is up after {len(out)} of {count}", flush=True)
                 break
-            result = before.get(mutant.name) or copied.try_out(area, mutant, limits[area.name])
+            result = before.get(mutant.name) or copied.try_out(
+                area, mutant, limits[area.name], near
+            )
             out.append(result)
             print(f"{result.area}: {result.name}: {result.killed or 'SURVIVED'}", flush=True)
             if journal is not None and mutant.name not in before:
@@ -224,9 +244,10 @@ def main(arguments: list[str] | None = None) -> int:
     p.add_argument("--hours", type=float, default=2.0)
     p.add_argument("--only", choices=[a.name for a in AREAS], action="append")
     p.add_argument("--journal", type=Path, help="results are kept here, and not made again")
+    p.add_argument("--near", action="store_true", help="ask only tests that run the line")
     o = p.parse_args(arguments)
     areas = [a for a in AREAS if not o.only or a.name in o.only]
-    results = run(areas, o.count, o.seed, 3600.0 * o.hours, o.journal)
+    results = run(areas, o.count, o.seed, 3600.0 * o.hours, o.journal, o.near)
     print(summary(results))
     return 0 if share(results) >= 0.9 else 1
 

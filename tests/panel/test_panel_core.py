@@ -26,9 +26,11 @@ from flatplank_panel.link import Reply
 from flatplank_panel.live import Live, script
 from flatplank_panel.operator import Operator
 from flatplank_panel.rings import Ring
-from flatplank_panel.signals import COLUMN, SIGNALS
+from flatplank_panel.signals import SIGNALS
 from flatplank_panel.views import page
 from flatplank_panel.views.waveform import preview
+
+COLUMN = {signal.key: i for i, signal in enumerate(SIGNALS)}
 
 
 def samples(cycle: int, fz: float = 1.0) -> Samples:

@@ -13,7 +13,7 @@ from flatplank_control.recording import CdrLayout, TopicSpec
 from flatplank_control.recording.cdr_layout import set_stamps, to_bytes
 from flatplank_control.recording.qos import LATCHED
 from flatplank_control.recording.typestore import typestore
-from flatplank_data.run_record import RunRecord
+from flatplank_data.run_record import RunRecord, record_from_dict
 
 PERIOD_NS = 4_000_000
 BUS = "/bus/inputs"
@@ -76,7 +76,7 @@ def mode_bytes(mode: str) -> bytes:
 def toyo(**changes) -> RunRecord:
     """TOY_REL_LNG_5perc_T_p25_Fz5550_2"""
     values = {"tire": "TOY", "kappa": 0.05, "fz": 5550.0, "pressure": 2.5, "start": 2}
-    return RunRecord(**(values | changes))
+    return record_from_dict(values | changes)
 
 
 def read(path: Path) -> list[tuple[str, int, bytes]]:

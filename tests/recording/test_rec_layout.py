@@ -90,13 +90,23 @@ def python_classes() -> dict[str, type]:
     return classes
 
 
+def used_bytes(layout: CdrLayout) -> np.ndarray:
+    """bool [itemsize]: False where the format only pads."""
+    used: np.ndarray = np.zeros(layout.itemsize, bool)
+    for offset, data in layout._constants:
+        used[offset : offset + len(data)] = True
+    for form, offset in layout.dtype.fields.values():
+        used[offset : offset + form.itemsize] = True
+    return used
+
+
 def test_same_bytes_as_rclpy():
     """But for what Fast-CDR leaves as it finds it: padding, and spare bytes at the end."""
     for msgtype, kind in python_classes().items():
         serialization = importlib.import_module("rclpy.serialization")
         for seed in range(10):
             layout = CdrLayout(msgtype, random_fixed(msgtype, random.Random(seed)))
-            used = layout.used_bytes()
+            used = used_bytes(layout)
             for data in to_bytes(random_rows(layout, np.random.default_rng(seed))):
                 message = serialization.deserialize_message(data, kind)
                 theirs = serialization.serialize_message(message)
@@ -127,4 +137,4 @@ def test_what_is_fixed_must_be_there():
 def test_padding_is_zero():
     layout = CdrLayout("sensor_msgs/msg/JointState", {"name": ["a"], "position": 1})
     raw = layout.new(2).view(np.uint8).reshape(2, -1)
-    assert not raw[:, ~layout.used_bytes()].any()
+    assert not raw[:, ~used_bytes(layout)].any()

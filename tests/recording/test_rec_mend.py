@@ -17,6 +17,7 @@ from flatplank_control.recording import BagWriter, RecordingSession, mend
 from flatplank_control.recording.bag_writer import bag_file_name
 from flatplank_control.recording.bus_cycles import read_bus_image
 from flatplank_control.recording.mcap_scan import scan
+from flatplank_data.files import PART
 from flatplank_data.run_record import load_record
 
 CYCLES = 120
@@ -63,6 +64,7 @@ def test_cut_anywhere(tmp_path):
         folder = tmp_path / str(number)
         folder.mkdir()
         path = cut(source, folder, length)
+        (path / f".run.yaml.{number}{PART}").touch()
         whole = scan(path / bag_file_name(path.name))
         expected = whole.index.messages + len(whole.rest)
         (result,) = mend(folder)

@@ -9,6 +9,8 @@ import compileall
 import sys
 from importlib import import_module
 
+from workspace import MESSAGES, package_stamps
+
 
 def kernels() -> None:
     """Machine code of the simulated plant and of the analysis."""
@@ -29,14 +31,7 @@ def modules() -> None:
     for name in ("flatplank_sim.cli.demo", "flatplank_control.nodes.client"):
         import_module(name)
     write_byte_code()
-    for name in (
-        "flatplank_data",
-        "flatplank_hw",
-        "flatplank_sim",
-        "flatplank_control",
-        "flatplank_panel",
-        "flatplank_analysis",
-    ):
+    for name in set(package_stamps()) - {MESSAGES}:
         compileall.compile_dir(import_module(name).__path__[0], quiet=2)
 
 

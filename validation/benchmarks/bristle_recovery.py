@@ -17,7 +17,7 @@ from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.steady.contact import fit_contact_length
 from flatplank_analysis.steady.stiffness import vertical_stiffness
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.plant.truth import TruthRow, truth_row
@@ -84,7 +84,7 @@ def _stiffness(config: PlantConfig) -> float:
     fine = np.linspace(height.min(), height.max(), 200)
     down = np.interp(fine, height[::-1], force[::-1])[::-1]
     columns = {"loaded_radius": fine[::-1], "fz": down}
-    info = RunInfo(measurement="stiffness", pressure=config.tire.nominal_pressure_bar)
+    info = RunRecord(measurement="stiffness", pressure=config.tire.nominal_pressure_bar)
     return vertical_stiffness(MeasurementTable(columns, info)).mean
 
 

@@ -29,7 +29,7 @@ from flatplank_msgs.srv import (
 )
 
 ROLES = ("hub", "encoders", "sequencer", "controller", "drive", "recorder", "runner")
-BARE = Path(__file__).with_name("bare_graph.py")
+BARE = Path(__file__).with_name("nodes") / "bare_graph.py"
 
 
 def bare_rate(cycles: int, executor: str, domain: int) -> float:

@@ -21,6 +21,7 @@ from flatplank_control.bench.loopback import loopback
 from flatplank_control.nodes.client import BenchClient
 from flatplank_hw.parent import END_WITH_PARENT
 from flatplank_msgs.srv import StartRecording, StopRecording
+from realtime import wait
 
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
@@ -104,14 +105,14 @@ def watch(server: int, address: str, minutes: float) -> None:
         client.wait_connected(NODES, 120.0)
         client.node.create_subscription(DiagnosticArray, "/diagnostics", note, 10)
         client.call(StartRecording, "/recorder/start", name="p", record="tire: TOY", at_once=True)
-        spin(client, 10.0)
+        wait(client, 10.0)
         before = int(seen["skipped"])
         print(f"{PAGES} pages beside the graph at 250 Hz, {minutes:g} min")
         print("  minute   updates/s of each page   server [MiB]   browser [MiB]")
         minutes_seen = []
         for minute in range(1, round(minutes) + 1):
             count, begun = ticks(pages), time.perf_counter()
-            spin(client, 60.0)
+            wait(client, 60.0)
             rates = [
                 max(b - a, 0) / (time.perf_counter() - begun)
                 for a, b in zip(count, ticks(pages), strict=True)
@@ -151,12 +152,6 @@ def reach(page: Page, address: str) -> None:
         time.sleep(0.05)
     page.goto(address)
     page.get_by_role("button", name="Take charge", exact=True).wait_for()
-
-
-def spin(client: BenchClient, seconds: float) -> None:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        client.spin(0.5)
 
 
 if __name__ == "__main__":

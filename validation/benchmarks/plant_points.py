@@ -10,8 +10,8 @@ from typing import Any
 
 from flatplank_analysis.report.analysis import PointJob, analyse_point
 from flatplank_analysis.report.results import PointResult
-from flatplank_data.info import RunInfo
 from flatplank_data.problem import Problem
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
@@ -27,7 +27,7 @@ class MadeRun:
     table: MeasurementTable
 
     @property
-    def info(self) -> RunInfo:
+    def info(self) -> RunRecord:
         """The run record."""
         return self.table.info
 
@@ -54,7 +54,7 @@ def simulate_point(
     plant = Campaign(config)
     radius = radius_scale * plant.true_radius(fz, config.tire.vertical_stiffness)
     facts = [
-        RunInfo(
+        RunRecord(
             file=f"run_{number:02d}",
             tire="TOY",
             kappa=kappa,

@@ -11,11 +11,12 @@ import argparse
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from flatplank_data.exporters import export_campaign
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
@@ -39,7 +40,7 @@ def conditions() -> list[tuple[float, float, float, float]]:
     return list(dict.fromkeys(straight + turned))
 
 
-def facts() -> Iterator[RunInfo]:
+def facts() -> Iterator[RunRecord]:
     """Run records: slip steps, repeats of four conditions, runs with the flexplates off."""
     number = itertools.count()
     for fz, p, a, g in conditions():
@@ -47,19 +48,20 @@ def facts() -> Iterator[RunInfo]:
             yield _info(next(number), fz, p, a, g, kappa, start)
         for start in STARTS:
             free = _info(next(number), fz, p, a, g, 0.0, start)
-            yield RunInfo(**{**free.__dict__, "measurement": "free_rolling",
-                             "r_e_source": "flexplates_off", "step_position": math.nan,
-                             "file": f"{free.file}_FREE"})  # fmt: skip
+            yield replace(
+                free, measurement="free_rolling", r_e_source="flexplates_off",
+                step_position=math.nan, file=f"{free.file}_FREE",
+            )  # fmt: skip
     for kappa, repeat in itertools.product((-0.05, -0.01, 0.01, 0.05), range(2, 11)):
         info = _info(next(number), 3700.0, 2.5, 0.0, 0.0, kappa, 1)
-        yield RunInfo(**{**info.__dict__, "repeat": repeat, "file": f"{info.file}_r{repeat:02d}"})
+        yield replace(info, repeat=repeat, file=f"{info.file}_r{repeat:02d}")
 
 
 def _info(
     number: int, fz: float, p: float, a: float, g: float, kappa: float, start: int
-) -> RunInfo:
+) -> RunRecord:
     name = f"TOY_REL_{100 * kappa:g}perc_p{10 * p:g}_Fz{fz:g}_a{a:g}_g{g:g}_{start}"
-    return RunInfo(
+    return RunRecord(
         file=name, tire="TOY", kappa=kappa, fz=fz, pressure=p, alpha_deg=a, gamma_deg=g,
         start=start, run_index=number, step_position=STEP,
     )  # fmt: skip
@@ -75,7 +77,7 @@ def rolling(config: PlantConfig) -> Iterator[MeasurementTable]:
         yield MeasurementTable(columns, info).with_info(effective_rolling_radius=radius)
 
 
-def _run(plant: Campaign, info: RunInfo) -> tuple[CampaignRun, float]:
+def _run(plant: Campaign, info: RunRecord) -> tuple[CampaignRun, float]:
     tire = plant.config.tire
     scale = info.pressure / tire.nominal_pressure_bar
     stiffness = tire.vertical_stiffness * scale**tire.vertical_stiffness_pressure
@@ -105,14 +107,14 @@ def at_rest(config: PlantConfig) -> Iterator[MeasurementTable]:
         force = found[1].vertical_stiffness * np.maximum(config.tire.free_radius - height, 0.0)
         columns = {"loaded_radius": height, "fz": force + 5.0 * random.standard_normal(800)}
         name = f"TOY_STF_p{10 * p:g}"
-        info = RunInfo(file=name, tire="TOY", measurement="stiffness", pressure=p)
+        info = RunRecord(file=name, tire="TOY", measurement="stiffness", pressure=p)
         yield MeasurementTable(columns, info)
         prints = {
             "fz": np.array([r.fz for r in found]),
             "half_length": np.array([r.contact_half_length for r in found]),
         }
         extra = {"free_radius": config.tire.free_radius}
-        info = RunInfo(file=f"TOY_PRINT_p{10 * p:g}", tire="TOY", measurement="footprint",
+        info = RunRecord(file=f"TOY_PRINT_p{10 * p:g}", tire="TOY", measurement="footprint",
                        pressure=p, extra=extra)  # fmt: skip
         yield MeasurementTable(prints, info)
     w = config.wheel_drive
@@ -120,7 +122,7 @@ def at_rest(config: PlantConfig) -> Iterator[MeasurementTable]:
     speed = np.repeat(np.linspace(5.0, 180.0, 36), 100)
     torque = np.array([friction_torque(curve, v) for v in speed])
     torque = torque + 0.02 * random.standard_normal(len(speed))
-    info = RunInfo(file="TOY_TURN", tire="TOY", measurement="unloaded_turn")
+    info = RunRecord(file="TOY_TURN", tire="TOY", measurement="unloaded_turn")
     yield MeasurementTable({"motor_velocity": speed, "motor_torque": torque}, info)
 
 

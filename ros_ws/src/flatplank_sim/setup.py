@@ -41,7 +41,7 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         *shared("config"),
     ],
-    install_requires=["numpy", "scipy", "pyyaml", "numba"],
+    install_requires=["numpy", "scipy", "numba"],
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": NODES,

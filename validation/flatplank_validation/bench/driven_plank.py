@@ -4,8 +4,6 @@ wheel follows the plank's encoder from its first counts on."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.moves import SPEED
 from flatplank_hw.bus.image import BusInputs
@@ -26,15 +24,8 @@ class DrivenPlank(StartBench):
         command, self.plank_sample = self.plank.step(inputs, encoders, hub, None)
         return (command,)
 
-    def travel(self, distance: float) -> np.ndarray:
-        """Plank forward over so many metres; a row per cycle."""
+    def move_plank(self) -> None:
         self.plank.set_operation_mode("velocity", 0.0)
         self.plank.enable()
         self.until(lambda: self.plank_sample.state == State.OPERATION_ENABLED, 2.0)
         self.plank.set_operation_mode("velocity", SPEED)
-        rows: list[tuple[float, ...]] = []
-        while not rows or rows[-1][0] < distance:
-            self.cycle()
-            t = self.plant.truth
-            rows.append((t.plank_position, t.fx, t.kappa, t.road_velocity))
-        return np.array(rows)

@@ -91,13 +91,17 @@ class StartBench:
 
     def travel(self, distance: float) -> np.ndarray:
         """Plank forward over so many metres; a row per cycle."""
-        self.plant.operator.plank(1, fast=True)
+        self.move_plank()
         rows: list[tuple[float, ...]] = []
         while not rows or rows[-1][0] < distance:
             self.cycle()
             t = self.plant.truth
             rows.append((t.plank_position, t.fx, t.kappa, t.road_velocity))
         return np.array(rows)
+
+    def move_plank(self) -> None:
+        """Forward at the plank's usual speed."""
+        self.plant.operator.plank(1, fast=True)
 
     def free_rolling(self, fz: float, distance: float) -> np.ndarray:
         """A controller run from rest."""

@@ -10,7 +10,7 @@ from zlib import crc32
 
 import numpy as np
 
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Columns, Run
 from flatplank_sim.sealed.outside import OUTSIDE, Force
@@ -136,7 +136,7 @@ def measured_table(c: Columns, run: Run, radius: float) -> MeasurementTable:
     """A run of a world as it is given to the analysis."""
     names = ("time", "plank_position", "wheel_angle", *RELATIVE)
     s = run.setting
-    info = RunInfo(
+    info = RunRecord(
         file=f"blind_{run.index:02d}.parquet", tire="BLIND", kappa=s.kappa, fz=s.fz,
         pressure=s.pressure, alpha_deg=s.alpha_deg, gamma_deg=s.gamma_deg, start=run.start,
         run_index=run.index, effective_rolling_radius=round(radius, 5), step_position=STEP,

@@ -21,7 +21,7 @@ from flatplank_analysis.investigation.settings import Candidate, Setting, seed_o
 from flatplank_control.investigate.plans import price_of
 from flatplank_data.campaign import Campaign
 from flatplank_data.campaign import Run as Recorded
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.store import open_store
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import Campaign as Plant
@@ -129,7 +129,7 @@ class FastBench:
         for name, share in RELATIVE.items():
             own = noise(NOISES[self.kind], len(columns[name]), dt, random, share)
             columns[name] = columns[name] + own
-        info = RunInfo(
+        info = RunRecord(
             file=f"fast_{index:03d}.parquet", tire="FAST", kappa=s.kappa, fz=s.fz,
             pressure=s.pressure, alpha_deg=s.alpha_deg, start=s.start, run_index=index,
             effective_rolling_radius=radius, step_position=s.step_position,

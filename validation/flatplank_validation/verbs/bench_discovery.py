@@ -18,7 +18,7 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.parallel import worker_pool
 from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
@@ -53,7 +53,7 @@ def tables_of(count: int, design: str = "plain") -> list[MeasurementTable]:
         shown = {n: c[n] for n in ("time", "plank_position", "wheel_angle")}
         for name, share in RELATIVE.items():
             shown[name] = c[name] + noise(NOISES["usual"], len(c["time"]), dt, random, share)
-        info = RunInfo(
+        info = RunRecord(
             file=f"bench_{run.index:02d}.parquet", tire="BENCH", kappa=run.setting.kappa,
             fz=run.setting.fz, pressure=run.setting.pressure, start=run.start,
             run_index=run.index, effective_rolling_radius=world.radius, step_position=STEP,

@@ -9,19 +9,20 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import yaml
-
 from flatplank_data import checks
+from flatplank_data.condition import Condition, is_nan
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.info import Condition, RunInfo, info_from_dict, stem_of
 from flatplank_data.measured import fill, is_silent, reconciled, untold
-from flatplank_data.names import parse_name
+from flatplank_data.naming import facts_of_name
 from flatplank_data.problem import Problem, problem_of
 from flatplank_data.readers import Request, describe, reader_for, suffixes
 from flatplank_data.readers.bag import MEASURED, METADATA_FILE, RECORD_FILE
+from flatplank_data.record_checks import default_of
+from flatplank_data.run_record import RunRecord, read_run, stem_of
 from flatplank_data.store import Store, open_store
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_data.turned import turned_columns, turned_facts, turned_info, turned_names
+from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-measurement-table/1"
 CAMPAIGN_FILE = "campaign.yaml"
@@ -33,7 +34,7 @@ USED = ("", "complete")
 class Run:
     """One run of a campaign; `table` reads its samples."""
 
-    info: RunInfo
+    info: RunRecord
     store: Store
     mapping: Mapping[str, Any] | None = None
     said: Collection[str] = ()
@@ -68,34 +69,34 @@ class Run:
         return table, remarks
 
 
-def _with_required(columns: Sequence[str], info: RunInfo, check: bool) -> list[str]:
+def _with_required(columns: Sequence[str], info: RunRecord, check: bool) -> list[str]:
     extra = checks.REQUIRED.get(info.measurement, ()) if check else ()
     return list(dict.fromkeys([*columns, *extra]))
 
 
-def _described(store: Store, info: RunInfo, mapping: Mapping | None) -> RunInfo:
+def _described(store: Store, info: RunRecord, mapping: Mapping | None) -> RunRecord:
     """What the file itself tells goes over what its name tells; what neither tells is taken from
     the samples."""
     facts = dict(describe(store, info.file))
     facts.pop("file", None)
     said = {k: v for k, v in info.to_dict().items() if k != "_own"} | facts
-    found = info_from_dict(said, info.file)[0]
+    found = read_run(said, info.file)[0]
     if not is_silent(found):
         return found
     loaded = reader_for(store, info.file)(Request(store, info.file, (), mapping))
-    return info_from_dict(fill(said, loaded.facts.get(MEASURED, {})), info.file)[0]
+    return read_run(fill(said, loaded.facts.get(MEASURED, {})), info.file)[0]
 
 
-def _merged(info: RunInfo, facts: Mapping[str, Any], said: Collection[str]) -> RunInfo:
+def _merged(info: RunRecord, facts: Mapping[str, Any], said: Collection[str]) -> RunRecord:
     """The record of the campaign file, which `said` these keys, with what only the run's own file
     knows."""
-    own, _ = info_from_dict(facts, info.file)
+    own, _ = read_run(facts, info.file)
     changes = {}
-    for item in dataclasses.fields(RunInfo):
-        ours, theirs = getattr(info, item.name), getattr(own, item.name)
-        if item.name in ("file", "extra") or theirs == item.default:
+    for item in dataclasses.fields(RunRecord):
+        ours, theirs, usual = getattr(info, item.name), getattr(own, item.name), default_of(item)
+        if item.name in ("file", "name", "extra") or theirs == usual:
             continue
-        if ours != ours or (ours == item.default and item.name not in said):
+        if is_nan(ours) or (ours == usual and item.name not in said):
             changes[item.name] = theirs
     return dataclasses.replace(info, **changes) if changes else info
 
@@ -137,7 +138,7 @@ class Campaign:
         try:
             if not isinstance(entry, Mapping) or not entry.get("file"):
                 raise FlatplankError("entry without 'file'", where, "name the file of the run")
-            info, remarks = info_from_dict(entry, f"{entry['file']}, {where}")
+            info, remarks = read_run(entry, f"{entry['file']}, {where}")
             if not info.tire:
                 info = dataclasses.replace(info, tire=self.tire)
             if not store.exists(info.file):
@@ -196,11 +197,11 @@ class Campaign:
         return len(self.runs)
 
     @property
-    def infos(self) -> list[RunInfo]:
+    def infos(self) -> list[RunRecord]:
         """Run records in the order in which the runs were made."""
         return [run.info for run in self.runs]
 
-    def where(self, keep: Callable[[RunInfo], bool]) -> Campaign:
+    def where(self, keep: Callable[[RunRecord], bool]) -> Campaign:
         """The runs for which `keep(info)` is true; shares the list of problems."""
         runs = [run for run in self.runs if keep(run.info)]
         return Campaign(self.path, runs, self.tire, self.problems, self._files)
@@ -260,12 +261,7 @@ def _records(store: Store, problems: list[Problem]) -> dict[str, Any]:
     if not store.exists(CAMPAIGN_FILE):
         return {"runs": _found(store)}
     with store.open(CAMPAIGN_FILE) as stream:
-        try:
-            raw = yaml.load(stream.read(), Loader=_LOADER)
-        except yaml.YAMLError as error:
-            raise FlatplankError(
-                f"not YAML ({error})", CAMPAIGN_FILE, "mend the file at that line"
-            ) from error
+        raw = load_yaml(stream.read(), CAMPAIGN_FILE)
     if not isinstance(raw, Mapping) or not isinstance(raw.get("runs"), list):
         raise FlatplankError("no list 'runs'", CAMPAIGN_FILE, f"write 'format: {FORMAT}' and runs")
     if raw.get("format") != FORMAT:
@@ -281,7 +277,7 @@ def _found(store: Store) -> list[dict[str, Any]]:
     for name in store.names():
         known = name.lower().endswith(tuple(suffixes()))
         if known or _is_bag(store, name):
-            facts = parse_name(stem_of(name))
+            facts = facts_of_name(stem_of(name))
             out.append({"file": name, "run_index": len(out)} | facts | {"_own": True})
     return out
 
@@ -317,8 +313,5 @@ def _mapping(store: Store, raw: Mapping[str, Any]) -> Mapping[str, Any] | None:
     mapping = raw.get("mapping")
     if isinstance(mapping, str):
         with store.open(mapping) as stream:
-            mapping = yaml.load(stream.read(), Loader=_LOADER)
+            mapping = load_yaml(stream.read(), str(raw["mapping"]))
     return mapping
-
-
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)

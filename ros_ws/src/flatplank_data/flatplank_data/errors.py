@@ -19,6 +19,19 @@ class FlatplankError(Exception):
         return f"{head}; {self.remedy}" if self.remedy else head
 
 
+class UnwritableError(FlatplankError, OSError):
+    """A file that cannot be written."""
+
+    @property
+    def strerror(self) -> str:  # type: ignore[override]
+        """What is wrong, without the file."""
+        return self.what
+
+
+class YamlError(FlatplankError, ValueError):
+    """A text that is no YAML."""
+
+
 class NothingUsableError(FlatplankError):
     """Not one run could be used: programs see exit code 2."""
 

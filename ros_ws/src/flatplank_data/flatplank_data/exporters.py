@@ -17,11 +17,11 @@ import yaml
 
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
 from flatplank_data.errors import FlatplankError
-from flatplank_data.files import replace_text
-from flatplank_data.info import RunInfo
-from flatplank_data.names import run_name
+from flatplank_data.files import write_atomic
+from flatplank_data.naming import name_of, numbered
 from flatplank_data.readers.parquet import INFO_KEY
 from flatplank_data.readers.tydex import CHANNELS, CONSTANTS
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
 
@@ -76,7 +76,7 @@ def write_tydex(table: MeasurementTable, path: Path) -> None:
     path.write_text(text, encoding="latin-1", errors="replace")
 
 
-def _header(info: RunInfo) -> dict[str, str]:
+def _header(info: RunRecord) -> dict[str, str]:
     return {
         "RELEASE": "1.3",
         "MEASID": info.uuid or info.name,
@@ -85,11 +85,11 @@ def _header(info: RunInfo) -> dict[str, str]:
     }
 
 
-def _comments(info: RunInfo) -> list[str]:
+def _comments(info: RunRecord) -> list[str]:
     return [f"flat plank measurement {info.name}", *info.notes.splitlines()]
 
 
-def _constants(info: RunInfo) -> dict[str, Quantity]:
+def _constants(info: RunRecord) -> dict[str, Quantity]:
     units = {"kappa": "-", "pressure": "bar", "alpha_deg": "deg", "gamma_deg": "deg"}
     out = {}
     for key, (ours, si, _) in CONSTANTS.items():
@@ -113,9 +113,9 @@ def export_campaign(
     out.mkdir(parents=True, exist_ok=True)
     runs = []
     for table in tables:
-        name = table.info.name or run_name(table.info)
+        name = table.info.name or numbered(name_of(vars(table.info)), table.info.repeat)
         write(table, out / f"{name}{suffix}")
         runs.append(table.info.to_dict() | {"file": f"{name}{suffix}"})
     content = {"format": FORMAT, "tire": runs[0]["tire"] if runs else "", "runs": runs}
-    replace_text(out / CAMPAIGN_FILE, yaml.safe_dump(content, sort_keys=False))
+    write_atomic(out / CAMPAIGN_FILE, yaml.safe_dump(content, sort_keys=False))
     return out

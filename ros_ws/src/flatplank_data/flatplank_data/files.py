@@ -7,7 +7,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from flatplank_data.errors import FlatplankError
+from flatplank_data.errors import UnwritableError
 
 
 def read_text(path: str | Path) -> str:
@@ -20,30 +20,31 @@ def read_text(path: str | Path) -> str:
         raise ValueError(f"{path}: cannot be read (it is no text)") from None
 
 
-def replace_text(path: Path, content: str) -> None:
-    """Write a file so that a kill leaves the old one or the new one, never half of it."""
-    temporary = path.with_name(path.name + ".part")
-    temporary.write_text(content, encoding="utf-8")
-    temporary.replace(path)
+PART = ".part"
+"""suffix of a file that is being written; one that is left over may be deleted"""
 
 
-def write_atomic(path: str | os.PathLike[str], text: str) -> None:
-    """Replace a text file as `replace_text` does, also where several programs write it or the
-    power fails; FlatplankError where it cannot be written."""
+def write_atomic(path: str | os.PathLike[str], text: str, durable: bool = True) -> None:
+    """Replace a text file so that a kill leaves the old one or the new one, never half of it,
+    also where several programs write it; UnwritableError where it cannot be written.
+
+    durable: wait for the disk, so that this holds when the power fails, too.
+    """
     target = Path(path)
+    temporary = None
     try:
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    except OSError as error:
-        raise FlatplankError(
-            f"cannot be written ({error.strerror})", str(target), "choose another place"
-        ) from error
-    try:
+        handle, temporary = tempfile.mkstemp(PART, f".{target.name}.", target.parent)
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
             stream.write(text)
             stream.flush()
-            os.fsync(stream.fileno())
+            if durable:
+                os.fsync(stream.fileno())
         os.chmod(temporary, 0o644)
         os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    except BaseException as error:
+        if temporary is not None:
+            Path(temporary).unlink(missing_ok=True)
+        if not isinstance(error, OSError):
+            raise
+        what = f"cannot be written ({error.strerror or error})"
+        raise UnwritableError(what, str(target), "choose another place") from error

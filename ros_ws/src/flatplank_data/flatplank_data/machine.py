@@ -14,6 +14,8 @@ ROAD_LENGTH = 4.22
 """of the plank, thesis section 3.1 [m]"""
 USABLE_ROAD = 4.2
 """travel after which the tire comes to the end of the road [m]"""
+USUAL_RADIUS = 0.3108
+"""effective rolling radius of the thesis's tire, the first value where one has to be given [m]"""
 FAST = 0.03092
 """fast speed of the plank, thesis 4.3 [m/s]"""
 SLOW = 0.0015

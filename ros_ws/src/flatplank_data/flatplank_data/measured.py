@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_data.info import RunInfo
 from flatplank_data.problem import Problem
+from flatplank_data.record_checks import default_of
+from flatplank_data.run_record import RunRecord
 
 UNKNOWN = "unknown"
 """of a tire or a measurement that nobody named"""
@@ -118,12 +119,12 @@ def _start(columns: Columns) -> Facts:
     return {"start": round(thirds) % 3 + 1} if near else {}
 
 
-def is_silent(info: RunInfo) -> bool:
+def is_silent(info: RunRecord) -> bool:
     """The record of a rolling run that names no load says nothing: nobody filled it in."""
     return info.measurement in (SLIP, FREE_ROLLING, UNKNOWN) and not info.fz > 0.0
 
 
-def untold(info: RunInfo, record: str) -> list[Problem]:
+def untold(info: RunRecord, record: str) -> list[Problem]:
     """What no instrument measures, and nobody has said: one remark with the keys to write into
     the file of the record.
     """
@@ -141,7 +142,7 @@ def untold(info: RunInfo, record: str) -> list[Problem]:
 
 def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]:
     """The record with what was measured where it has nothing but defaults."""
-    defaults = {f.name: f.default for f in dataclasses.fields(RunInfo)}
+    defaults = {f.name: default_of(f) for f in dataclasses.fields(RunRecord)}
     silent = {
         key
         for key in measured
@@ -150,7 +151,7 @@ def fill(said: Mapping[str, Any], measured: Mapping[str, Any]) -> dict[str, Any]
     return {**said, **{key: measured[key] for key in silent}}
 
 
-def reconciled(info: RunInfo, measured: Mapping[str, Any]) -> tuple[RunInfo, list[Problem]]:
+def reconciled(info: RunRecord, measured: Mapping[str, Any]) -> tuple[RunRecord, list[Problem]]:
     """The record with the radius and the start of the step that were in use, and remarks on all
     that was said otherwise; another slip or another control is fatal, since the run would stand
     among runs that it does not belong to.
@@ -173,7 +174,7 @@ def reconciled(info: RunInfo, measured: Mapping[str, Any]) -> tuple[RunInfo, lis
     return dataclasses.replace(info, **changes) if changes else info, problems
 
 
-def _contradictions(info: RunInfo, measured: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _contradictions(info: RunRecord, measured: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Keys and what is wrong with them."""
     found = measured.get("measurement", UNKNOWN)
     if found != UNKNOWN and info.measurement in {SLIP, FREE_ROLLING} - {found}:

@@ -3,106 +3,124 @@
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from flatplank_data.errors import RecordingError
 
-_SAFE = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._+-]{0,198}[A-Za-z0-9_+-])?")
-_NUMBER = r"-?\d+(?:\.\d+)?"
-
+STEPS = ("", "step", "constant")
+"""waveforms that hold one slip to the end of the run: the thesis's names stand for these"""
 SETTINGS = {
-    "REL_LNG": ("kappa_percent",),
-    "REL_LNG_CAM": ("gamma_deg", "kappa_percent"),
-    "REL_COM": ("alpha_deg", "kappa_percent"),
-    "REL_COM_CAM": ("gamma_deg", "alpha_deg", "kappa_percent"),
+    "REL_LNG": ("kappa",),
+    "REL_LNG_CAM": ("gamma_deg", "kappa"),
+    "REL_COM": ("alpha_deg", "kappa"),
+    "REL_COM_CAM": ("gamma_deg", "alpha_deg", "kappa"),
     "ERR_REL_LNG": (),
     "ERR_REL_LNG_CAM": ("gamma_deg",),
     "ERR_REL_COM": ("alpha_deg",),
     "ERR_REL_COM_CAM": ("gamma_deg", "alpha_deg"),
     "STF": (),
-    "REP_REL": ("alpha_deg", "kappa_percent"),
+    "REP_REL": ("alpha_deg", "kappa"),
 }
 """Kind of measurement -> what its name says, in this order. A repeat in pure longitudinal slip
 leaves the angle out; the thesis calls the angle of the others A, but their camber is zero."""
-
-_UNITS = {"kappa_percent": "perc", "alpha_deg": "deg", "gamma_deg": "deg"}
-_PATTERN = re.compile(
-    r"(?P<tire>[A-Za-z0-9-]+)_(?P<kind>[A-Z]+(?:_[A-Z]+)*?)"
-    rf"(?P<settings>(?:_{_NUMBER}(?:deg|perc))*)"
-    rf"_T_p(?P<pressure>{_NUMBER})_Fz(?P<fz>{_NUMBER})_(?P<start>\d)(?:_r(?P<run>\d{{2,}}))?"
+_KINDS = {
+    "slip": "REL",
+    "free_rolling": "ERR_REL",
+    "stiffness": "STF",
+    "stiffness_vertical": "STF",
+    "stiffness_longitudinal": "STF_LNG",
+    "stiffness_lateral": "STF_LAT",
+    "repeat": "REP_REL",
+}
+_TAIL = re.compile(
+    r"_T_p(?P<p>\d+(?:\.\d+)?)_Fz(?P<fz>\d+(?:\.\d+)?)_(?P<start>\d+)(?:_r(?P<repeat>\d+))?$",
+    re.IGNORECASE,
 )
+_SETTING = re.compile(r"(-?[\d.]+)(perc|deg)")
+_SAFE = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9._+-]{0,198}[A-Za-z0-9_+-])?")
 
 
-STEPS = ("", "step", "constant")
-"""waveforms that the thesis's names stand for"""
+def name_of(record: Mapping[str, Any]) -> str:
+    """Name of the run that a whole record describes, whichever repeat it is."""
+    kind = kind_of(record)
+    words = [record["tire"] or "XXX", kind]
+    for key in settings_of(kind):
+        value = record[key]
+        if key == "kappa":
+            words.append(f"{_text(100.0 * value)}perc")
+        elif value or kind != "REP_REL":
+            words.append(f"{_text(value)}deg")
+    pressure, load = _text(record["pressure"] * 10), _text(record["fz"])
+    return check_name("_".join([*words, "T", f"p{pressure}", f"Fz{load}", str(record["start"])]))
+
+
+def _text(value: float) -> str:
+    """A value that nobody said is 0 in a name."""
+    return "0" if math.isnan(value) else f"{value + 0.0:.10g}"
+
+
+def numbered(name: str, number: int) -> str:
+    """The name of the run with this number: further ones are _r02, _r03, ..."""
+    return f"{name}_r{number:02d}" if number > 1 else name
+
+
+def kind_of(record: Mapping[str, Any]) -> str:
+    """Kind by measurement, angles and waveform; others are called by their name."""
+    measurement = record["measurement"]
+    kind = _KINDS.get(measurement, re.sub(r"[^A-Z]+", "_", measurement.upper()).strip("_"))
+    if kind not in ("REL", "ERR_REL"):
+        return kind
+    kind += ("_COM" if record["alpha_deg"] else "_LNG") + ("_CAM" if record["gamma_deg"] else "")
+    waveform = str((record["waveform"] or {}).get("name", ""))
+    shaped = measurement == "slip" and waveform not in STEPS
+    return f"{kind}_{waveform.upper()}" if shaped else kind
+
+
+def _known_kind(text: str) -> str:
+    known = [k for k in SETTINGS if text == k or text.startswith(f"{k}_")]
+    return max(known, key=len, default="")
 
 
 def settings_of(kind: str) -> tuple[str, ...]:
     """What the name of a kind says; a waveform at its end (REL_LNG_SINE) changes nothing."""
-    known = [k for k in SETTINGS if kind == k or kind.startswith(f"{k}_")]
-    return SETTINGS[max(known, key=len)] if known else ()
+    return SETTINGS.get(_known_kind(kind), ())
 
 
-@dataclass(frozen=True)
-class MeasurementName:
-    """What a name says; kinds that Appendix F does not know carry no settings."""
-
-    tire: str
-    kind: str
-    pressure: float
-    """[bar]"""
-    fz: float
-    """[N]"""
-    start: int
-    """1, 2, 3: wheel at 0, 120, 240 deg"""
-    kappa_percent: float = 0.0
-    alpha_deg: float = 0.0
-    gamma_deg: float = 0.0
-    run: int = 1
-    """further runs of one name are 2, 3, ..."""
-
-    def __str__(self) -> str:
-        settings = [
-            f"{_text(getattr(self, key))}{_UNITS[key]}"
-            for key in settings_of(self.kind)
-            if not (self.kind == "REP_REL" and key == "alpha_deg" and self.alpha_deg == 0.0)
-        ]
-        condition = ["T", f"p{_text(self.pressure * 10)}", f"Fz{_text(self.fz)}", str(self.start)]
-        suffix = [f"r{self.run:02d}"] if self.run > 1 else []
-        return check_name("_".join([self.tire, self.kind, *settings, *condition, *suffix]))
-
-
-def _text(value: float) -> str:
-    return f"{value + 0.0:.10g}"
-
-
-def parse_name(name: str) -> MeasurementName:
-    """The inverse of `str(MeasurementName)`."""
-    match = _PATTERN.fullmatch(name)
+def facts_of_name(stem: str) -> dict[str, Any]:
+    """Keys of the run record that a name tells; empty when it is not of this form."""
+    match = _TAIL.search(stem)
     if match is None:
-        raise RecordingError(
-            f"{name!r}: not a name of Appendix F, such as TOY_REL_LNG_5perc_T_p25_Fz5550_2"
-        )
-    kind = match["kind"]
-    keys = settings_of(kind)
-    numbers = re.findall(rf"({_NUMBER})(deg|perc)", match["settings"])
-    if kind == "REP_REL" and len(numbers) == 1:
-        keys = ("kappa_percent",)
-    if [unit for _, unit in numbers] != [_UNITS[key] for key in keys]:
-        wanted = ", ".join(keys) or "no settings"
-        raise RecordingError(f"{name!r}: {kind} is followed by {wanted}; correct the name")
-    settings = {key: float(number) for key, (number, _) in zip(keys, numbers, strict=True)}
-    return MeasurementName(
-        tire=match["tire"],
-        kind=kind,
-        pressure=float(match["pressure"]) / 10,
-        fz=float(match["fz"]),
-        start=int(match["start"]),
-        run=int(match["run"] or 1),
-        **settings,
-    )
+        return {}
+    tire, _, rest = stem[: match.start()].partition("_")
+    kind = _known_kind(rest)
+    facts: dict[str, Any] = {
+        "tire": tire,
+        "pressure": float(match["p"]) / 10.0,
+        "fz": float(match["fz"]),
+        "start": int(match["start"]),
+        "repeat": int(match["repeat"] or 1),
+        "measurement": "stiffness" if kind == "STF" else "slip",
+    }
+    if rest.startswith("ERR_") or rest == "ERR":
+        facts["measurement"] = "free_rolling"
+    words = rest.removeprefix(kind).strip("_").split("_")
+    shape = [w for w in words if w.isalpha()] if kind.startswith("REL") else []
+    if shape:
+        facts["waveform"] = {"name": "_".join(shape).lower()}
+    return facts | _settings(kind, words)
+
+
+def _settings(kind: str, words: list[str]) -> dict[str, float]:
+    """Slip, side slip and camber; with `_CAM` the first angle is the camber."""
+    said = [m for w in words if (m := _SETTING.fullmatch(w))]
+    slips = [float(m[1]) / 100.0 for m in said if m[2] == "perc"]
+    angles = [float(m[1]) for m in said if m[2] == "deg"]
+    keys = [key for key in ("gamma_deg", "alpha_deg") if key == "alpha_deg" or "_CAM" in kind]
+    return dict(zip(keys, angles, strict=False)) | dict(zip(["kappa"], slips, strict=False))
 
 
 def check_name(name: str) -> str:
@@ -124,28 +142,5 @@ def free_name(folder: Path, name: str) -> str:
     candidate, number = name, max(first, 1)
     while (folder / candidate).exists():
         number += 1
-        candidate = f"{stem}_r{number:02d}"
+        candidate = numbered(stem, number)
     return check_name(candidate)
-
-
-_KINDS = {
-    "slip": "REL",
-    "free_rolling": "ERR_REL",
-    "stiffness": "STF",
-    "stiffness_vertical": "STF",
-    "stiffness_longitudinal": "STF_LNG",
-    "stiffness_lateral": "STF_LAT",
-    "repeat": "REP_REL",
-}
-
-
-def kind_of(
-    measurement: str, alpha_deg: float = 0.0, gamma_deg: float = 0.0, waveform: str = ""
-) -> str:
-    """Kind for a measurement, its angles [deg] and waveform; others are called by their name."""
-    kind = _KINDS.get(measurement, re.sub(r"[^A-Z]+", "_", measurement.upper()).strip("_"))
-    if kind not in ("REL", "ERR_REL"):
-        return kind
-    kind += ("_COM" if alpha_deg else "_LNG") + ("_CAM" if gamma_deg else "")
-    shaped = measurement == "slip" and waveform not in STEPS
-    return f"{kind}_{waveform.upper()}" if shaped else kind

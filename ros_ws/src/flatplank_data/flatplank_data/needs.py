@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 
-Infos = Sequence[RunInfo]
+Infos = Sequence[RunRecord]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def what_is_missing(infos: Infos) -> list[dict[str, str]]:
     ]
 
 
-def _steps(infos: Infos) -> list[RunInfo]:
+def _steps(infos: Infos) -> list[RunRecord]:
     return [i for i in infos if i.measurement == "slip"]
 
 

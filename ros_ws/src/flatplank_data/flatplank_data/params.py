@@ -16,7 +16,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-import yaml
+from flatplank_data.yaml_text import load_yaml
 
 SHELL_KEYS = frozenset({"use_sim_time", "autostart", "fifo_priority"})
 """Keys of a parameter file that belong to the node around a core, not to the core."""
@@ -113,11 +113,6 @@ def to_mapping(values: Any) -> dict[str, Any]:
     return {name: list(v) if isinstance(v, tuple) else v for name, v in raw}
 
 
-def updated(values: P, changes: Mapping[str, Any], where: str) -> P:
-    """A parameter set with some values changed, checked as a whole."""
-    return from_mapping(type(values), {**to_mapping(values), **changes}, where)
-
-
 def only_these(old: P, new: P, allowed: Iterable[str], where: str) -> None:
     """ParameterError when two sets differ in a parameter that is read only at the start."""
     known = set(allowed)
@@ -138,7 +133,7 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
     """The `ros__parameters` of a file, those for every node (`/**`) first, then those of
     `node`."""
     try:
-        content = parsed(Path(path).read_bytes(), path) or {}
+        content = load_yaml(Path(path).read_bytes(), path) or {}
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read ({error.strerror})") from None
     if not isinstance(content, dict):
@@ -154,18 +149,16 @@ def load_parameters(path: str | Path, node: str = "") -> dict[str, Any]:
     return merged
 
 
-def parsed(text: str | bytes, where: str | Path) -> Any:
-    """What YAML says; one line when it is none."""
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ParameterError(f"{where}: not YAML ({' '.join(str(error).split())})") from None
+def alike(key: str, known: Iterable[str], least: float = 0.4, most: int = 1) -> list[str]:
+    """Known names that a name may be meant to be, the nearest first; `least` 0 .. 1: how much
+    of it they share."""
+    return get_close_matches(str(key), sorted(known), n=most, cutoff=least)
 
 
 def nearest(key: str, known: Iterable[str]) -> str:
     """The hint that ends a message about an unknown name."""
     names = sorted(known)
-    match = get_close_matches(str(key), names, n=1, cutoff=0.4)
+    match = alike(key, names)
     return f"; the nearest is '{match[0]}'" if match else f"; known are {', '.join(names)}"
 
 

@@ -1,87 +1,93 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that describes one measurement: said before it starts, closed whatever happens.
+"""Everything that describes one measurement, whoever made it and whatever its file format.
 
-The keys are those of a run in `campaign.yaml`, so that a bag's `run.yaml` reads as one.
+The keys are those of a run in `campaign.yaml`, so that a bag's `run.yaml` reads as one. The bench
+refuses what it does not know (`record_from_dict`); of the files of others all is read that can be
+(`read_run`).
 """
 
 from __future__ import annotations
 
-import json
+import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from uuid import UUID, uuid4
+from uuid import uuid4
 
 import yaml
 
-from flatplank_data.errors import RecordingError
-from flatplank_data.files import read_text, replace_text
-from flatplank_data.limits import IN_FILES
-from flatplank_data.naming import MeasurementName, check_name, kind_of
-from flatplank_data.params import nearest
+from flatplank_data.condition import Condition, condition_of, is_nan
+from flatplank_data.errors import FlatplankError, RecordingError, YamlError
+from flatplank_data.files import read_text, write_atomic
+from flatplank_data.naming import STEPS, check_name, name_of
+from flatplank_data.params import alike
+from flatplank_data.record_checks import (
+    STATUSES,
+    converted,
+    default_of,
+    refuse,
+    refuse_unknown,
+)
+from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-run/1"
 FILE_NAME = "run.yaml"
-STATUSES = (
-    "described",
-    "armed",
-    "recording",
-    "complete",
-    "stopped",
-    "interrupted",
-    "failed",
-    "discarded",
-)
+SLOW_BELOW = 0.01
+"""a run at a plank speed below this one is no repeat of one at the usual speed [m/s]"""
+KNOWN_SUFFIXES = (".zstd", ".parquet", ".csv", ".mat", ".tdx", ".tydex", ".mcap", ".db3")
 
 
 @dataclass(frozen=True)
 class RunRecord:
-    """One run. Units: m, N, bar, deg where the key says so; slip is ISO, driving > 0."""
+    """One run. Units: m, N, bar, deg where the key says so; NaN: nobody said."""
 
-    tire: str
+    file: str = ""
+    """of the samples, in the campaign's folder"""
+    tire: str = ""
     name: str = ""
-    """file name, Appendix F; made of the rest when empty"""
-    uuid: str = field(default_factory=lambda: str(uuid4()))
+    """that of the file without folder and suffix; Appendix F as long as there is none"""
+    uuid: str = ""
     """identity of the run; names may repeat"""
     measurement: str = "slip"
     """slip, free_rolling, stiffness, footprint, unloaded_turn, cleat, ..."""
     kappa: float = 0.0
-    """desired slip [-]"""
-    fz: float = 0.0
-    """nominal vertical force [N]"""
-    pressure: float = 0.0
+    """desired slip [-], ISO sign: driving > 0"""
+    fz: float = math.nan
+    """nominal load [N]"""
+    pressure: float = math.nan
     """[bar]"""
     alpha_deg: float = 0.0
     gamma_deg: float = 0.0
     start: int = 1
     """1, 2, 3: wheel at 0, 120, 240 deg"""
-    start_angle_deg: float | None = None
+    start_angle_deg: float = math.nan
     """wheel angle in place of that of `start`"""
     run_index: int = 0
     """order in which the runs of a campaign were made"""
-    repeat: int = 0
+    repeat: int = 1
     serial: str = ""
     """of the tire"""
     operator: str = ""
-    effective_rolling_radius: float | None = None
+    effective_rolling_radius: float = math.nan
     """as used by the slip control [m]"""
     r_e_source: str = ""
     """where it comes from: name of the free-rolling run, typed in, ..."""
-    waveform: Mapping[str, Any] = field(default_factory=dict)
-    step_position: float | None = None
+    waveform: Mapping[str, Any] | None = None
+    step_position: float = math.nan
     """plank travel at which the waveform starts [m]"""
-    speed: float | None = None
-    """of the plank [m/s]"""
-    direction: str = "forward"
-    et_value: float | None = None
+    speed: float = math.nan
+    """commanded, of the plank [m/s]"""
+    direction: float = 1.0
+    """+1 forward, -1 reverse"""
+    et_value: float = math.nan
     """[m]"""
-    adapter_thickness: float | None = None
+    adapter_thickness: float = math.nan
     """[m]"""
-    wheel_camber_deg: float | None = None
-    road_camber_offset_deg: float | None = None
-    slip_angle_offset_deg: float | None = None
+    wheel_camber_deg: float = math.nan
+    road_camber_offset_deg: float = math.nan
+    slip_angle_offset_deg: float = math.nan
     calibration: Mapping[str, Any] = field(default_factory=dict)
     """per instrument: date and factors"""
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -89,105 +95,184 @@ class RunRecord:
     plant: Mapping[str, Any] | None = None
     """simulated bench: preset, seed, ...; none in the lab"""
     software_version: str = ""
+    date: str = ""
     started: str = ""
     """ISO 8601, UTC"""
     ended: str = ""
-    status: str = "described"
+    status: str = ""
     cycle_first: int | None = None
     """number of the first bus cycle in the bag"""
     cycle_last: int | None = None
     cycles_received: int = 0
     cycles_lost: int = 0
-    """gaps in the cycle numbers or in the stamps"""
+    """gaps in the cycle numbers or in the stamps, over the whole recording"""
     filled_in: list[str] = field(default_factory=list)
     """keys that nobody said, taken from what the nodes said and measured"""
     stop_reason: str = ""
     notes: str = ""
+    extra: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    """keys that this version does not know"""
 
     def __post_init__(self) -> None:
-        _validate(self)
-        if not self.name:
-            object.__setattr__(self, "name", str(measurement_name(self)))
-        check_name(self.name)
+        if self.file:
+            object.__setattr__(self, "name", stem_of(self.file))
+
+    @property
+    def kind(self) -> str:
+        """The measurement, with the waveform when that is no step, direction and slow speed."""
+        name = str((self.waveform or {}).get("name", ""))
+        words = [self.measurement]
+        if self.measurement == "slip" and name not in STEPS:
+            words.append(name)
+        if self.direction < 0.0:
+            words.append("reversed")
+        if self.speed < SLOW_BELOW:
+            words.append("slow")
+        return " ".join(words)
+
+    @property
+    def start_angle(self) -> float:
+        """Wheel angle at the start [rad]."""
+        given = self.start_angle_deg
+        return math.radians(120.0 * (self.start - 1) if math.isnan(given) else given)
+
+    @property
+    def is_step(self) -> bool:
+        """A slip step, forward: what the step models are fitted to."""
+        return self.kind == "slip"
+
+    @property
+    def condition(self) -> Condition:
+        """Key of the repeats of this run."""
+        numbers = (self.fz, self.pressure, self.alpha_deg, self.gamma_deg, self.kappa)
+        return condition_of(self.tire, self.kind, *numbers)
 
     def with_changes(self, **changes: Any) -> RunRecord:
-        """A copy with other values, checked again; an unknown key names the nearest one."""
-        _check_keys(changes, "run record")
-        return replace(self, **changes)
+        """A copy with other values, which are checked; an unknown key names the nearest one."""
+        refuse_unknown(changes, _OWN, "run record")
+        return _checked(self, changes)
 
     def to_dict(self) -> dict[str, Any]:
-        return {"format": FORMAT, **_plain(asdict(self))}
+        """Plain values that differ from the defaults, for a run in `campaign.yaml`."""
+        out = {}
+        for item in _KEYS.values():
+            value = getattr(self, item.name)
+            if value is None or is_nan(value) or (item.name == "name" and self.file):
+                continue
+            if value != default_of(item) or item.name in _ALWAYS:
+                out[item.name] = value
+        return out | dict(self.extra)
 
     def to_yaml(self) -> str:
-        return yaml.safe_dump(self.to_dict(), sort_keys=False, allow_unicode=True)
+        """Every key, as `run.yaml` has it."""
+        return yaml.safe_dump(self._whole(), sort_keys=False, allow_unicode=True)
 
-    def to_json(self) -> str:
-        return json.dumps(self.to_dict(), indent=1)
+    def _whole(self) -> dict[str, Any]:
+        values = {key: getattr(self, key) for key in _OWN}
+        untold = {key: 0.0 for key in ("fz", "pressure") if is_nan(values[key])}
+        way = "reverse" if self.direction < 0.0 else "forward"
+        return _plain({"format": FORMAT, **values, **untold, "direction": way})
 
     def save(self, folder: Path) -> None:
         """`run.yaml` in the bag's folder, replaced in one step."""
-        replace_text(folder / FILE_NAME, self.to_yaml())
+        write_atomic(folder / FILE_NAME, self.to_yaml(), durable=False)
+
+
+_KEYS = {item.name: item for item in dataclasses.fields(RunRecord) if item.name != "extra"}
+_OWN = {key: item for key, item in _KEYS.items() if key not in ("file", "date")}
+"""keys of a record of this bench"""
+_ALWAYS = {"file", "tire", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start"}
+_BENCH = {"status": STATUSES[0], "waveform": {}}
+"""what the bench says of its runs from the start"""
+OF_THE_RECORDING = frozenset({
+    "name", "serial", "calibration", "parameters", "plant", "started", "ended", "stop_reason",
+    "filled_in", "road_camber_offset_deg", "slip_angle_offset_deg", "cycle_first", "cycle_last",
+})  # fmt: skip
+"""keys that only the recorder of this bench writes"""
+UNITS: Mapping[str, str] = {
+    "kappa": "1", "fz": "N", "pressure": "bar", "alpha_deg": "deg", "gamma_deg": "deg",
+    "start_angle_deg": "deg", "effective_rolling_radius": "m", "step_position": "m",
+    "speed": "m/s", "et_value": "m", "adapter_thickness": "m", "wheel_camber_deg": "deg",
+}  # fmt: skip
+"""of the fields that have one"""
+
+
+def stem_of(file: str) -> str:
+    """A file or bag without folder and suffix."""
+    stem = file.rstrip("/").rsplit("/", 1)[-1]
+    for suffix in KNOWN_SUFFIXES:
+        if stem.lower().endswith(suffix):
+            stem = stem[: -len(suffix)]
+    return stem
 
 
 def _plain(value: Any) -> Any:
-    """Numbers of numpy and other containers as what YAML and JSON know."""
+    """Numbers of numpy and other containers as what YAML and JSON know; NaN is null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
-    return value.tolist() if hasattr(value, "tolist") else value
+    plain = value.tolist() if hasattr(value, "tolist") else value
+    return None if is_nan(plain) else plain
 
 
-def measurement_name(record: RunRecord) -> MeasurementName:
-    """Name by Appendix F of what the record describes."""
-    return MeasurementName(
-        tire=record.tire,
-        kind=kind_of(
-            record.measurement,
-            record.alpha_deg,
-            record.gamma_deg,
-            str((record.waveform or {}).get("name", "")),
-        ),
-        pressure=record.pressure,
-        fz=record.fz,
-        start=record.start,
-        kappa_percent=record.kappa * 100,
-        alpha_deg=record.alpha_deg,
-        gamma_deg=record.gamma_deg,
-    )
+def read_run(raw: Mapping[str, Any], where: str) -> tuple[RunRecord, list[str]]:
+    """The record in a file of anybody, with remarks on keys that look misspelt.
+
+    Unknown keys are kept in `extra`: a newer bench may write more than this version knows.
+    """
+    known: dict[str, Any] = {}
+    extra: dict[str, Any] = {}
+    remarks = []
+    for key, value in raw.items():
+        if key == "format":
+            continue
+        if key in _KEYS:
+            known[key] = converted(_KEYS[key], value, where)
+            continue
+        extra[str(key)] = value
+        near = alike(key, _KEYS, 0.75)
+        if near:
+            remarks.append(f"unknown key '{key}' (nearest: '{near[0]}')")
+    return RunRecord(**known, extra=extra), remarks
 
 
 def record_from_dict(data: Mapping[str, Any], where: str = "run record") -> RunRecord:
-    """The record in `data`; `where` names the source in an error."""
+    """A record of this bench, every value checked; `where` names the source in an error."""
     if not isinstance(data, Mapping):
         raise RecordingError(f"{where}: not a run record; it must be keys and values")
     values = {key: value for key, value in data.items() if key != "format"}
     if data.get("format", FORMAT) != FORMAT:
         raise RecordingError(f"{where}: format {data['format']!r} is unknown; use {FORMAT!r}")
-    _check_keys(values, where)
+    refuse_unknown(values, _OWN, where)
     if "tire" not in values:
         raise RecordingError(f"{where}: tire is missing; name the tire")
     try:
-        return RunRecord(**values)
+        return _checked(RunRecord(), {"uuid": str(uuid4()), **_BENCH, **values})
     except RecordingError as error:
         raise RecordingError(f"{where}: {error}") from None
 
 
+def _checked(record: RunRecord, changes: Mapping[str, Any]) -> RunRecord:
+    """The record with these values; RecordingError for one that it cannot have."""
+    refuse(changes, _KEYS)
+    try:
+        own = {key: converted(_KEYS[key], value, key) for key, value in changes.items()}
+    except FlatplankError as error:
+        raise RecordingError(str(error)) from None
+    changed = dataclasses.replace(record, **own)
+    if not changed.name:
+        return dataclasses.replace(changed, name=name_of(vars(changed)))
+    check_name(changed.name)
+    return changed
+
+
 def record_from_yaml(text: str, where: str = "run record") -> RunRecord:
+    """As `record_from_dict`, of a YAML text."""
     try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        line = getattr(getattr(error, "problem_mark", None), "line", -1) + 1
-        raise RecordingError(f"{where}: not YAML (line {line}); correct it") from None
-    return record_from_dict(data, where)
-
-
-def record_from_json(text: str, where: str = "run record") -> RunRecord:
-    try:
-        data = json.loads(text)
-    except json.JSONDecodeError as error:
-        raise RecordingError(f"{where}: not JSON (line {error.lineno}); correct it") from None
-    return record_from_dict(data, where)
+        return record_from_dict(load_yaml(text, where), where)
+    except YamlError as error:
+        raise RecordingError(str(error)) from None
 
 
 def load_record(folder: Path) -> RunRecord:
@@ -198,37 +283,3 @@ def load_record(folder: Path) -> RunRecord:
     except ValueError as error:
         raise RecordingError(str(error)) from None
     return record_from_yaml(text, str(path))
-
-
-_KEYS = {item.name: item for item in fields(RunRecord)}
-
-
-def _check_keys(values: Mapping[str, Any], where: str) -> None:
-    for key in values:
-        if key not in _KEYS:
-            raise RecordingError(f"{where}: unknown key {key!r}{nearest(key, _KEYS)}")
-
-
-_TEXTS = ("tire", "name", "uuid", "measurement", "serial", "operator", "status", "notes")
-
-
-def _validate(record: RunRecord) -> None:
-    for key in _TEXTS:
-        if not isinstance(getattr(record, key), str):
-            raise RecordingError(f"{key} is {getattr(record, key)!r}; it must be text")
-    for key, limit in IN_FILES.items():
-        value = getattr(record, key)
-        if value is None and _KEYS[key].default is None:
-            continue
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not math.isfinite(value) or not limit.low <= value <= limit.high:
-            span = f"{limit.low:g} to {limit.high:g} [{limit.unit or '-'}]"
-            raise RecordingError(f"{key} is {value!r}; it must be {span}")
-    if not record.tire:
-        raise RecordingError("tire is empty; name the tire, for example TOY")
-    if record.status not in STATUSES:
-        raise RecordingError(f"status {record.status!r} is unknown; use {', '.join(STATUSES)}")
-    try:
-        UUID(record.uuid)
-    except ValueError:
-        raise RecordingError(f"uuid {record.uuid!r} is none; leave it out to get one") from None

@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 
 #: the columns of a measurement table and their units
 STANDARD_COLUMNS: Mapping[str, str] = MappingProxyType(
@@ -63,7 +63,7 @@ class MeasurementTable:
     """Columns of one run as float64 arrays of shape (samples,), and its run record."""
 
     columns: Mapping[str, np.ndarray]
-    info: RunInfo = dataclasses.field(default_factory=RunInfo)
+    info: RunRecord = dataclasses.field(default_factory=RunRecord)
 
     def __post_init__(self) -> None:
         arrays = {}

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS
 
 KEYS = ("kappa", "alpha_deg", "gamma_deg")
@@ -45,7 +45,7 @@ def turned_facts(facts: Mapping[str, Any], mapping: Mapping[str, Any] | None) ->
     return {**facts, **{n: -float(facts[n]) for n in names}}
 
 
-def turned_info(info: RunInfo, mapping: Mapping[str, Any] | None) -> RunInfo:
+def turned_info(info: RunRecord, mapping: Mapping[str, Any] | None) -> RunRecord:
     """The run record, some keys with the other sign."""
     names = [n for n in turned_names(mapping) if n in KEYS and getattr(info, n)]
     return dataclasses.replace(info, **{n: -getattr(info, n) for n in names})

@@ -8,13 +8,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_control.bench.node_specs import BUSES
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.calibration.book import book_for
 from flatplank_data.params import load_parameters
+from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.share import config_file
 from flatplank_panel import validation
@@ -32,9 +31,9 @@ def interfaces() -> list[str]:
 def read_parameters(path: Path) -> dict[str, dict[str, Any]]:
     """A ROS parameter file: node name -> parameters; ValueError names the fault."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ValueError(f"{path}: cannot be read ({' '.join(str(error).split())})") from None
+        content = load_yaml(path.read_bytes(), path) or {}
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be read ({error.strerror})") from None
     if not isinstance(content, dict):
         raise ValueError(f"{path}: expected node names with 'ros__parameters:' below them")
     return {str(node): load_parameters(path, str(node)) for node in content}

@@ -154,9 +154,7 @@ class Investigation:
                 self.told = await self._ask("decide", **about)
                 if self.told["waiting"] is None:
                     break
-                await self._approved()
-                if self._refused:
-                    self._refused = False
+                if not await self._approved():
                     self.told = await self._ask("refuse", **about)
                     continue
                 await self._made(wish, self.told["waiting"]["plan"])
@@ -168,18 +166,20 @@ class Investigation:
         except asyncio.CancelledError:
             self.said = "stopped; Begin or go on goes on where it ended"
         finally:
-            self._asking = self._refused = self._on_bench = False
+            self._asking = self._on_bench = False
             self._doing = ("", 0.0)
 
-    async def _approved(self) -> None:
+    async def _approved(self) -> bool:
+        """Whether the batch that waits is to be made; False: it was refused."""
         if not self.each:
-            return
+            return True
         self._doing, self._asking = ("waiting to be approved", 0.0), True
         try:
             await self._go.wait()
+            return not self._refused
         finally:
             self._go.clear()
-            self._asking = False
+            self._asking = self._refused = False
 
     async def _made(self, wish: Wish, plan: str) -> None:
         """By the runner of the bench; the twin makes it with the answer."""

@@ -12,7 +12,7 @@ import yaml
 from flatplank_control.runner.campaign import plan_from_text
 from flatplank_control.runner.campaign.plan import FORMAT
 from flatplank_control.runner.measurement import START_ANGLES
-from flatplank_data.files import replace_text
+from flatplank_data.files import write_atomic
 from flatplank_hw.share import config_file
 from flatplank_panel import validation as check
 
@@ -88,5 +88,5 @@ def write_next(proposal: Mapping[str, Any], campaign: str, data: Path) -> Path:
     path = data / FOLDER / f"{name}.yaml"
     plan_from_text(text, path.name)
     path.parent.mkdir(exist_ok=True)
-    replace_text(path, text)
+    write_atomic(path, text)
     return path

@@ -44,7 +44,6 @@ SIGNALS = (
 )
 """Columns of the ring buffer, in this order."""
 
-COLUMN = {signal.key: i for i, signal in enumerate(SIGNALS)}
 BY_KEY = {signal.key: signal for signal in SIGNALS}
 
 RIBBON = (

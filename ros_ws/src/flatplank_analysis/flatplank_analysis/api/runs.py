@@ -14,9 +14,10 @@ import pandas as pd
 from flatplank_analysis.cli.common import read_mapping
 from flatplank_data.campaign import Campaign
 from flatplank_data.campaign import Run as CampaignRun
+from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import UNITS, RunInfo
 from flatplank_data.problem import Problem
+from flatplank_data.run_record import OF_THE_RECORDING, UNITS, RunRecord
 from flatplank_data.table import MeasurementTable
 
 RUN = "run"
@@ -32,7 +33,7 @@ class Run:
         self.campaign, self.source = campaign, run
 
     @property
-    def info(self) -> RunInfo:
+    def info(self) -> RunRecord:
         """The run record."""
         return self.source.info
 
@@ -77,13 +78,14 @@ def _row(campaign: Campaign, run: CampaignRun) -> dict[str, Any]:
     return head | {f.name: getattr(info, f.name) for f in _FIELDS}
 
 
-_FIELDS = [f for f in dataclasses.fields(RunInfo) if f.name not in ("file", "extra")]
+_LEFT_OUT = OF_THE_RECORDING | {"file", "extra"}
+_FIELDS = [f for f in dataclasses.fields(RunRecord) if f.name not in _LEFT_OUT]
 _DEFAULTS = {f.name: f.default for f in _FIELDS}
 
 
 def _says(value: Any, key: str) -> bool:
     """False for a default, NaN among them."""
-    return key not in _DEFAULTS or (value != _DEFAULTS[key] and value == value)
+    return key not in _DEFAULTS or (value != _DEFAULTS[key] and not is_nan(value))
 
 
 def campaign_of(runs: pd.DataFrame) -> Campaign:

@@ -7,14 +7,14 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any
-
-import yaml
 
 from flatplank_data.arguments import Parser
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem
+from flatplank_data.yaml_text import load_yaml
 
 NOTHING_USABLE = 2
 
@@ -60,11 +60,7 @@ def read_mapping(path: str | None) -> dict[str, Any] | None:
     """Content of a mapping file, None without one."""
     if path is None:
         return None
-    try:
-        with open(path, encoding="utf-8") as stream:
-            found = yaml.safe_load(stream)
-    except yaml.YAMLError as error:
-        raise FlatplankError(f"not YAML ({error})", path, "mend the file") from error
+    found = load_yaml(Path(path).read_bytes(), path)
     if not isinstance(found, dict):
         raise FlatplankError("no mapping", path, "write 'topics:' or 'columns:'")
     return found

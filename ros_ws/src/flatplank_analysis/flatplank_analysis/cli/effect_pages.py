@@ -17,7 +17,7 @@ from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_data.files import write_atomic
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 SLIPS = (-0.10, -0.02, 0.0, 0.02, 0.10)
@@ -60,7 +60,7 @@ def _table(index: int, kappa: float, start: int) -> MeasurementTable:
         "mx": 20.0 * np.sin(2.0 * np.pi * plank / 0.8),
         "mz": 20.0 * np.cos(2.0 * np.pi * plank / 0.7),
     }
-    info = RunInfo(
+    info = RunRecord(
         file=f"stage_{index}",
         tire="STAGE",
         kappa=kappa,

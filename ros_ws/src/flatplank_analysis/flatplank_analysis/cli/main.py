@@ -14,7 +14,6 @@ import ast
 import os
 import sys
 from collections.abc import Callable
-from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -58,7 +57,9 @@ def main(argv: list[str] | None = None) -> int:
         return guard("help", lambda: print(listing(known)) or 0)
     name, rest = arguments[0], arguments[1:]
     if name not in known:
-        near = get_close_matches(name, known, 1)
+        from flatplank_data.params import alike
+
+        near = alike(name, known, 0.6)
         hint = f"did you mean {near[0]}?" if near else "`flatplank help` lists them"
         print(f"flatplank: no verb {name!r}: {hint}", file=sys.stderr)
         return 2

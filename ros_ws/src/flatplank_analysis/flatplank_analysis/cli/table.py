@@ -11,9 +11,9 @@ from flatplank_analysis.identify.results import to_plain
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.exporters import EXPORTERS, export_campaign
-from flatplank_data.info import RunInfo
 from flatplank_data.lost import lost_samples
 from flatplank_data.needs import what_is_missing
+from flatplank_data.run_record import RunRecord
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,7 +42,7 @@ def _run(arguments) -> int:
     return 0
 
 
-def _usable(campaign: Campaign) -> tuple[list[RunInfo], int]:
+def _usable(campaign: Campaign) -> tuple[list[RunRecord], int]:
     """Read every run once, one at a time, so that all its problems are known."""
     infos, samples = [], 0
     for table in campaign.tables():
@@ -68,13 +68,13 @@ def _lost(campaign: Campaign, used: set[str]) -> list[dict[str, Any]]:
 
 def summary(
     campaign: Campaign,
-    infos: Sequence[RunInfo],
+    infos: Sequence[RunRecord],
     samples: int,
     lost: Sequence[Mapping[str, Any]] = (),
 ) -> dict[str, Any]:
     """The content of the folder as plain values."""
     conditions_of = {run.info.file: run.info.condition for run in campaign.runs}
-    groups: dict[Any, list[RunInfo]] = {}
+    groups: dict[Any, list[RunRecord]] = {}
     for info in infos:
         groups.setdefault(info.condition, []).append(info)
     conditions = [

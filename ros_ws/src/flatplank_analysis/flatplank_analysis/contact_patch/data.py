@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -38,6 +39,32 @@ START_TRAVEL, START_ROUGH = 0.08, 2.5
 that no scatter would warn"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
+
+
+@dataclass(frozen=True)
+class References:
+    """What the sizes of effects are told against: the settings in the middle of a campaign, and
+    the numbers of its runs. Other runs that a fit is asked about keep those of its campaign."""
+
+    load: float
+    """[N]"""
+    pressure: float
+    """[bar]"""
+    first: float
+    last: float
+    middle: float
+    """first, last and mean run order"""
+
+    @classmethod
+    def of(cls, data: TireRuns) -> References:
+        """Those of the runs themselves."""
+        order = data.runs.order
+        medians = float(np.median(data.nominal)), float(np.median(data.pressure))
+        return cls(*medians, *(float(f(order)) for f in (np.min, np.max, np.mean)))
+
+    def share(self, order: np.ndarray, begin: float) -> np.ndarray:
+        """Run order from `begin` on, in units of the whole campaign."""
+        return (order - begin) / max(self.last - self.first, 1.0)
 
 
 @dataclass(frozen=True)
@@ -83,6 +110,13 @@ class TireRuns:
     """columns and keys whose sign is the other way round"""
     further: Mapping[str, Coordinate] = field(default_factory=dict)
     """columns of other names that all runs have: what was recorded beside the channels"""
+    against: References | None = None
+    """of another campaign, whose fit these runs are asked about"""
+
+    @cached_property
+    def reference(self) -> References:
+        """What the sizes of effects are told against."""
+        return self.against or References.of(self)
 
     def coordinate(self, name: str) -> np.ndarray:
         """A coordinate of the runs, a channel, or a further column by name (runs, samples)."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,14 +43,12 @@ class TireModel:
         self.parameters = base_parameters(data)
         self.starts = other_starts(self.parameters)
         self._names = [p.name for p in self.parameters]
-        self._reference = float(np.median(data.nominal))
-        self._pressure = float(np.median(data.pressure))
         self._moving = 1.0 - np.exp(-np.maximum(data.position, 0.0) / 0.005)
 
     def take_references(self, other: TireModel) -> None:
-        """Measure load and pressure against the medians of another campaign."""
+        """Tell load, pressure and run order against those of another campaign."""
         self._names = list(other._names)
-        self._reference, self._pressure = other._reference, other._pressure
+        self.data = replace(self.data, against=other.data.reference)
 
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
         """Directions in which a tire scatters from run to run: gain and slip offset."""
@@ -96,7 +95,7 @@ class TireModel:
     def _motion(self, base: dict, lanes: int, deep: list) -> Motion:
         d = self.data
         shape = (lanes, *d.position.shape)
-        zero, more = np.zeros(lanes), d.nominal / self._reference - 1.0
+        zero, more = np.zeros(lanes), d.nominal / d.reference.load - 1.0
         # the rolling radius goes with the load, whatever radius the runs were made with
         offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
         offset = offset + base.get("slip_bend", zero)[:, None] * more**2
@@ -132,8 +131,8 @@ class TireModel:
     def _fill(self, base: dict, params: np.ndarray) -> None:
         """Numbers of the tire in x and y, per run."""
         d = self.data
-        ratio = d.nominal / self._reference
-        over = d.pressure / self._pressure - 1.0
+        ratio = d.nominal / d.reference.load
+        over = d.pressure / d.reference.pressure - 1.0
         zero = np.zeros(len(params[0]))
 
         def get(name: str) -> np.ndarray:

@@ -41,7 +41,7 @@ def along_plank(data: TireRuns) -> float:
 
 def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
     """Parameters of the base for a campaign, start values in `null`, scales in `screen`."""
-    load = float(np.median(data.nominal))
+    load = data.reference.load
     turned = bool(np.abs(data.alpha).max() > SIDE_SLIP)
     shown = {
         "always": True,

@@ -30,7 +30,7 @@ class Plan:
 def plans_for(model: TireModel) -> list[Plan]:
     """Feasible runs around those of the campaign."""
     data = model.data
-    load, pressure = float(np.median(data.nominal)), float(np.median(data.pressure))
+    load, pressure = data.reference.load, data.reference.pressure
     common = {"kappa": 0.01, "fz": load, "pressure": pressure, "step_position": 1.5, "start": 1}
     steps = data.runs.facts.get("step", np.array([1.5]))
     usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.5
@@ -107,6 +107,7 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
     )
     return replace(
         data,
+        against=data.reference,
         runs=runs,
         position=position,
         angle=angle,

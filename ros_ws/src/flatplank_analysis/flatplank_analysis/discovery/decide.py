@@ -225,11 +225,10 @@ def at_edge(term: Term) -> bool:
 
 def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
     """Share of a column that the others do not make."""
-    products, scores, _ = gram.total()
-    inverse = solve(products[np.ix_(others, others)], scores[others])[1]
-    across = products[others, column]
-    whole = max(float(products[column, column]), 1e-30)
-    return (whole - float(across @ inverse @ across)) / whole
+    rows = [*others, column]
+    part = Gram(gram.products[:, rows][:, :, rows], gram.scores[:, rows], gram.energy)
+    _, info = scores_of(part, len(others))
+    return float(info.sum()) / max(float(part.products[:, -1, -1].sum()), 1e-30)
 
 
 def _linear(fit: Fit, index: int, owner: int, name: str) -> bool:

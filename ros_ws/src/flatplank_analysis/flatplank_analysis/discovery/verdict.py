@@ -64,6 +64,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "reason": self.reason,
             "effects": [effect_dict(f) for f in self.found],
+            "runs": self.search.last.state.runs.runs if self.search else 0,
             "floor_rmse": _round(self.floor),
             **self.source.to_dict(),
             "rmse_before": _round(self.rmse_before),

@@ -45,7 +45,7 @@ class CarcassLoad(TireEffect):
     )
 
     def tire(self, tire: Tire) -> None:
-        more = tire.data.nominal / np.median(tire.data.nominal) - 1.0
+        more = tire.data.nominal / tire.data.reference.load - 1.0
         change = 1.0 + self.per_run.slope * more + self.per_run.bend * more**2
         change = np.maximum(change, 0.1)
         tire.x.carcass *= change

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.base import Tire, TireEffect
 
@@ -34,7 +32,7 @@ class CarcassPressure(TireEffect):
     )
 
     def tire(self, tire: Tire) -> None:
-        pressure = tire.data.pressure
-        change = 1.0 + self.per_run.slope * (pressure / np.median(pressure) - 1.0)
+        data = tire.data
+        change = 1.0 + self.per_run.slope * (data.pressure / data.reference.pressure - 1.0)
         tire.x.carcass *= change
         tire.y.carcass *= change

@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_analysis.effects.registry import library, source_file
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 KINDS = ("machine", "sensor", "tire")
@@ -73,7 +73,7 @@ def _probe_table(index: int, kappa: float, start: int) -> MeasurementTable:
         "mx": 10.0 * np.sin(plank) + noise[3],
         "mz": 20.0 * np.cos(plank) + noise[4],
     }
-    info = RunInfo(
+    info = RunRecord(
         file=f"probe_{index}", tire="PROBE", kappa=kappa, fz=load, pressure=2.0 + 0.5 * start,
         alpha_deg=1.0, gamma_deg=2.0, start=start, run_index=index,
         effective_rolling_radius=radius, step_position=0.7, speed=speed,

@@ -6,8 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from flatplank_analysis.effects.base import Signal
 from flatplank_analysis.effects.turning_force import TurningForce
 from flatplank_analysis.effects.waves import wave
@@ -32,7 +30,7 @@ class NonUniformity(TurningForce):
 
     def signal(self, signal: Signal) -> None:
         data = signal.data
-        grow = (data.nominal / np.median(data.nominal))[:, None] * (data.position > 0.0005)
+        grow = (data.nominal / data.reference.load)[:, None] * (data.position > 0.0005)
         turn, order = data.wheel_turn, self.per_turn
         signal.fx = signal.fx + grow * wave(turn, order, self.fx_cos, self.fx_sin)
         signal.fz = signal.fz + grow * wave(turn, order, self.fz_cos, self.fz_sin)

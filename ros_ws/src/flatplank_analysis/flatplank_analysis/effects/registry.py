@@ -18,6 +18,7 @@ from zlib import crc32
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.effects.base import TireEffect
 from flatplank_data.errors import FlatplankError
+from flatplank_data.params import alike
 
 GROUP = "flatplank.effects"
 _USER = "flatplank_user_effects_"
@@ -120,11 +121,9 @@ def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
 
 def find(identifier: str, files: Iterable[str | Path] = ()) -> type[TireEffect]:
     """One effect; an unknown name is answered with the nearest ones."""
-    import difflib
-
     known = library(files)
     if identifier not in known:
-        near = difflib.get_close_matches(identifier, known, n=3, cutoff=0.4)
+        near = alike(identifier, known, most=3)
         raise FlatplankError(
             f"no effect '{identifier}'",
             "effects",

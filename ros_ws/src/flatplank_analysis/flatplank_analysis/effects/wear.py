@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.base import Tire, TireEffect
 
@@ -34,6 +32,6 @@ class Wear(TireEffect):
     )
 
     def tire(self, tire: Tire) -> None:
-        order = tire.data.runs.order
-        share = (order - order.min()) / max(float(np.ptp(order)), 1.0)
+        data = tire.data
+        share = data.reference.share(data.runs.order, data.reference.first)
         tire.friction *= 1.0 - self.loss * share[:, None]

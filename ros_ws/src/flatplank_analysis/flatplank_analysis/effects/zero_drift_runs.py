@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.effects.base import Signal, TireEffect
 
@@ -34,6 +32,6 @@ class ZeroDriftRuns(TireEffect):
     )
 
     def signal(self, signal: Signal) -> None:
-        order = signal.data.runs.order
-        share = (order - order.mean()) / max(float(np.ptp(order)), 1.0)
+        data = signal.data
+        share = data.reference.share(data.runs.order, data.reference.middle)
         signal.fx = signal.fx + self.drift * share[:, None]

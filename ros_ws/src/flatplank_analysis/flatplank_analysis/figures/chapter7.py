@@ -14,7 +14,7 @@ from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import INK, PALETTE
 from flatplank_analysis.models.magic_formula import Coefficients, steady
 from flatplank_analysis.report.results import CampaignResult, PointResult
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 
 OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
 

@@ -17,7 +17,7 @@ from flatplank_analysis.models.magic_formula.structure import effective_radius
 from flatplank_analysis.post.settling import ExponentialFit
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 
 
 @maker("radius")

@@ -18,7 +18,7 @@ from flatplank_analysis.models.magic_formula import (
     operating_point,
 )
 from flatplank_analysis.report.results import CampaignResult, ConditionResult, PointResult
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 
 DISPLACEMENT = "road displacement [m]"
 SINCE_STEP = "road displacement since the step [m]"

@@ -52,7 +52,7 @@ class JointState:
         """
         own = np.sum(self.rows * self.error, axis=2)[:, :, None]
         matrix, scores = (self._summed(values * part[:, None]) for values in (self.every, own))
-        free = np.unique(np.append(0, 1 + self.problem.level[part]))
+        free = np.append(0, 1 + self.problem.level[part])
         change = np.linalg.lstsq(matrix[np.ix_(free, free)], scores[free, 0], rcond=None)[0]
         return self.c_cx - float(change[0])
 

@@ -19,7 +19,6 @@ geometry: {vertical_stiffness: 2.13e5}   # nonlinear: Table 7.2
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -28,6 +27,8 @@ from typing import Any
 import yaml
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.params import alike
+from flatplank_data.yaml_text import load_yaml
 
 from ..models.contact import ContactGeometry
 from .mf.fit import MFSettings
@@ -87,15 +88,11 @@ class FitFile:
 def read_fit_file(path: str | Path) -> FitFile:
     """Read and check a fit file."""
     try:
-        raw = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FlatplankError(
-            error.strerror or "cannot be read", str(path), "give a file"
-        ) from None
-    except yaml.YAMLError as error:
-        line = getattr(getattr(error, "problem_mark", None), "line", -1) + 1
-        raise FlatplankError("not YAML", f"{path} line {line}", "mend the syntax") from None
-    return parse_fit(raw, str(path))
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        told = getattr(error, "strerror", None) or "is no text"
+        raise FlatplankError(told, str(path), "give a fit file") from None
+    return parse_fit(load_yaml(text, str(path)), str(path))
 
 
 def parse_fit(raw: Any, where: str = "fit file") -> FitFile:
@@ -157,5 +154,4 @@ def _check_names(fit: FitFile, where: str) -> None:
 
 
 def _nearest(name: str, known: set[str]) -> str:
-    near = difflib.get_close_matches(name, known, 1, 0.0)
-    return f"did you mean {near[0]}?" if near else "remove it"
+    return f"did you mean {alike(name, known, 0.0)[0]}?"

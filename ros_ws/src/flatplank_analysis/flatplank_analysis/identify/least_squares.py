@@ -118,8 +118,8 @@ def _stencil(
 def _differences(out: np.ndarray, width: np.ndarray) -> np.ndarray:
     """Jacobian (n, p) from the residuals (2 p, n) of a stencil's moved lanes."""
     count = len(width)
-    slope = (out[:count] - out[count:]) / np.where(width > 0.0, width, 1.0)[:, None]
-    return np.where(width > 0.0, 1.0, 0.0) * slope.T
+    # Without a width both lanes are one: their difference is zero.
+    return ((out[:count] - out[count:]) / np.where(width > 0.0, width, 1.0)[:, None]).T
 
 
 def _different(trials: np.ndarray, x: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -163,9 +163,8 @@ def _trials(
     free = _free(x, r, jac, lower, upper)
     js = jac[:, free] * scale[free]
     gradient, hessian = js.T @ r, js.T @ js
-    diagonal = np.maximum(
-        np.diag(hessian), 1e-12 * max(np.max(np.diag(hessian), initial=0.0), 1e-300)
-    )
+    # Of J'J the largest entry is on the diagonal.
+    diagonal = np.maximum(np.diag(hessian), 1e-12 * np.max(hessian, initial=1e-288))
     trials = np.repeat(x[None, :], len(dampings), axis=0)
     for lane, value in zip(trials, dampings, strict=True):
         step = np.linalg.lstsq(hessian + np.diag(value * diagonal), -gradient, rcond=None)[0]

@@ -142,7 +142,7 @@ def _level(
             estimates[0],
             value=float(values.mean()),
             std_error=error,
-            dof=max(freedom, 1.0),
+            dof=freedom,
             at_bound=next((e.at_bound for e in estimates if e.at_bound), ""),
         )
     members = [runs[i] for i in group]

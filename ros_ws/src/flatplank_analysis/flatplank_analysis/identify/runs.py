@@ -23,9 +23,12 @@ SETTLE = 0.02
 """Travel after the step in which the wheel reaches its new speed [m]; not part of kappa_act."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StepRun:
-    """One run on an even grid; arrays (n,), `distance` [m] since the step (negative before)."""
+    """One run on an even grid; arrays (n,), `distance` [m] since the step (negative before).
+
+    A run is equal to itself only: another campaign may have one of the same name.
+    """
 
     name: str
     condition: Hashable
@@ -74,9 +77,7 @@ class StepRun:
 
     def inputs(self, spacing: float, start_fx: float = 0.0, start_fy: float = 0.0) -> RunInputs:
         """Model inputs from the step on, at the samples of `grid(spacing)`."""
-        after = self.distance[self.distance >= 0.0]
-        centres = bin_means(after, after, spacing)[0]
-        return self.inputs_at(centres, start_fx, start_fy)
+        return self.inputs_at(self.grid(spacing, self.fx)[0], start_fx, start_fy)
 
     def inputs_at(self, x: np.ndarray, start_fx: float = 0.0, start_fy: float = 0.0) -> RunInputs:
         """Model inputs at distances x since the step [m], which lies before the first sample."""

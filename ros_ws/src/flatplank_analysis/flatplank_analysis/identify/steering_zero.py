@@ -33,8 +33,8 @@ NAMES = ("zero", "ply", "d", "b", "e", "fy0", "trail", "bt", "mz0")
 LOW = np.array([-0.2, -0.05, 0.05, 0.5, -10.0, -0.3, -0.5, 0.0, -0.05])
 HIGH = np.array([0.2, 0.05, 4.0, 90.0, 1.0, 0.3, 0.5, 60.0, 0.05])
 START = np.array([0.0, 0.0, 1.0, 12.0, 0.0, 0.0, 0.03, 8.0, 0.0])
-PRIOR = {"ply": (0.0, PLY), "e": (0.0, 2.0), "fy0": (0.0, 0.05), "mz0": (0.0, 2e-3)}
-"""Parameter -> usual value and spread; forces as shares of Fz."""
+PRIOR = {"ply": PLY, "e": 2.0, "fy0": 0.05, "mz0": 2e-3}
+"""Parameter -> usual spread about zero; forces as shares of Fz."""
 SHAPE_Y, SHAPE_T = 1.4, 1.15
 
 
@@ -155,7 +155,7 @@ class _Steady:
             (p["mz0"] - arm * force - self.mz) / SHARE["mz"],
             *self._even_left(slip),
         ]
-        rows += [(p[name] - middle) / spread for name, (middle, spread) in PRIOR.items()]
+        rows += [p[name] / spread for name, spread in PRIOR.items()]
         return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
 
     def _even_left(self, slip: np.ndarray) -> list[np.ndarray]:

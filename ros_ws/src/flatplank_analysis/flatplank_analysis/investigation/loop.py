@@ -170,9 +170,8 @@ class Loop:
 
     @property
     def spent(self) -> float:
-        """Minutes of the batches so far; what was refused took none."""
-        refused = {e["number"] for e in self._of(ANSWER) if e.get("refused")}
-        return sum(e["minutes"] for e in self._of(BATCH) if e["number"] not in refused)
+        """Minutes of the batches so far."""
+        return sum(b["minutes"] for b in batches_of(self.log.events))
 
     @property
     def left(self) -> float:
@@ -305,6 +304,19 @@ class Loop:
 def budget(events: Sequence[Mapping[str, Any]]) -> float:
     """Minutes [min] that were last given."""
     return [e["minutes"] for e in events if e["event"] == BEGIN][-1]
+
+
+def batches_of(events: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Batches with their answers; one that was refused has no runs and took no time."""
+    answers = {e["number"]: e for e in events if e["event"] == ANSWER}
+    names = ("number", "what", "reason", "settings", "minutes", "expected")
+    out = []
+    for batch in (e for e in events if e["event"] == BATCH):
+        answer = answers.get(batch["number"], {})
+        told = {k: batch[k] for k in names} | {k: v for k, v in answer.items() if k != "event"}
+        refused = {"settings": [], "minutes": 0.0} if answer.get("refused") else {}
+        out.append(told | refused)
+    return out
 
 
 def decoy_words(answers: Sequence[Mapping[str, Any]]) -> str:

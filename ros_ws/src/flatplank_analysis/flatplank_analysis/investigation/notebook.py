@@ -10,8 +10,8 @@ from typing import Any
 from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
 from flatplank_analysis.investigation.loop import (
     ANSWER,
-    BATCH,
     END,
+    batches_of,
     budget,
     decoy_words,
     decoys_so_far,
@@ -23,7 +23,7 @@ Event = Mapping[str, Any]
 def summary(events: Sequence[Event]) -> dict[str, Any]:
     """The JSON of `flatplank investigate --json`."""
     answers = {e["number"]: e for e in events if e["event"] == ANSWER}
-    batches = [_batch(e, answers.get(e["number"], {})) for e in events if e["event"] == BATCH]
+    batches = batches_of(events)
     end = events[-1] if events[-1]["event"] == END else None
     evidence = Evidence()
     for a in answers.values():
@@ -45,13 +45,6 @@ def summary(events: Sequence[Event]) -> dict[str, Any]:
         "batches": batches,
         "proposal": end.get("proposal") if end else None,
     }
-
-
-def _batch(event: Event, answer: Event) -> dict[str, Any]:
-    """A batch with its answer; one that was refused has no runs and took no time."""
-    names = ("number", "what", "reason", "settings", "minutes", "expected")
-    out = {k: event[k] for k in names} | {k: v for k, v in answer.items() if k != "event"}
-    return out | ({"settings": [], "minutes": 0.0} if answer.get("refused") else {})
 
 
 def runs_words(first: int, count: int) -> str:

@@ -51,8 +51,6 @@ class Cleat:
     """rise over cleat height [N/m]"""
     longitudinal_stiffness: float
     """slope of Fx over travel at the middle of the cleat [N/m]"""
-    fx_range: tuple[float, float]
-    """smallest and largest change of Fx [N]"""
     distance: np.ndarray
     """[m]"""
     effective_height: np.ndarray
@@ -69,7 +67,7 @@ class Cleat:
 
 def cleat(table: MeasurementTable) -> Cleat:
     """Fit one pass. Raises where the load shows no cleat or the record no height."""
-    given = dict(table.info.extra.get("parameters", {}).get("measurement", {}))
+    given = dict(table.info.parameters.get("measurement", {}))
     height, length = 1e-3 * float(given.get("cleat_mm", math.nan)), LENGTH
     if not height > 0.0:
         raise FlatplankError(
@@ -107,7 +105,6 @@ def cleat(table: MeasurementTable) -> Cleat:
         height, found["C_z"], found["R_cam"], found["l_s"], place,
         float(np.max(fz) - level), float(np.max(fz) - level) / height,
         float(np.polyfit(at[near], fx[near], 1)[0]),
-        (float(np.min(fx) - drag), float(np.max(fx) - drag)),
         at, (fz - level) / found["C_z"].value, -(fx - drag) / fz,
         fx, fz, fit.modelled["fx"], fit.modelled["fz"], fit.rmse["fx"], fit.rmse["fz"],
     )  # fmt: skip

@@ -20,6 +20,9 @@ except ImportError:
     njit = None
 
 NEWTON = 3
+HOLDS = 0.5
+"""Share of the patch's relaxation length that a falling law may take: where it takes more, the
+spring cannot hold the contact point, and the slip goes on without it"""
 CLOSE = 1e-9
 """Change of the slip after which another Newton step would change nothing [-]"""
 
@@ -64,7 +67,7 @@ def march(
                 sigma = max(1.0 - limit * abs(k) / base, LOWEST_SHARE) * a / base
                 ratio = max(way / (sigma + soft * max(slope, 0.0)), 1e-4)
                 late = (-1.0 / np.expm1(-ratio) - 1.0 / ratio) * way
-                goal = moved[run, i] + share * d - (way - late) * k
+                goal = moved[run, i] - (way - late) * k
                 for _ in range(NEWTON):
                     middle = 0.5 * (k + before)
                     base = max(1.0 + middle, 0.1) if longitudinal else 1.0
@@ -72,7 +75,8 @@ def march(
                     shrink = 0.0
                     if sigma * base > LOWEST_SHARE * a:
                         shrink = 0.5 * limit * a * abs(k - before)
-                    error = goal - sigma * (k - before) - late * k - soft * force
+                    drawn = soft * force - share * d if soft * slope > -HOLDS * sigma else 0.0
+                    error = goal - sigma * (k - before) - late * k - drawn
                     rate = sigma - min(shrink, 0.5 * sigma) + late + soft * max(slope, 0.0)
                     change = error / rate
                     k += change

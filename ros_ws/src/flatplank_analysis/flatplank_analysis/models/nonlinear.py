@@ -21,8 +21,6 @@ LawMaker = Callable[[np.ndarray], SteadyLaw]
 """Law for parameters (lanes, p): the same table for all lanes, or one that depends on them."""
 
 CARCASS = Parameter("c_cx", "N/m", 2e5, 2e4, 5e6, "thesis (7.14), figure 7.24")
-DAMPING_TIME = 0.01
-"""t_kcx [s] (7.23)."""
 NEWTON = kernel.NEWTON
 """Newton steps per sample: the law is nearly straight over one increment."""
 
@@ -136,7 +134,8 @@ class _Stepper:
     """Implicit step over one increment, for all lanes and runs at once.
 
     The weight between both ends of the increment is that of the exponential solution: second order
-    where the force relaxes slowly, without ringing where it follows at once.
+    where the force relaxes slowly, without ringing where it follows at once. Where the law falls
+    so fast that no spring holds the contact point (`kernel.HOLDS`), the slip goes on without it.
     """
 
     law: SteadyLaw
@@ -166,10 +165,12 @@ class _Stepper:
             compliance = self.compliance * follow
             before, sigma = slip, self._sigma(slip, limit, half)
             late = late_weight(travel, sigma + compliance * np.maximum(slope, 0.0)) * travel
-            goal = moved + follow * u - (travel - late) * slip
+            goal = moved - (travel - late) * slip
             for _ in range(NEWTON):
                 sigma = self._sigma(0.5 * (slip + before), limit, half)
-                error = goal - sigma * (slip - before) - late * slip - compliance * force
+                holds = compliance * slope > -kernel.HOLDS * sigma
+                drawn = np.where(holds, compliance * force - follow * u, 0.0)
+                error = goal - sigma * (slip - before) - late * slip - drawn
                 shrink = self._shrink(slip, before, limit, half)
                 rate = sigma - np.minimum(shrink, 0.5 * sigma) + late
                 slip = slip + error / (rate + compliance * np.maximum(slope, 0.0))

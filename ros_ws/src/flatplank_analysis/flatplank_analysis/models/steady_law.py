@@ -63,8 +63,6 @@ class TableLaw:
 
     def _take(self, cell: np.ndarray) -> np.ndarray:
         values = self.values
-        if values.size == values.shape[-1]:
-            return values.reshape(-1)[cell]
         if values.ndim == 2:
             return values[np.arange(values.shape[0]), cell]
         lanes, runs = values.shape[:2]

@@ -10,6 +10,7 @@ again. A contradiction is an error of one line.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -295,8 +296,13 @@ def _text(entry: Entry) -> str:
 
 def _number(key: str, entry: Entry, path: str) -> float:
     try:
-        return float(entry.value)
+        number = float(entry.value)
+        # what is not known is nan where a program made it; in a file it is left out
+        good = math.isfinite(number) or not entry.line
     except ValueError:
-        raise FlatplankError(
-            f"{key} = {entry.value} is not a number", f"{path} line {entry.line}", "mend it"
-        ) from None
+        good = False
+    if good:
+        return number
+    raise FlatplankError(
+        f"{key} = {entry.value} is not a number", f"{path} line {entry.line}", "mend it"
+    )

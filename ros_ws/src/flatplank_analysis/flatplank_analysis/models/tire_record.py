@@ -24,7 +24,6 @@ Required are name, free_radius, nominal_load, nominal_pressure.
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -35,6 +34,8 @@ from typing import Any
 import yaml
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.params import alike
+from flatplank_data.yaml_text import load_yaml
 
 from .contact import ContactGeometry
 from .tir import TirFile, check_tir, parse_tir, read_tir
@@ -131,18 +132,14 @@ def read_record(path: str | Path) -> TireRecord:
         raise FlatplankError(told, str(path), "give a tire record (.yaml) or a .tir") from None
     record = parse_record(text, str(path))
     beside = path.parent / record.start_file
-    if record.start_file and not Path(record.start_file).is_absolute() and beside.is_file():
+    if beside.is_file():
         record = dataclasses.replace(record, start_file=str(beside))
     return record
 
 
 def parse_record(text: str, where: str) -> TireRecord:
     """Check keys and numbers of a record's text."""
-    try:
-        raw = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        line = getattr(getattr(error, "problem_mark", None), "line", -1) + 1
-        raise FlatplankError("not YAML", f"{where} line {line}", "mend the syntax") from None
+    raw = load_yaml(text, where)
     if not isinstance(raw, Mapping) or raw.get("format") != FORMAT:
         raise FlatplankError(f"format is not {FORMAT}", where, f"begin with format: {FORMAT}")
     known = {f.name for f in dataclasses.fields(TireRecord)} - {"origin"}
@@ -181,15 +178,15 @@ def _contact(raw: Any, where: str) -> dict[str, float]:
     for key in raw:
         _known(str(key), set(CONTACT), where)
     try:
-        return {str(k): float(v) for k, v in raw.items()}
+        return {k: float(v) for k, v in raw.items()}
     except (TypeError, ValueError):
         raise FlatplankError("contact: not a number", where, "NAME: number, in SI") from None
 
 
 def _known(key: str, known: set[str], where: str) -> None:
     if key not in known:
-        near = difflib.get_close_matches(key, sorted(known), 1, 0.0)
-        raise FlatplankError(f"unknown key {key}", where, f"did you mean {near[0]}?")
+        near = alike(key, known, 0.0)[0]
+        raise FlatplankError(f"unknown key {key}", where, f"did you mean {near}?")
 
 
 def shipped_record(name: str) -> TireRecord:

@@ -29,8 +29,6 @@ class StepFacts:
     fz_after: float
     speed_before: float
     speed_after: float
-    distance_after: float
-    """road after the step [m]"""
 
     @property
     def load_change(self) -> float:
@@ -57,7 +55,6 @@ def step_facts(table: MeasurementTable) -> StepFacts:
         _mean(fz, after),
         _speed(table, before),
         _speed(table, after),
-        float(x.max() - step),
     )
 
 

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.proposal.curves import acting, basis_at, basis_of, knots_of
+from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Shape, Span
 from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, factor
@@ -23,6 +24,8 @@ HINTS = 4
 """settings of a wave that a force suggests at a place, half of them turned by the slip"""
 POINTS, BAND = 240, 1.645
 """of a drawn curve; standard errors of a 90 % band"""
+
+CURVE, WAVE, FURTHER = "curve", "wave", "further column"
 
 
 @dataclass(frozen=True)
@@ -64,15 +67,17 @@ class Scanned:
     """numbers of the curve"""
     looks: int
     """columns that were looked at"""
-    waves: bool = False
+    kind: str
+    """CURVE, WAVE, or FURTHER: a curve over a column of the user's own"""
+    forms: Mapping[int, float] = field(default_factory=dict)
+    """by count: what the best form of so many numbers takes, as far as the curve shows it"""
 
     def evidence(self, dispersion: float, price: float) -> float:
-        """Gain in units of the scatter, less the price of its numbers and of the looking."""
-        return (
-            self.gain / dispersion
-            - price * self.count
-            - 2.0 * float(np.log(self.looks / self.count))
-        )
+        """Gain in units of the scatter, less the price of its numbers and of the looking: that of
+        the curve, or of the best form."""
+        looking = 2.0 * float(np.log(self.looks / self.count))
+        made = {self.count: self.gain, **self.forms}
+        return max(gain / dispersion - price * count for count, gain in made.items()) - looking
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,13 @@ class Scanner:
         """The coarse curve of a site."""
         scores = self.scores(site, basis_of(site, fine=False))
         count = len(scores.score)
-        return Scanned(site, scores.gain(), count, count)
+        forms = {}
+        if site.place.span.kind == ANGLE:
+            forms = {2: max(p.gain() for p in scores.parts(2))}
+        for f in self._of_curve(site, scores, fine=False):
+            forms[f.shape.price] = max(f.gain, forms.get(f.shape.price, 0.0))
+        further = site.place.name in self.data.further
+        return Scanned(site, scores.gain(), count, count, FURTHER if further else CURVE, forms)
 
     def wave(self, site: Site) -> Scanned | None:
         """The best wave over a place, lasting or dying away after the step."""
@@ -160,7 +171,7 @@ class Scanner:
             return None
         best = max(made, key=lambda f: f.gain)
         looks = sum(2 * len(settings_of(f.shape, f.site.place.span)) for f in made)
-        return Scanned(site, best.gain, 2, looks, waves=True)
+        return Scanned(site, best.gain, 2, looks, WAVE)
 
     def _hinted(self, shape: Shape, site: Site) -> Formed | None:
         """A wave at the settings at which a force over that place takes the most."""
@@ -205,21 +216,35 @@ class Scanner:
     def forms(self, scanned: Scanned) -> Iterator[Formed]:
         """Every shape that suits a site, at its best numbers."""
         site, span = scanned.site, scanned.site.place.span
-        if scanned.waves:
+        if scanned.kind == WAVE:
             found = [*_waving(site, self.event), (shapes()["beat"], site)]
             yield from (f for f in (self._hinted(s, at) for s, at in found) if f)
             return
-        suited = [s for s in shapes().values() if s.suits(span) and not waves(s)]
-        direct = [s for s in suited if s.memory or span.kind in (ANGLE, "none")]
-        plain = [s for s in suited if s not in direct]
-        if plain:
+        direct = [s for s in shapes().values() if s.suits(span) and not waves(s)]
+        if span.kind not in (ANGLE, NONE):
             scores = self.scores(site, basis_of(site, fine=True))
-            knots = knots_of(site.place.values, span, fine=True)
-            yield from (_best(site, s, knots, scores) for s in plain)
+            yield from self._of_curve(site, scores, fine=True)
+            direct = [s for s in direct if s.memory]
         for shape in direct:
             made = self._waves(site, settings_of(shape, span), shape)
             if made:
                 yield made
+
+    def _of_curve(self, site: Site, scores: Scores, fine: bool) -> Iterator[Formed]:
+        """Shapes that are functions of the coordinate alone, at their best numbers."""
+        place = site.place
+        if place.span.kind in (ANGLE, NONE):
+            return
+        knots = knots_of(place.values, place.span, fine)
+        for shape in shapes().values():
+            if not shape.memory and not waves(shape) and shape.suits(place.span):
+                yield _best(site, shape, knots, scores)
+        if self.event and place.name != EVENT and EVENT in place.alias:
+            later = float(np.mean(place.values - self.event.values))
+            at = replace(site, place=self.event)
+            for shape in shapes().values():
+                if shape.after_event:
+                    yield _best(at, shape, knots - later, scores)
 
     def _waves(
         self, site: Site, settings: Sequence[dict[str, float]], shape: Shape

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +14,8 @@ from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.discovery.decide import Decision, Judge
 from flatplank_analysis.discovery.dispersion import Usual
 from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.rivals import ALIKE
+from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.steps import Progress
 from flatplank_analysis.discovery.whitened import Whitened
@@ -20,12 +24,11 @@ from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
-SITES, FORMS, REFITS = 8, 3, 6
+T = TypeVar("T")
+SITES, FORMS, REFITS = 10, 3, 8
 """sites whose shapes are looked at; shapes of a site, and shapes of all, that are refitted"""
-ALIKE = 0.03
-"""share of the drop that is no evidence between two proposals"""
-EVIDENCE = 20.0
-"""difference of two chi2 below which nothing is said"""
+ALIKE_SITES = 3
+"""of these with the same hook and modulator"""
 
 
 @dataclass(frozen=True)
@@ -71,12 +74,28 @@ class Outcome:
         return tuple(out)
 
 
-def looks_of(scanned: Sequence[Scanned]) -> dict[bool, int]:
-    """By what the family-wise level is divided, for curves and (True) for waves.
+def looks_of(scanned: Sequence[Scanned]) -> dict[str, int]:
+    """By what the family-wise level is divided, for every kind of look.
 
-    Both have half of it (weighted Bonferroni): a curve does not pay for the many periods of waves.
+    All kinds have the same share of it (weighted Bonferroni): a curve does not pay for the many
+    periods of waves, nor a column that somebody wrote down on purpose for all other coordinates.
     """
-    return {kind: 2 * sum(s.looks for s in scanned if s.waves == kind) for kind in (False, True)}
+    kinds = {s.kind for s in scanned}
+    return {kind: len(kinds) * sum(s.looks for s in scanned if s.kind == kind) for kind in kinds}
+
+
+def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T]:
+    """At most so many, in the same order, and no more than ALIKE_SITES of one hook and modulator:
+    coordinates that hardly differ fill no list."""
+    seen: Counter[tuple[str, str]] = Counter()
+    out = []
+    for item in best:
+        site = site_of(item)
+        key = (site.hook.name, site.modulator.name)
+        seen[key] += 1
+        if seen[key] <= ALIKE_SITES:
+            out.append(item)
+    return out[:most]
 
 
 def doubt(site: Site) -> int:
@@ -128,22 +147,24 @@ class Proposer:
                 self.progress("curves at all sites", 0.5 * i / len(sites))
             scanned += [s for s in (scanner.curve(site), scanner.wave(site)) if s is not None]
         looked = looks_of(scanned)
-        best = self.ranked(scanned)[:SITES]
-        formed: list[Formed] = []
+        best = varied(self.ranked(scanned), lambda s: s.site, SITES)
+        formed: list[tuple[Formed, int]] = []
         for s in best:
             self.say("shapes at the best sites", 0.6)
             found = sorted(scanner.forms(s), key=self.worth)[:FORMS]
-            formed += found
+            formed += [(f, looked[s.kind]) for f in found]
+        formed.sort(key=lambda pair: self.worth(pair[0]))
         tried = []
-        for f in sorted(formed, key=self.worth)[:REFITS]:
+        for f, looks in varied(formed, lambda pair: pair[0].site, REFITS):
             self.say("joint refits", 0.8)
-            tried.append(self.refit(f, looked[waves(f.shape)]))
+            tried.append(self.refit(f, looks))
         tried.sort(key=lambda t: t.cost(self.level, self.price))
         taken = simplest(self.likeliest([t for t in tried if t.decision.accepted]))
         curve = None
         if taken and not waves(taken.sentence.shape):
             curve = scanner.drawn(taken.sentence.site, self.level)
-        return Outcome(taken, tuple(tried), tuple(best), sum(looked.values()) // 2, curve)
+        looks = sum(s.looks for s in scanned)
+        return Outcome(taken, tuple(tried), tuple(best), looks, curve)
 
     def likeliest(self, accepted: list[Tried]) -> list[Tried]:
         """The same, the best first; of those between which less than the price of one number

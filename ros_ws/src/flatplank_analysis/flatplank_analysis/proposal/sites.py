@@ -59,7 +59,7 @@ def places_of(data: TireRuns) -> list[Place]:
         values = np.asarray(c.values, dtype=float)
         if name in LAWS or not np.isfinite(values).all() or np.ptp(values) <= 1e-9:
             continue
-        place = Place(name, _span(c, values), values)
+        place = Place(name, _span(name, c, values), values)
         twin = next((i for i, o in enumerate(out) if _same(o, place)), None)
         if twin is None:
             out.append(place)
@@ -73,7 +73,7 @@ def places_of(data: TireRuns) -> list[Place]:
     return out
 
 
-def _span(c: Coordinate, values: np.ndarray) -> Span:
+def _span(name: str, c: Coordinate, values: np.ndarray) -> Span:
     low, high = float(values.min()), float(values.max())
     within = float(np.mean(values.std(axis=1)))
     if c.period:
@@ -82,7 +82,7 @@ def _span(c: Coordinate, values: np.ndarray) -> Span:
         return Span(low, high, LEVEL, c.unit)
     even = float(np.mean(np.abs(np.corrcoef(values, np.arange(values.shape[1]))[-1, :-1])))
     monotone = bool((np.diff(values, axis=1) >= -1e-9).all()) and even > 0.8
-    return Span(low, high, PLACE if monotone else SIGNAL, c.unit)
+    return Span(low, high, PLACE if monotone else SIGNAL, c.unit, name == EVENT)
 
 
 def _same(one: Place, other: Place) -> bool:
@@ -95,7 +95,7 @@ def _same(one: Place, other: Place) -> bool:
 def event_place(data: TireRuns) -> Place:
     """Distance since the step, whatever else is the same as it."""
     c = data.runs.coordinates[EVENT]
-    return Place(EVENT, _span(c, c.values), c.values)
+    return Place(EVENT, _span(EVENT, c, c.values), c.values)
 
 
 @lru_cache(maxsize=256)
@@ -119,7 +119,7 @@ def sites_of(data: TireRuns, places: Sequence[Place]) -> list[Site]:
         for hook in HOOKS
         if not hook.needs or hook.needs in channels
         for place in places
-        if place.span.kind in hook.kinds and place.name != hook.needs
+        if place.span.kind in hook.kinds and place.name not in hook.needs.split()
         for name in _modulators(hook, place, data)
     ]
 
@@ -128,8 +128,8 @@ def _modulators(hook: Hook, place: Place, data: TireRuns) -> Iterator[str]:
     """Those of a hook that differ from run to run and from each other."""
     seen: list[np.ndarray] = []
     for name in hook.modulators:
-        if not place.name and not name:
-            continue  # a constant is the base's own
+        if name == place.name:
+            continue  # a constant is the base's own, and a load over itself is a power
         m = factor(BY_NAME[name], data).ravel()
         size = float(np.linalg.norm(m))
         alike = any(abs(float(m @ o)) > SAME * size * float(np.linalg.norm(o)) for o in seen)

@@ -35,8 +35,8 @@ from flatplank_analysis.report.tire import record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 from flatplank_analysis.steady.stopping import until_stop
 from flatplank_data.campaign import Campaign, Run
+from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.info import Condition
 from flatplank_data.problem import Problem, problem_of
 from flatplank_data.table import MeasurementTable
 

@@ -16,8 +16,8 @@ from flatplank_analysis.identify.mean_response import has_mean, mean_response
 from flatplank_analysis.identify.runs import StepRun
 from flatplank_analysis.steady.stiffness import static_longitudinal_stiffness
 from flatplank_analysis.steady.transmission import DriveState, drive_state
+from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import Condition
 from flatplank_data.table import MeasurementTable
 
 SMALLEST_ANGLE = 0.3

@@ -14,8 +14,8 @@ from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of_starts, on_grid, repeat_std
 from flatplank_analysis.post.slip import StepFacts, step_facts
 from flatplank_analysis.report.results import ConditionResult
+from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import Condition
 from flatplank_data.lost import lost_samples
 from flatplank_data.table import MeasurementTable
 

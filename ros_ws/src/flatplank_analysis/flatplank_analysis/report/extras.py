@@ -29,8 +29,8 @@ from flatplank_analysis.steady.stopping import until_stop
 from flatplank_analysis.steady.transmission import friction_torque
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
 from flatplank_data.problem import problem_of
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
 Found = dict[str, Any]
@@ -84,11 +84,11 @@ def other_measurements(
     return found
 
 
-def _is_of(kind: str, info: RunInfo) -> bool:
+def _is_of(kind: str, info: RunRecord) -> bool:
     return kind_of(info) == kind
 
 
-def kind_of(info: RunInfo) -> str:
+def kind_of(info: RunRecord) -> str:
     """Key of `EXTRAS`: the measurement, or `waveform` for slip that is no forward step."""
     if info.measurement == "slip" and not info.is_step:
         return "waveform"

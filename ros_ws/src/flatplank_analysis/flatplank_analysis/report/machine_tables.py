@@ -15,7 +15,7 @@ from flatplank_analysis.report.results import CampaignResult, PointResult
 from flatplank_analysis.report.table import Cell, Table, point_table
 from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
 from flatplank_analysis.steady.value import Value, mean_value
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 
 
 def friction_of(result: CampaignResult) -> FrictionTorque | None:

@@ -11,7 +11,7 @@ from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.steps import slip_stiffness
 from flatplank_analysis.report.table import Table, point_table
 from flatplank_analysis.steady.value import Value, mean_value
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 
 FLAT = 2e-4
 """Radii that differ by less agree [-]"""

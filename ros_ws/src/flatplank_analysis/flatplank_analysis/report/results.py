@@ -21,7 +21,7 @@ from flatplank_analysis.post.slip import StepFacts
 from flatplank_analysis.report.beside import Beside
 from flatplank_analysis.report.geometry import Geometry
 from flatplank_analysis.steady.rolling_radius import RadiusRun
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 from flatplank_data.problem import Problem
 
 

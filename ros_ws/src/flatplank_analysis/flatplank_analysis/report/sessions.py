@@ -110,7 +110,7 @@ QUANTITIES: dict[str, Quantity] = {
 
 def session_of(campaign: Campaign, result: CampaignResult) -> Session:
     """What one session says of the reference tire."""
-    dates = [str(i.date or i.extra.get("started") or "")[:10] for i in campaign.infos]
+    dates = [str(i.date or i.started)[:10] for i in campaign.infos]
     known = sorted(d for d in dates if d)
     values = {
         name: [q.factor * v for v in q.read(result) if math.isfinite(v)]

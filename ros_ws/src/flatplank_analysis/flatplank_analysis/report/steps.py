@@ -20,8 +20,8 @@ from flatplank_analysis.report.results import PointResult
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
 from flatplank_analysis.steady.stopping import until_stop
 from flatplank_data.campaign import Campaign, Run
+from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
-from flatplank_data.info import Condition
 from flatplank_data.problem import Problem, problem_of
 
 COLUMNS = (

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 
 Cell = str | float
 Column = tuple[str, Callable[[Any], Cell]]

@@ -21,7 +21,7 @@ from flatplank_analysis.models.tire_record import (
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 
 BY_ROLLING = 1.022
 """R0 over r_e where nothing else tells R0: 318 mm over 310.8 mm, thesis Tables 5.1, 5.2"""
@@ -133,7 +133,7 @@ def _by_loaded_radius(
     return value, "by the loaded radius, with 5 % deflection as a placeholder"
 
 
-def _plain(info: RunInfo, bar: float) -> bool:
+def _plain(info: RunRecord, bar: float) -> bool:
     upright = not info.alpha_deg and not info.gamma_deg
     return upright and info.pressure == bar and info.measurement in ("slip", "free_rolling")
 

@@ -15,7 +15,7 @@ from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.sessions import Session, charts_of, session_of
 from flatplank_analysis.report.tire import record_for
 from flatplank_data.campaign import Campaign
-from flatplank_data.files import replace_text
+from flatplank_data.files import write_atomic
 
 PAGE = "report.html"
 
@@ -65,9 +65,9 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     pictures = {figure.name: save(figure, out / "figures") for figure in every}
     (out / "tables").mkdir(exist_ok=True)
     for table in tables:
-        replace_text(out / "tables" / f"{table.name}.csv", table.csv())
+        write_atomic(out / "tables" / f"{table.name}.csv", table.csv())
     if result.magic is not None:
         write_tir(result.magic.file, out / "fitted.tir")
-    replace_text(out / "report.json", json.dumps(result.to_json(), indent=1))
-    replace_text(out / PAGE, render(result, figures, pictures, tables))
+    write_atomic(out / "report.json", json.dumps(result.to_json(), indent=1))
+    write_atomic(out / PAGE, render(result, figures, pictures, tables))
     return out / PAGE

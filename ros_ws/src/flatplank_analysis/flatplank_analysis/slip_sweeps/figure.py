@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, Drawn
+from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
 from flatplank_analysis.slip_sweeps.conditions import FORCE
 from flatplank_analysis.slip_sweeps.failing import Failure
 from flatplank_analysis.slip_sweeps.levels import HELD
@@ -28,7 +28,7 @@ def curves(study: Study, found: Sequence[Failure] = ()) -> Figure:
     order = order[:MOST]
     across = min(4, len(order))
     down = math.ceil(len(order) / across)
-    figure = Drawn(figsize=(3.2 * across, 2.5 * down), layout="constrained", dpi=110)
+    figure = figure_of(3.2 * across, 2.5 * down)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for panel, k in zip(panels, order, strict=False):
         _panel(panel, study, k, found)

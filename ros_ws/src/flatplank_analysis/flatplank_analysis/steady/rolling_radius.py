@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_analysis.steady.value import Value, mean_value
-from flatplank_data.info import Condition
+from flatplank_data.condition import Condition
 from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
 

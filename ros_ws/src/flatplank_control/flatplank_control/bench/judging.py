@@ -17,8 +17,8 @@ from flatplank_control.runner.moves import ENOUGH
 from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.turn_watch import TurnWatch
 from flatplank_data.campaign import Run
-from flatplank_data.info import RunInfo
 from flatplank_data.readers import describe
+from flatplank_data.run_record import RunRecord
 from flatplank_data.store import open_store
 from flatplank_data.table import MeasurementTable
 
@@ -34,7 +34,7 @@ ZERO_LIMIT = 60.0
 
 def read(path: Path) -> MeasurementTable:
     """The samples of a bag or a table from the trigger on."""
-    return Run(RunInfo(file=path.name), open_store(path.parent)).table(COLUMNS)
+    return Run(RunRecord(file=path.name), open_store(path.parent)).table(COLUMNS)
 
 
 def outcome_of(

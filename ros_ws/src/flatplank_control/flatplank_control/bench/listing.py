@@ -13,9 +13,9 @@ from flatplank_analysis.models.tire_record import FILE as RECORD
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_control.runner.campaign.conductor import Conductor
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
-from flatplank_data.files import replace_text
+from flatplank_data.files import write_atomic
+from flatplank_data.yaml_text import load_yaml
 
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
@@ -34,7 +34,7 @@ def write_tire(folder: Path, record: TireRecord) -> None:
     """The record of the mounted tire beside the runs; one that is there stays."""
     path = folder / RECORD
     if not path.exists():
-        replace_text(path, record.to_yaml())
+        write_atomic(path, record.to_yaml())
 
 
 def write_campaign(
@@ -45,12 +45,12 @@ def write_campaign(
 ) -> None:
     """Put records and files of runs into the folder's campaign.yaml, and take `others` out."""
     path = folder / CAMPAIGN_FILE
-    old = yaml.load(path.read_text(encoding="utf-8"), Loader=_LOADER) if path.exists() else {}
+    old = load_yaml(path.read_bytes(), path) if path.exists() else {}
     names = {file for _, file in runs}.union(others)
     kept = [run for run in old.get("runs", []) if run["file"] not in names]
     new = [_entry(record, file) for record, file in runs]
     content = {"format": FORMAT, "tire": tire, "runs": [*kept, *new]}
-    replace_text(path, yaml.dump(content, Dumper=_DUMPER, sort_keys=False))
+    write_atomic(path, yaml.dump(content, Dumper=_DUMPER, sort_keys=False))
 
 
 def _entry(record: Mapping[str, Any], file: str) -> dict:

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from flatplank_data.files import replace_text
-from flatplank_data.params import nearest, parsed
+from flatplank_data.files import write_atomic
+from flatplank_data.params import nearest
+from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-calibration/1"
 FILE = "calibration.yaml"
@@ -124,7 +125,7 @@ class Book:
             plain[name] = values
         text = yaml.safe_dump({"format": FORMAT, "entries": plain}, sort_keys=False)
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        replace_text(self.path, text)
+        write_atomic(self.path, text)
 
     def parameters(self) -> dict[str, dict[str, float | str]]:
         """node -> parameters that it takes from here; ValueError when a file of them is gone."""
@@ -180,7 +181,7 @@ class Book:
 
 
 def _read(path: Path) -> dict[str, Entry]:
-    data = parsed(path.read_bytes(), path)
+    data = load_yaml(path.read_bytes(), path)
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise ValueError(f"{path}: not a calibration file; expected 'format: {FORMAT}'")
     entries = data.get("entries")

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+
+from flatplank_control.turning import turning_amplitude
 
 MISMATCH = 40.0
 """once-per-turn force left with the filter on, from which the fit is no longer that of the wheel
@@ -24,15 +25,6 @@ def still_fits(left: float) -> str:
     )
 
 
-def once_per_turn(angle: np.ndarray, force: np.ndarray) -> float:
-    """Amplitude [N] of a force over the wheel angle [rad], beside a mean and a drift."""
-    basis = np.column_stack(
-        [np.ones_like(angle), angle - angle.mean(), np.sin(angle), np.cos(angle)]
-    )
-    a = np.linalg.lstsq(basis, force, rcond=None)[0]
-    return float(math.hypot(a[2], a[3]))
-
-
 def under_load(
     plain: Mapping[str, np.ndarray], filtered: Mapping[str, np.ndarray], first: float, last: float
 ) -> dict[str, tuple[float, float]]:
@@ -43,7 +35,8 @@ def under_load(
         both = []
         for run in (plain, filtered):
             inside = (run["plank_position"] >= first) & (run["plank_position"] < last)
-            both.append(once_per_turn(run["wheel_angle"][inside], run[name][inside]))
+            angle = run["wheel_angle"][inside]
+            both.append(float(turning_amplitude(angle, run[name][inside], drift=angle)))
         found[name] = (both[0], both[1])
     return found
 

@@ -12,8 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_control.calibration.fit_check import MISMATCH, still_fits
-from flatplank_data.files import replace_text
+from flatplank_control.turning import turning_amplitude
+from flatplank_data.errors import FlatplankError
+from flatplank_data.files import write_atomic
 from flatplank_data.machine import COUNTS_PER_TURN
+from flatplank_data.readers.bag import arrays_of
 from flatplank_hw.hub.appendix_a import gains, wheel_from_volts
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
@@ -36,30 +39,20 @@ class Turn(NamedTuple):
     """C1..C6, shape (n, 6) [V]"""
 
 
-def turn_of(counts: list[int], volts: list[Any]) -> Turn:
+def turn_of(counts: Any, volts: Any) -> Turn:
     """From the counter of the wheel encoder and the bridge volts."""
     return Turn(np.array(counts) * 2.0 * math.pi / COUNTS_PER_TURN, np.array(volts, float))
 
 
 def turn_of_bag(path: Path) -> Turn:
     """The run from its bag."""
-    from rosbags.highlevel import AnyReader, AnyReaderError
-
-    counts: list[int] = []
-    volts: list[Any] = []
     try:
-        opened = AnyReader([path])
-    except (AnyReaderError, OSError) as error:
+        found = arrays_of(path, TOPIC, ("wheel_counts", "bridge_volts"))
+    except (FlatplankError, OSError) as error:
         raise ValueError(f"{path}: no bag that can be read ({error})") from None
-    with opened as reader:
-        connections = [c for c in reader.connections if c.topic == TOPIC]
-        if not connections:
-            raise ValueError(f"{path}: no {TOPIC} in it; record the unloaded turn with the bench")
-        for connection, _, raw in reader.messages(connections=connections):
-            message: Any = reader.deserialize(raw, connection.msgtype)
-            counts += list(message.wheel_counts)
-            volts += list(np.asarray(message.bridge_volts).reshape(-1, 6))
-    return turn_of(counts, volts)
+    if not len(found["wheel_counts"]):
+        raise ValueError(f"{path}: no {TOPIC} in it; record the unloaded turn with the bench")
+    return turn_of(found["wheel_counts"], found["bridge_volts"].reshape(-1, 6))
 
 
 def identify_turn(
@@ -79,7 +72,7 @@ def identify_turn(
     p = hub or HubParameters()
     before, after = amplitudes(turn, None, p), amplitudes(turn, fit, p)
     path.parent.mkdir(parents=True, exist_ok=True)
-    replace_text(path, to_text(fit))
+    write_atomic(path, to_text(fit))
     return {name: (before[name], after[name]) for name in before}
 
 
@@ -96,9 +89,8 @@ def amplitudes(turn: Turn, fit: ParasiticFit | None, hub: HubParameters) -> dict
         volts[:, INDEX] -= np.array([signal(a) for a in angle])
     g = gains(hub)
     forces = np.array([wheel_from_volts(tuple(v), g)[:3] for v in volts])
-    basis = np.column_stack([np.ones_like(angle), np.sin(angle), np.cos(angle)])
-    a = np.linalg.lstsq(basis, forces, rcond=None)[0]
-    return {name: float(math.hypot(a[1, k], a[2, k])) for k, name in ((0, "fx"), (2, "fz"))}
+    sizes = turning_amplitude(angle, forces)
+    return {name: float(sizes[k]) for k, name in ((0, "fx"), (2, "fz"))}
 
 
 def difference(plain: np.ndarray, filtered: np.ndarray, position: np.ndarray) -> np.ndarray:

@@ -8,7 +8,8 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from flatplank_data.params import nearest, parsed
+from flatplank_data.params import nearest
+from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-preflight/1"
 
@@ -49,7 +50,7 @@ def blank(date: str) -> str:
 
 def starting_values(text: str, where: str) -> dict[str, dict[str, float]]:
     """Effect -> parameter -> value [SI] of a filled sheet; blank lines are left out."""
-    data = parsed(text, where)
+    data = load_yaml(text, where)
     if not isinstance(data, Mapping) or data.get("format") != FORMAT:
         raise ValueError(f"{where}: not a pre-flight sheet; expected 'format: {FORMAT}'")
     found: dict[str, dict[str, float]] = {}

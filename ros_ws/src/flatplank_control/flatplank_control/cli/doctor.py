@@ -68,15 +68,7 @@ def ros() -> Finding:
 
 def workspace() -> Finding:
     install = project_root() / "ros_ws" / "install"
-    names = [
-        "flatplank_msgs",
-        "flatplank_data",
-        "flatplank_hw",
-        "flatplank_sim",
-        "flatplank_control",
-        "flatplank_panel",
-        "flatplank_analysis",
-    ]
+    names = sorted(p.parent.name for p in install.parent.glob("src/*/package.xml"))
     lacking = [name for name in names if not (install / name / "share" / name).exists()]
     detail = f"{install}" + (f", without {', '.join(lacking)}" if lacking else "")
     return Finding(

@@ -10,13 +10,14 @@ from flatplank_control.cli.keys import Keys
 from flatplank_control.cli.wishes import OF_A_RUN, tell
 from flatplank_control.runner.measurement import from_mapping
 from flatplank_data.arguments import Parser
+from flatplank_data.machine import USUAL_RADIUS
 
 
 def parser() -> argparse.ArgumentParser:
     p = Parser(prog="flatplank slip", description=__doc__)
     p.add_argument("kappa", type=float, nargs="?", help="slip [%%], driving > 0")
     p.add_argument("--free-rolling", action="store_true", help="controller run, gives r_e")
-    p.add_argument("--re", type=float, default=0.3108, help="effective rolling radius [m]")
+    p.add_argument("--re", type=float, default=USUAL_RADIUS, help="effective rolling radius [m]")
     p.add_argument("--at", type=float, default=1.5, help="plank position of the step [m]")
     p.add_argument("--end", type=float, default=4.1, help="plank position of the end [m]")
     p.add_argument("--tire", default="TOY", help="name of the tire in the files")

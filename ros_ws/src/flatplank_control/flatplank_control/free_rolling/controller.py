@@ -111,7 +111,7 @@ class FreeRollingController:
         if start.phase != OVER:
             return
         stiffness = start.stiffness if start.stiffness > 0.0 else p.stiffest
-        self._tire = Tire(stiffness, math.nan, math.nan, math.nan)
+        self._tire = Tire(stiffness, math.nan, math.nan)
         self._set_gains(design(stiffness, math.inf, p.loop_delay))
         self._error = self._error_before = p.reference - fx
         self._p = self._gains.proportional * self._error

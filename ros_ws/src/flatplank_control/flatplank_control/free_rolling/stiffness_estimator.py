@@ -23,14 +23,13 @@ class Tire(NamedTuple):
 
     stiffness: float
     """C_x [N/m]"""
-    stiffness_error: float
     relaxation: float
     """sigma [m]; the least certain of the three, and the one that the gains hardly need"""
     effective_radius: float
     """[m]"""
 
 
-UNKNOWN = Tire(math.nan, math.nan, math.nan, math.nan)
+UNKNOWN = Tire(math.nan, math.nan, math.nan)
 
 
 class StiffnessEstimator:
@@ -90,4 +89,4 @@ class StiffnessEstimator:
         sigma = -1.0 / p[2] if p[2] < 0.0 else math.inf
         known = SIGMA[0] < sigma < SIGMA[1]
         radius = self._radius * p[0] / (p[0] - p[1])
-        return Tire(float(stiffness), error, float(sigma) if known else math.nan, float(radius))
+        return Tire(float(stiffness), float(sigma) if known else math.nan, float(radius))

@@ -7,21 +7,23 @@ Read out of the serialised message: at every cycle, beside all the writing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from struct import Struct, error
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_data.errors import RecordingError
+from flatplank_control.recording.typestore import message_definition
+from flatplank_data.bags.cdr import layout_of
+from flatplank_data.bags.definitions import MessageType, parse_definition
+from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.run_record import RunRecord
 
 TOPIC = "/bus/inputs"
 TRIGGER_BIT = 1
-_UINT = Struct("<I")
-_STAMP = Struct("<iI")
-_CYCLE = Struct("<QIB")
-_ITEM_SIZES = (8, 8, 4, 4, 4, 4, 4)
-"""[bytes] of the sequences before `digital`"""
+_TYPE = "flatplank_msgs/msg/BusInputs"
+_NUMBERS = ("header.stamp.sec", "header.stamp.nanosec", "cycle", "period_ns", "count")
+_LAYOUTS: dict[int, _Places] = {}
+"""bytes of a message -> where its numbers lie; a bus hardly has more than one"""
 
 
 class BusImage(NamedTuple):
@@ -37,28 +39,47 @@ class BusImage(NamedTuple):
     """of the bus; 0: it does not say [ns]"""
 
 
+class _Places(NamedTuple):
+    """Slices of the bytes of messages whose sequences have the same lengths."""
+
+    lengths: tuple[tuple[slice, bytes], ...]
+    numbers: tuple[slice, ...]
+    digital: tuple[int, ...]
+
+
+@lru_cache(maxsize=1)
+def _kind() -> MessageType:
+    return parse_definition(_TYPE, message_definition(_TYPE))
+
+
+def _places(cdr: bytes) -> _Places:
+    """Of a message like this one, from the definition of its type."""
+    found = _LAYOUTS.get(len(cdr))
+    if found is None or any(cdr[at] != value for at, value in found.lengths):
+        try:
+            layout = layout_of(_kind(), cdr)
+        except FlatplankError:
+            raise RecordingError(
+                f"{TOPIC}: a message of {len(cdr)} bytes is not flatplank_msgs/BusInputs; "
+                "build all packages from one version"
+            ) from None
+        lengths = (slice(at, at + 4) for at, _ in layout.lengths)
+        numbers = (layout.members[name] for name in _NUMBERS)
+        found = _LAYOUTS[len(cdr)] = _Places(
+            tuple((at, cdr[at]) for at in lengths),
+            tuple(slice(at, at + int(code[2])) for code, at in numbers),
+            tuple(at for p, (_, at) in layout.members.items() if p.startswith("digital[")),
+        )
+    return found
+
+
 def read_bus_image(cdr: bytes) -> BusImage:
-    """Of a serialised flatplank_msgs/BusInputs (little endian); offsets count from byte 4."""
-    try:
-        seconds, nanoseconds = _STAMP.unpack_from(cdr, 4)
-        at = 16 + _UINT.unpack_from(cdr, 12)[0]
-        at = 4 + (at - 4 + 7 & ~7)
-        cycle, period, count = _CYCLE.unpack_from(cdr, at)
-        at += 14
-        for size in _ITEM_SIZES:
-            at = at + 3 & ~3
-            length = _UINT.unpack_from(cdr, at)[0]
-            at += 4
-            if length:
-                at = 4 + (at - 4 + size - 1 & ~(size - 1)) + length * size
-        at = at + 3 & ~3
-        digital = cdr[at + 4 : at + 4 + _UINT.unpack_from(cdr, at)[0]]
-    except error:
-        raise RecordingError(
-            f"{TOPIC}: a message of {len(cdr)} bytes is not flatplank_msgs/BusInputs; "
-            "build all packages from one version"
-        ) from None
-    trigger = any(bits & TRIGGER_BIT for bits in digital)
+    """Of a serialised flatplank_msgs/BusInputs, little endian."""
+    places = _places(cdr)
+    seconds, nanoseconds, cycle, period, count = (
+        int.from_bytes(cdr[at], "little") for at in places.numbers
+    )
+    trigger = any(cdr[at] & TRIGGER_BIT for at in places.digital)
     stamp_ns = seconds * 1_000_000_000 + nanoseconds
     return BusImage(cycle - max(count, 1) + 1, cycle, trigger, stamp_ns, period)
 

@@ -89,15 +89,6 @@ class CdrLayout:
         rows[:] = self._template
         return rows.view(self.dtype).reshape(count)
 
-    def used_bytes(self) -> np.ndarray:
-        """bool [itemsize]: False where the format only pads."""
-        used: np.ndarray = np.zeros(self.itemsize, bool)
-        for offset, data in self._constants:
-            used[offset : offset + len(data)] = True
-        for _, form, offset in self._columns:
-            used[offset : offset + np.dtype(form).itemsize] = True
-        return used
-
     def _align(self, size: int) -> None:
         self._end += -(self._end - 4) % size
 

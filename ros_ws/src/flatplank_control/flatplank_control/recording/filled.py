@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,6 @@ import yaml
 
 from flatplank_data.bags.topics import OWN
 from flatplank_data.errors import FlatplankError, RecordingError
-from flatplank_data.info import info_from_dict
 from flatplank_data.limits import RECORDED
 from flatplank_data.measured import UNKNOWN, reconciled
 from flatplank_data.readers.bag import MEASURED, import_bag
@@ -46,8 +46,7 @@ class Told:
             filled = record.with_changes(**own, filled_in=sorted(own))
         except (FlatplankError, RecordingError) as error:
             return _noted(record, f"not filled in: {error}")
-        info, _ = info_from_dict(filled.to_dict(), record.name)
-        for problem in reconciled(info, measured)[1]:
+        for problem in reconciled(filled, measured)[1]:
             filled = _noted(filled, problem.what)
         return filled
 
@@ -86,13 +85,14 @@ def in_words(record: RunRecord) -> str:
         )
     words = [record.measurement.replace("_", " ")]
     if record.measurement == "slip":
-        name = record.waveform.get("name", "step")
+        name = (record.waveform or {}).get("name", "step")
         words[0] += f" {100 * record.kappa:+g} %" if name == "step" else f" {name}"
-        words += [f"from {record.step_position:g} m"] if record.step_position is not None else []
-    if record.effective_rolling_radius is not None:
+        if math.isfinite(record.step_position):
+            words.append(f"from {record.step_position:g} m")
+    if math.isfinite(record.effective_rolling_radius):
         words.append(f"r_e {1e3 * record.effective_rolling_radius:.1f} mm")
-    words += [f"Fz {record.fz:g} N"] if record.fz else []
-    words.append(f"tire {record.tire}" + ("" if record.pressure else ", pressure not said"))
+    words += [f"Fz {record.fz:g} N"] if record.fz > 0.0 else []
+    words.append(f"tire {record.tire}" + ("" if record.pressure > 0.0 else ", pressure not said"))
     cycles = record.cycles_received + record.cycles_lost
     return ", ".join([*words, f"{record.cycles_lost} of {cycles} cycles lost"])
 

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from flatplank_control.recording.mcap_file import Index
-from flatplank_data.files import replace_text
+from flatplank_data.files import write_atomic
 
 FILE_NAME = "metadata.yaml"
 VERSION = 9
@@ -67,4 +67,5 @@ def text(information: Mapping[str, Any]) -> str:
 
 def write(folder: Path, information: Mapping[str, Any]) -> None:
     """Replace the folder's metadata in one step."""
-    replace_text(folder / FILE_NAME, text({"rosbag2_bagfile_information": dict(information)}))
+    content = text({"rosbag2_bagfile_information": dict(information)})
+    write_atomic(folder / FILE_NAME, content, durable=False)

@@ -20,6 +20,7 @@ from flatplank_control.recording.mcap_scan import Scan, scan, stored_messages
 from flatplank_control.recording.typestore import typestore
 from flatplank_data import run_record
 from flatplank_data.errors import RecordingError
+from flatplank_data.files import PART
 from flatplank_data.run_record import RunRecord
 
 _OPEN_STATUSES = ("described", "armed", "recording")
@@ -65,12 +66,8 @@ def mend_bag(path: Path) -> Mended | None:
         except BlockingIOError:
             return None
         found = scan(file)
-        for leftover in (
-            RESERVE_NAME,
-            f"{metadata.FILE_NAME}.part",
-            f"{run_record.FILE_NAME}.part",
-        ):
-            (path / leftover).unlink(missing_ok=True)
+        for leftover in (path / RESERVE_NAME, *path.glob(f"*{PART}")):
+            leftover.unlink(missing_ok=True)
         record, is_final, trouble = _readable_record(path, found)
         _finish(stream, path, found, record, is_final)
     if record is not None:

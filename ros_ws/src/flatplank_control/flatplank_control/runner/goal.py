@@ -6,10 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import yaml
-
 from flatplank_control.runner import measurement, plans
 from flatplank_control.runner.campaign import is_campaign
+from flatplank_data.yaml_text import load_yaml
 
 EXAMPLE = "{measurement: slip, kappa: 0.05, effective_rolling_radius: 0.3108}"
 SAYS_WHAT = ("measurement", "kappa", "waveform")
@@ -22,10 +21,7 @@ class GoalError(ValueError):
 
 def mapping_of(text: str) -> Mapping[str, Any]:
     """What the goal's YAML says; GoalError when it says nothing, or is no mapping."""
-    try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise GoalError(f"plan: not YAML ({' '.join(str(error).split())})") from None
+    data = load_yaml(text, "plan")
     if data is None or data == {}:
         raise GoalError(f"plan: empty; say what to measure, for instance {EXAMPLE}")
     if not isinstance(data, Mapping):

@@ -13,7 +13,7 @@ from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.steering_hold.profiles import PROFILES
 from flatplank_data.limits import LIMITS, RECORDED, Limit
 from flatplank_data.machine import FAST as SPEED
-from flatplank_data.machine import ROAD_LENGTH, SLOW
+from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS
 from flatplank_data.params import ParameterError, nearest
 from flatplank_data.params import from_mapping as from_params
 from flatplank_hw.hub import HubParameters
@@ -68,7 +68,7 @@ class Measurement:
     start: int = 1
     run_index: int = 0
     repeat: int = 0
-    effective_rolling_radius: float = 0.3108
+    effective_rolling_radius: float = USUAL_RADIUS
     r_e_source: str = ""
     step_position: float = 1.5
     end_position: float = 4.1

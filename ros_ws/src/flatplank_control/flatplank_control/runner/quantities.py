@@ -54,7 +54,7 @@ def prompt_of_plank(step: Plank) -> str:
     """What an operator reads at the plank's switch; the position is the encoder's."""
     speed = {1: ", fast" if step.fast else ", slow"}.get(step.direction, "")
     stop = step.stop_at - TRIGGER_AT
-    until = f"; stop it {stop:g} m behind the trigger" if stop == stop else ""
+    until = f"; stop it {stop:g} m behind the trigger" if not math.isnan(stop) else ""
     return f"turn the plank switch to {SWITCH[step.direction]}{speed}{until}"
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flatplank_control.runner.steps import Snapshot
+from flatplank_control.turning import turning_amplitude
 
 LEAST_TURN = 2.0 * math.pi / 3.0
 """[rad]"""
@@ -42,6 +43,4 @@ class TurnWatch:
         if np.ptp(angle) < LEAST_TURN:
             return math.nan
         # a part of a turn: no drift beside the sine
-        basis = np.column_stack([np.ones_like(angle), np.sin(angle), np.cos(angle)])
-        a = np.linalg.lstsq(basis, np.column_stack([fx, fz]), rcond=None)[0]
-        return float(np.hypot(a[1], a[2]).max())
+        return float(turning_amplitude(angle, np.column_stack([fx, fz])).max())

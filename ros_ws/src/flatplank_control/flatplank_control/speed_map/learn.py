@@ -17,7 +17,8 @@ import numpy as np
 import yaml
 
 from flatplank_control.sequencer import SequencerParameters
-from flatplank_data.params import Params, from_mapping, param, parsed
+from flatplank_data.params import Params, from_mapping, param
+from flatplank_data.yaml_text import load_yaml
 
 FOLLOWS = 3e-4
 """a wheel that follows the encoder keeps to its travel within this part; the mean error that a map
@@ -74,7 +75,7 @@ class RoadMap(Params):
     def load(path: Path) -> RoadMap:
         """ValueError says what is wrong with the file."""
         try:
-            data = parsed(path.read_bytes(), path)
+            data = load_yaml(path.read_bytes(), path)
         except OSError as error:
             raise ValueError(
                 f"{path}: cannot be read ({error.strerror}); flatplank road-map makes one"

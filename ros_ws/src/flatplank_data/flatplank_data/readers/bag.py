@@ -3,26 +3,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
-from flatplank_data.bags.cdr import decode_many, decode_one
+from flatplank_data.bags.cdr import decode_many, decode_one, layout_of
 from flatplank_data.bags.compression import SUFFIX, CompressedFile, plain_blocks
 from flatplank_data.bags.definitions import parse_definition
 from flatplank_data.bags.mcap import McapFile
 from flatplank_data.bags.sqlite import SqliteFile
 from flatplank_data.bags.topics import OWN, RUN_TOPIC, TopicMap, topic_map
-from flatplank_data.errors import FlatplankError
+from flatplank_data.errors import FlatplankError, YamlError
 from flatplank_data.measured import measured_facts
 from flatplank_data.readers import cache
 from flatplank_data.readers.base import Loaded, Request, describer, reader
 from flatplank_data.store import Store
 from flatplank_data.table import STANDARD_COLUMNS
+from flatplank_data.yaml_text import load_yaml
 
 RECORD_FILE = "run.yaml"
 METADATA_FILE = "metadata.yaml"
@@ -33,7 +33,6 @@ SAME_RATE = 0.1
 SAME_CLOCK = 0.05
 """stamps of another clock agree more rarely, by accident [-]"""
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _PLAIN = {".mcap": McapFile, ".db3": SqliteFile}
 _STORAGE: dict[str, Callable[[Path], Any]] = {
     **_PLAIN, SUFFIX: partial(CompressedFile, storage=_PLAIN),
@@ -104,6 +103,23 @@ def import_bag(path: Path, topics: TopicMap) -> Loaded:
     return Loaded(columns, facts, remarks)
 
 
+def arrays_of(path: Path, topic: str, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Sequences of one topic, joined over its messages; empty where there is no such topic."""
+    stamps: list[np.ndarray] = []
+    parts: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    for file in _files(path):
+        for block in plain_blocks(file.blocks({topic})):
+            kind = parse_definition(block.channel.type, block.channel.definition)
+            members = layout_of(kind, block.payloads[0].tobytes()).members
+            paths = {name: [p for p in members if p.startswith(f"{name}[")] for name in names}
+            rows, values = decode_many(kind, block.payloads, [p for n in names for p in paths[n]])
+            stamps.append(block.log_time[rows])
+            for name, own in paths.items():
+                parts[name] += list(np.column_stack([values[p] for p in own]))
+    order = np.argsort(np.concatenate(stamps), kind="stable") if stamps else []
+    return {n: np.concatenate([p[i] for i in order] or [[]]) for n, p in parts.items()}
+
+
 def _files(path: Path) -> list:
     """The storage files of a bag in their order; one that lies unpacked beside is read so."""
     paths = [path]
@@ -119,9 +135,9 @@ def _files(path: Path) -> list:
 def _refuse_compression(folder: Path) -> None:
     """A bag that was compressed in a way that this reader does not know, by its metadata."""
     try:
-        content = yaml.load((folder / METADATA_FILE).read_text("utf-8"), Loader=_LOADER)
+        content = load_yaml((folder / METADATA_FILE).read_bytes(), METADATA_FILE)
         information = content["rosbag2_bagfile_information"]
-    except (OSError, yaml.YAMLError, TypeError, KeyError):
+    except (OSError, YamlError, TypeError, KeyError):
         return  # what is in the files counts
     kind = information.get("compression_format") or SUFFIX[1:]
     if kind != SUFFIX[1:]:
@@ -137,11 +153,7 @@ def _refuse_compression(folder: Path) -> None:
 
 def _record(message: dict[str, Any]) -> dict[str, Any]:
     """Facts of a `/run` message: the YAML record, its UUID and status."""
-    try:
-        record = yaml.load(str(message.get("record") or ""), Loader=_LOADER) or {}
-    except yaml.YAMLError as error:
-        what = f"the run record is not YAML ({error})"
-        raise FlatplankError(what, RUN_TOPIC, "mend it") from error
+    record = load_yaml(str(message.get("record") or ""), f"run record on {RUN_TOPIC}") or {}
     facts = dict(record) if isinstance(record, dict) else {}
     facts.pop("file", None)
     for key in ("uuid", "status"):

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.params import alike
 from flatplank_data.store import Store
 from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import to_si
@@ -127,7 +127,7 @@ def canonical_names(
         if ours in COLUMN_UNITS:
             out[name] = ours
             continue
-        near = difflib.get_close_matches(ours.lower(), COLUMN_UNITS, n=1, cutoff=0.6)
+        near = alike(ours.lower(), COLUMN_UNITS, 0.6)
         hint = f" (nearest: '{near[0]}')" if near else ""
         if further:
             out[name] = ours

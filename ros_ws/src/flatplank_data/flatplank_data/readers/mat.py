@@ -15,12 +15,12 @@ import numpy as np
 import scipy.io
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.info import RunInfo
 from flatplank_data.readers.base import Loaded, Request, canonical_names, reader
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import to_si
 
-_FACTS = {item.name for item in dataclasses.fields(RunInfo)}
+_FACTS = {item.name for item in dataclasses.fields(RunRecord)}
 _HDF5 = b"MATLAB 7.3"
 
 

@@ -12,8 +12,6 @@ from typing import NamedTuple
 AXES = ("wheel", "plank", "steer", "vertical", "camber")
 """Order of the drives in every image; an axis is known on the bus by its index here."""
 
-NO_POSITION_LIMIT = 2**31
-
 
 class Digital(IntFlag):
     """Bits of the digital inputs."""

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_data.params import nearest
+from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.ethercat import channels
 from flatplank_hw.ethercat.busfile import (
     FORMAT,
@@ -77,15 +76,12 @@ def read_bus_file(path: str | Path) -> BusFile:
     """Read and check a bus file."""
     path = Path(path)
     try:
-        raw = yaml.safe_load(path.read_text(encoding="utf-8"))
+        text = path.read_bytes()
     except OSError as error:
         raise BusFileError(
             f"bus file {path}: {error.strerror}; give the path of a bus file"
         ) from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        text = str(error).replace("\n", " ")
-        raise BusFileError(f"bus file {path}: not YAML ({text})") from None
-    return parse_bus(raw, str(path))
+    return parse_bus(load_yaml(text, f"bus file {path}"), str(path))
 
 
 def parse_bus(raw: Any, path: str = "bus file") -> BusFile:

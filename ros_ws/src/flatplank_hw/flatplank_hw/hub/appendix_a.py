@@ -63,16 +63,6 @@ def wheel_from_volts(volts: Volts, g: Gains, my: float = 0.0) -> Wrench:
     )
 
 
-def volts_from_wheel(wheel: Wrench, g: Gains) -> Volts:
-    """Inverse of (A.1): C2, C3 from Fx, Mz; C5, C6 from Fz, Mx; C1 from Fy; C4 is zero."""
-    span = g.outer - g.inner
-    x1 = (wheel.mz + g.inner * wheel.fx) / span
-    x2 = -wheel.fx - x1
-    z1 = (wheel.mx - g.inner * wheel.fz) / span
-    z2 = wheel.fz - z1
-    return (wheel.fy / g.c1, x1 / g.c2, x2 / g.c3, 0.0, z2 / g.c5, z1 / g.c6)
-
-
 def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: float) -> Wrench:
     """(A.2) for total camber gamma, with M_yc of the wrench in M_yw and M_zw (zero in the
     thesis)."""
@@ -85,18 +75,4 @@ def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: flo
         mx - loaded_radius * fy,
         cos * spin - sin * mz,
         sin * spin + cos * mz,
-    )
-
-
-def wheel_from_contact(contact: Wrench, loaded_radius: float, cos: float, sin: float) -> Wrench:
-    """Inverse of (A.2), all six components."""
-    fx, fy_w, fz_w, mx_w, my_w, mz_w = contact
-    fy = cos * fy_w + sin * fz_w
-    return Wrench(
-        fx,
-        fy,
-        cos * fz_w - sin * fy_w,
-        mx_w + loaded_radius * fy,
-        cos * my_w + sin * mz_w - loaded_radius * fx,
-        cos * mz_w - sin * my_w,
     )

@@ -17,7 +17,8 @@ from typing import Any, NamedTuple
 import yaml
 
 from flatplank_data.files import read_text
-from flatplank_data.params import nearest, parsed
+from flatplank_data.params import nearest
+from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-parasitic-fit/1"
 CHANNELS = ("C1", "C2", "C3", "C5", "C6")
@@ -104,7 +105,7 @@ def to_text(fit: ParasiticFit) -> str:
 
 def from_text(text: str, where: str) -> ParasiticFit:
     """Read the YAML of one mounting; ValueError names the place and what is wrong."""
-    content = parsed(text, where)
+    content = load_yaml(text, where)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ValueError(f"{where}: not a parasitic fit; expected 'format: {FORMAT}'")
     _keys(content, {"format", "mounting", "date", "channels"}, where)

@@ -30,6 +30,7 @@ class MeasurementHubNode(BenchNode):
     def connect(self) -> None:
         self.told = 0
         """channels whose saturation was told, as bits"""
+        self.told_of_tare = ""
         self.wheel, self.contact, self.state = WrenchStamped(), WrenchStamped(), HubState()
         self.wheel.header.frame_id = "wheel_center"
         self.contact.header.frame_id = self.state.header.frame_id = "contact_point"
@@ -57,6 +58,11 @@ class MeasurementHubNode(BenchNode):
         if saturated != self.told:
             self.told = saturated
             self.tell_saturation(saturated)
+        reason = self.hub.tare_status.reason
+        if reason != self.told_of_tare:
+            self.told_of_tare = reason
+            if reason:
+                self.troubles.happened("tare_given_up", reason)
 
     def tell_saturation(self, channels: int) -> None:
         if channels:

@@ -14,6 +14,11 @@ MEASURING = table(
         "unload, look at cable and amplifier of the channel, make the run again",
     ),
     Trouble(
+        "tare_given_up", _WARN, "the zero of the hub was not set anew",
+        "a tare had begun, and the plank moved before it had its samples: the zero is the old one",
+        "stop the plank, then tare again",
+    ),
+    Trouble(
         "cross_check", _WARN, "motor and wheel encoder do not agree",
         "the wheel's angle by the motor and by its own encoder differ by more than "
         "mismatch_limit: a coupling slips, counts are lost, or a gear ratio is wrong",

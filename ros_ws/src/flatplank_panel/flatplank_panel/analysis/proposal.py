@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 
 CONSTANT = ("fz", "pressure", "alpha_deg", "gamma_deg")
 
@@ -37,13 +37,13 @@ def runs_of(session: Session, proposal: Mapping[str, Any]) -> dict[str, Any]:
     return {**proposal, "tire": next(iter(known.values())).tire, "runs": made}
 
 
-def _usual(infos: list[RunInfo]) -> dict[str, float]:
+def _usual(infos: list[RunRecord]) -> dict[str, float]:
     """Median of what the runs hold constant."""
     values = {k: [getattr(i, k) for i in infos] for k in CONSTANT}
     return _finite({k: float(np.median(v)) for k, v in values.items()})
 
 
-def _slip(info: RunInfo) -> dict[str, float]:
+def _slip(info: RunRecord) -> dict[str, float]:
     return _finite({k: float(getattr(info, k)) for k in ("kappa", *CONSTANT)})
 
 

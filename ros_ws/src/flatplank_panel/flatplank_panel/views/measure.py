@@ -7,6 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
+from flatplank_data.machine import USUAL_RADIUS
 from flatplank_panel.next_plan import plans_of
 from flatplank_panel.views.page import Page
 
@@ -61,7 +62,7 @@ def _run(page: Page, folder: Any) -> None:
             fz = page.number("Load", 3700.0, "N", 100.0)
             pressure = page.number("Pressure", 2.5, "bar", 0.1)
         with page.row():
-            radius = page.number("r_e", 0.3108, "m", 0.0001)
+            radius = page.number("r_e", USUAL_RADIUS, "m", 0.0001)
             at = page.number("Step at", 1.5, "m", 0.1)
             end = page.number("Ends at", 4.1, "m", 0.1)
 

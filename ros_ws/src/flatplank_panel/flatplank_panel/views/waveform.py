@@ -9,7 +9,7 @@ import numpy as np
 from nicegui import ui
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_data.machine import USABLE_ROAD
+from flatplank_data.machine import USABLE_ROAD, USUAL_RADIUS
 from flatplank_data.params import describe
 from flatplank_panel.operator import waveform_of
 from flatplank_panel.views.page import Page
@@ -67,7 +67,7 @@ def build(page: Page) -> None:
     with page.row():
         kind = page.select("Waveform", {n: n.replace("_", " ") for n in WAVEFORMS}, "step")
     with page.row():
-        radius = page.number("r_e", 0.3108, "m", 0.0001)
+        radius = page.number("r_e", USUAL_RADIUS, "m", 0.0001)
         start = page.number("Starts at", 1.5, "m", 0.1)
     inputs = page.row()
     chart = ui.echart(chart_options([])).style("height:150px; width:100%")

@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
-ETHERTYPE = 0x88A4
 HEADER = 16
 """Ethernet (14) and EtherCAT (2) header [byte]"""
 DATAGRAM_HEADER = 10

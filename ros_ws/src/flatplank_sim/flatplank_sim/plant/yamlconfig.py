@@ -12,9 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-
 from flatplank_data.params import nearest
+from flatplank_data.yaml_text import load_yaml
 from flatplank_sim.plant.packed import unpack
 
 T = TypeVar("T")
@@ -27,11 +26,9 @@ class PlantConfigError(ValueError):
 def read_yaml(path: Path) -> dict[str, Any]:
     """A mapping from a YAML file."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = load_yaml(path.read_bytes(), path)
     except OSError as error:
         raise PlantConfigError(f"{path}: cannot be read ({error.strerror})") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise PlantConfigError(f"{path}: not YAML ({' '.join(str(error).split())})") from None
     if content is None:
         return {}
     if not isinstance(content, dict):

@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 from flatplank_control.runner.measurement import START_ANGLES
 from flatplank_data.errors import FlatplankError
 from flatplank_data.exporters import export_campaign
-from flatplank_data.info import RunInfo
+from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
@@ -69,7 +69,8 @@ def make_challenge(folder: Path, seed: int, progress: Progress = quiet, outside:
     if machine.hidden.names:
         first, *others = machine.hidden.names
         unit = machine.hidden.unit
-        effects = [{"name": first, "size": machine.size, "unit": unit, "class": others}]
+        hidden = {"name": first, "size": machine.size, "unit": unit, "class": others}
+        effects = [hidden | ({"runs": machine.hidden.runs} if machine.hidden.runs else {})]
     answer = {"seed": seed, "tire": "toyo", "effects": effects, "outside": machine.place}
     seal(answer | {"force": outside}, folder)
     if not outside:  # a force that is in no library is added to the signals, no plant has it
@@ -134,7 +135,7 @@ def _measure(
         _add_noise(columns, own)
         columns["fx"] = columns["fx"] + machine.force(columns, Run(Setting(kappa), start, index))
         label = f"{NAME}_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}"
-        info = RunInfo(file=f"{label}.parquet", tire=NAME, start=start, **known)
+        info = RunRecord(file=f"{label}.parquet", tire=NAME, start=start, **known)
         tables.append(MeasurementTable({c: columns[c] for c in COLUMNS}, info))
         progress(done, len(runs), label)
     export_campaign(tables, folder)

@@ -26,6 +26,8 @@ class Hidden:
     low: float
     high: float
     defects: Callable[[float], Defects]
+    runs: int = 0
+    """of a size that grows from run to run: the runs over which it is told"""
 
     def draw(self, random: np.random.Generator) -> float:
         """A size, evenly over its logarithm."""
@@ -58,8 +60,7 @@ MENU: dict[str, Hidden] = {
         lambda s: {"worn_patches": {"positions": [2.35], "factor": 1.0 - s, "length": 0.12}},
     ),
     "wear": Hidden(
-        # from the first to the last of 27 runs
-        ("wear",), "1", 0.1, 0.25, lambda s: {"sandpaper_wear": {"per_run": s / 26.0}},
+        ("wear",), "1", 0.1, 0.25, lambda s: {"sandpaper_wear": {"per_run": s / 26.0}}, 27,
     ),
     "nothing": Hidden((), "1", 1.0, 1.0, lambda _s: {}),
 }  # fmt: skip

@@ -56,12 +56,13 @@ def score(diagnosis: Entry, answer: Entry) -> dict[str, Any]:
         true_of_it = any(n["name"] != LAW for n in everything)
         return whole and (bool(hidden) or verdict in QUIET or (true_of_it and verdict in NAMING))
 
+    runs = int(diagnosis.get("runs") or 0)
     return {
         "right": right(pairs),
         "kin_right": right(kin_pairs),
         "first": named[0]["name"] if named else verdict,
         "verdict": verdict,
-        "effects": [_match(*three) for three in zip(hidden, pairs, kin_pairs, strict=True)],
+        "effects": [_match(*three, runs) for three in zip(hidden, pairs, kin_pairs, strict=True)],
         "false": [n["name"] for n in false],
         "false_alarm": bool(not hidden and not outside and named),
         "first_right": bool(named) and any(strict(h, named[0]) for h in hidden),
@@ -96,11 +97,14 @@ def _rest(named: Sequence[Entry], found: Sequence[Entry | None]) -> list[Entry]:
     return [n for n in named if not any(n is f for f in found)]
 
 
-def _match(hidden: Entry, named: Entry | None, kin: Entry | None) -> dict[str, Any]:
+def _match(hidden: Entry, named: Entry | None, kin: Entry | None, runs: int) -> dict[str, Any]:
     out: dict[str, Any] = {"name": hidden["name"], "named": named is not None}
     if named is None:
         return out | {"kin": kin["name"] if kin else None}
     truth, size = float(hidden["size"]), float(named["size"])
+    over = int(hidden.get("runs") or 0)
+    if over and runs:  # grows from run to run: by so much in the runs of the diagnosis
+        truth *= (runs - 1) / (over - 1)
     low, high = (float(v) for v in named["interval"])
     units = {hidden.get("unit"), named.get("unit")} - {None}
     comparable = len(units) < 2
@@ -112,6 +116,7 @@ def _match(hidden: Entry, named: Entry | None, kin: Entry | None) -> dict[str, A
         "comparable": comparable,
         "error": (size - truth) / truth if truth and comparable else None,
         "covered": comparable and low <= truth <= high,
+        **({"runs": runs} if over and runs else {}),
     }
 
 

@@ -14,7 +14,7 @@ DIAGNOSIS = "diagnosis.json"
 
 def text_of(answer: Mapping[str, Any], points: Mapping[str, Any]) -> list[str]:
     """The answer and the score in words."""
-    hidden = [f"{e['name']}, {quantity(e['size'], e['unit'])}" for e in answer["effects"]]
+    hidden = [f"{e['name']}, {_size(e)}" for e in answer["effects"]]
     hidden += [_outside(answer["outside"])] if answer.get("outside") else []
     lines = [f"hidden: {'; '.join(hidden) or 'nothing'}"]
     lines += [_effect(e) for e in points["effects"]]
@@ -35,8 +35,13 @@ def _effect(e: Mapping[str, Any]) -> str:
         return f"found as {how}, whose size is another quantity"
     inside = "covers" if e["covered"] else "misses"
     off = "" if e["error"] is None else f" ({100 * e['error']:+.0f} %)"
-    size = quantity(e["size"], e["unit"])
-    return f"found as {how}: {size}{off}, its interval {inside} the truth"
+    return f"found as {how}: {_size(e)}{off}, its interval {inside} the truth"
+
+
+def _size(e: Mapping[str, Any]) -> str:
+    """With its unit; of what grows from run to run, with their number."""
+    over = f" over {e['runs']} runs" if e.get("runs") else ""
+    return quantity(e["size"], e["unit"]) + over
 
 
 def _outside(what: Mapping[str, Any]) -> str:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -14,7 +14,6 @@ from flatplank_control.recording.session import RecordingSession
 from flatplank_control.recording.twin_writer import TwinWriter
 from flatplank_control.topics import RECORDED
 from flatplank_data.exporters import EXPORTERS
-from flatplank_data.info import info_from_dict
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.twin.columns import TOPICS, TopicColumns, table_columns
@@ -117,8 +116,7 @@ class TableLog:
         record = self._record.with_changes(status=status, stop_reason=notes)
         path = self._folder / f"{record.name}{self._suffix}"
         columns = _since_trigger(table_columns(self._cycles))
-        info, _ = info_from_dict(_known(record.to_dict()), str(path))
-        EXPORTERS[self._suffix](MeasurementTable(columns, info), path)
+        EXPORTERS[self._suffix](MeasurementTable(columns, record), path)
         self._cycles = []
         return path
 
@@ -140,7 +138,3 @@ def _since_trigger(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     rising = np.flatnonzero(np.diff(columns["motion_trigger"]) > 0.5)
     first = int(rising[0]) + 1 if rising.size else 0
     return {name: values[first:] for name, values in columns.items()}
-
-
-def _known(record: Mapping[str, Any]) -> dict[str, Any]:
-    return {k: v for k, v in record.items() if v is not None and k != "format"}

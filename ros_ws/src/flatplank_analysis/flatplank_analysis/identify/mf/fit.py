@@ -164,7 +164,7 @@ def _refuse_without_force(
     wanted = any(forces & set(STAGES[name].outputs) for name in settings.stages)
     if not wanted or forces & set(solved):
         return
-    have = [points.with_output(name) for name in sorted(forces)]
+    have = [points.with_output(name) for name in forces]
     bars = sorted({round(float(p) * 1e-5, 2) for part in have for p in part.pressure})
     what, remedy = "no steady Fx or Fy to fit", "give slip-step runs"
     if bars and not any(abs(1e5 * bar / base.NOMPRES - 1.0) < SMALL_PRESSURE for bar in bars):

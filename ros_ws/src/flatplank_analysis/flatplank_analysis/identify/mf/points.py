@@ -143,9 +143,9 @@ def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
     }
     numbers, first = [], 0
     for part in parts:
-        index = np.unique(part.run, return_inverse=True)[1]
+        names, index = np.unique(part.run, return_inverse=True)
         numbers.append(index + first)
-        first += int(index.max(initial=-1)) + 1
+        first += len(names)
     found = SteadyPoints(**axes, run=np.concatenate(numbers), measured=measured)
     # The order of the points must not decide between two minima that are equally good.
     keys = [*(np.nan_to_num(v, nan=-1.0) for v in measured.values()), *axes.values()]

@@ -15,7 +15,7 @@ from ..steering_zero import zero_warning
 from ..uncertainty import Carried, Covariance, run_covariance
 from .candidates import proposals
 from .points import SteadyPoints
-from .problem import OutputProblem
+from .problem import WEAK, OutputProblem
 from .twins import twin_of
 
 SHIFTED = ("PKY1", "PHY1", "PVY1", "QHZ1")
@@ -54,7 +54,7 @@ def report(
     n, names = len(problem.points), problem.free
     held = solution.at_bound
     jac, residual = solution.jacobian[:n], solution.residual[:n]
-    weak = np.diag(1.0 / (10.0 * problem.sizes) ** 2)
+    weak = np.diag(1.0 / (WEAK * problem.sizes) ** 2)
     carried = _carried(problem, solution.x, earlier)
     prior = problem.prior_information(held) + weak[np.ix_(~held, ~held)]
     cover = run_covariance(jac[:, ~held], residual, problem.points.run, prior, carried)

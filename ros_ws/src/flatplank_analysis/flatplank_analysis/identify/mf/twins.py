@@ -50,7 +50,7 @@ def twin_of(problem: OutputProblem, found: Solution) -> Twin | None:
         return None
     values = ", ".join(f"{name} = {other.x[problem.free.index(name)]:.3g}" for name in PAIR)
     have = describe_levels(problem.points, "fz")
-    as_well = abs(other.cost - found.cost) <= AS_GOOD
+    as_well = other.cost - found.cost <= AS_GOOD
     how = "that fits as well" if as_well else "that only the noise of these runs excludes"
     text = f"{PAIR[0]} and {PAIR[1]} have a second solution ({values}) {how} with {have}"
     load = _deciding_load(problem, found.x, other.x)

@@ -131,7 +131,7 @@ class Coefficients:
 
     def replaced(self, values: Mapping[str, Any]) -> Coefficients:
         """The same coefficients with some of them changed."""
-        return Coefficients(self.__dict__ | dict(values), self.law)
+        return Coefficients({**self.__dict__, **values}, self.law)
 
     def at(self, sample: int) -> Coefficients:
         """The same of one sample, where coefficients follow the samples."""

@@ -3,7 +3,7 @@
 
 The formula is written once, as the text that goes into the effect's file; the search evaluates
 the same text. In it u is the coordinate, {low}, {high}, {middle}, {width} are those of the range
-in which it was seen, and {name} is a number of the shape.
+in which it was seen, {begin} is the event or the lower end, and {name} is a number of the shape.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ class Span:
     kind: str
     """place, angle, level (constant within a run) or signal"""
     unit: str = "1"
+    event: bool = False
+    """counted from an event, which is at zero"""
 
     @property
     def width(self) -> float:
@@ -45,6 +47,11 @@ class Span:
     def crosses(self) -> bool:
         """True when it lies on both sides of zero."""
         return self.low < -0.1 * self.width and self.high > 0.1 * self.width
+
+    @property
+    def begin(self) -> float:
+        """Where a change that goes on begins: at the event, or at the lower end."""
+        return 0.0 if self.event else self.low
 
     def shares(self, *parts: float) -> np.ndarray:
         """Values at these shares of the range."""
@@ -84,6 +91,8 @@ class Shape:
     """needs the course along the run, no function of u alone"""
     parts: tuple[tuple[str, str], ...] = ()
     """name and formula of what stands in several terms"""
+    after_event: bool = False
+    """may begin at an event: over a place it is looked for from the step on, too"""
     where: str = ""
     """where to look, with its numbers by name; empty: they are told one by one"""
 
@@ -110,6 +119,7 @@ class Shape:
     ) -> list[str]:
         known = {
             "low": literal(span.low), "high": literal(span.high),
+            "begin": literal(span.begin),
             "middle": literal(span.middle), "width": literal(span.width),
             "edge": literal(0.01 * span.width),
         }  # fmt: skip

@@ -10,7 +10,7 @@ from flatplank_analysis.proposal.shapes.base import LEVEL, PLACE, SIGNAL, Number
 SHAPE = Shape(
     "relaxation",
     "goes to an end value, fast at first (exponential)",
-    ("1.0 - np.exp(-np.maximum(u - {low}, 0.0) / {length})",),
+    ("1.0 - np.exp(-np.maximum(u - {begin}, 0.0) / {length})",),
     (PLACE, LEVEL, SIGNAL),
     (
         Number(
@@ -20,4 +20,5 @@ SHAPE = Shape(
             "over which two thirds of it are done",
         ),
     ),
+    after_event=True,
 )  # fmt: skip

@@ -12,6 +12,7 @@ import numpy as np
 
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import SPEED
+from flatplank_control.turning import turning_amplitude
 
 BRAKING = 0.02
 """road before its end on which a plank that was stopped by hand brakes [m]"""
@@ -131,9 +132,7 @@ def once_per_turn(c: Columns, m: Measurement, end: float) -> float:
     x, angle, fz = (
         _between(c, name, _turns_from(m), end) for name in ("plank_position", "wheel_angle", "fz")
     )
-    basis = np.column_stack([np.ones_like(x), x - x.mean(), np.sin(angle), np.cos(angle)])
-    a = np.linalg.lstsq(basis, fz, rcond=None)[0]
-    return float(math.hypot(a[2], a[3]))
+    return float(turning_amplitude(angle, fz, drift=x))
 
 
 def plateau(c: Columns, m: Measurement, end: float) -> float:

@@ -9,10 +9,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from flatplank_analysis.models.tire_record import TireRecord, read_record, shipped_record
 from flatplank_data.params import nearest
+from flatplank_data.yaml_text import load_yaml
 from flatplank_hw.share import config_file
 
 FILE = "tires.yaml"
@@ -66,7 +65,7 @@ def tire_on(plant: str) -> TireEntry | None:
 
 
 def _read(path: Path) -> dict[str, TireEntry]:
-    data = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+    data = load_yaml(path.read_bytes(), path) or {}
     return {name: _entry(name, values, path) for name, values in data.items()}
 
 

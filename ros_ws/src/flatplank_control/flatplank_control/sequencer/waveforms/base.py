@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from flatplank_data.limits import LIMITS
-from flatplank_data.params import Params
+from flatplank_data.params import Params, param
 
 SLIP = LIMITS["kappa"].bounds
 MAX_SLIP = SLIP[1]
@@ -23,3 +23,17 @@ class Waveform(Params):
     def slip(self, distance: float) -> float:
         """kappa [-] at `distance` >= 0 [m]; ISO W, driving > 0."""
         raise TypeError(f"{type(self).__name__} must define slip")
+
+
+@dataclass(frozen=True)
+class Wave(Waveform):
+    """Slip that goes up and down over the road."""
+
+    amplitude: float = param(0.0, "of the slip", bounds=SLIP)
+    wavelength: float = param(1.0, "of the wave on the road", unit="m", bounds=LENGTH)
+    offset: float = param(0.0, "mean slip", bounds=SLIP)
+
+    def check(self) -> str | None:
+        """Why the wave cannot be: it goes beyond the largest slip."""
+        peak = abs(self.offset) + abs(self.amplitude)
+        return f"the slip reaches {peak:g}, beyond {MAX_SLIP:g}" if peak > MAX_SLIP else None

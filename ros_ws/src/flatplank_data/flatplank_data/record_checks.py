@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values of a run record in a file: converted where they can be, refused where they must be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import Field
+from typing import Any
+from uuid import UUID
+
+from flatplank_data.condition import is_nan
+from flatplank_data.errors import FlatplankError, RecordingError
+from flatplank_data.limits import IN_FILES
+from flatplank_data.params import nearest
+
+STATUSES = (
+    "described",
+    "armed",
+    "recording",
+    "complete",
+    "stopped",
+    "interrupted",
+    "failed",
+    "discarded",
+)
+_TEXTS = ("tire", "name", "uuid", "measurement", "serial", "operator", "status", "notes")
+_DIRECTIONS = {"forward": 1.0, "reverse": -1.0, "reversed": -1.0, "backward": -1.0}
+
+
+def default_of(item: Field) -> Any:
+    """Value of a field that nobody said."""
+    return item.default_factory() if callable(item.default_factory) else item.default
+
+
+def converted(item: Field, value: Any, where: str) -> Any:
+    """The value as the field has it; FlatplankError for what is no number and should be one."""
+    kind = str(item.type)
+    if value is None:
+        return default_of(item)
+    if item.name == "direction" and str(value) in _DIRECTIONS:
+        return _DIRECTIONS[str(value)]
+    try:
+        if item.name == "pressure" and not float(value):
+            return math.nan  # nobody measures it: a record that was not told has none
+        if kind == "float":
+            return float(value)
+        if kind == "int":
+            return int(value)
+    except (TypeError, ValueError) as error:
+        remedy = "write one number" if kind == "float" else "write one whole number"
+        raise FlatplankError(f"'{item.name}: {value}' is not a number", where, remedy) from error
+    return str(value) if kind == "str" else value
+
+
+def refuse_unknown(values: Mapping[str, Any], known: Mapping[str, Field], where: str) -> None:
+    """RecordingError for a key that a run record does not have."""
+    for key in values:
+        if key not in known:
+            raise RecordingError(f"{where}: unknown key {key!r}{nearest(key, known)}")
+
+
+def refuse(values: Mapping[str, Any], known: Mapping[str, Field]) -> None:
+    """RecordingError for the first value that a record of this bench cannot have."""
+    for key in _TEXTS:
+        if not isinstance(values.get(key, ""), str):
+            raise RecordingError(f"{key} is {values[key]!r}; it must be text")
+    for key, limit in IN_FILES.items():
+        value = values.get(key)
+        default = known[key].default
+        if key not in values or (value is None and is_nan(default)):
+            continue
+        is_number = isinstance(value, float | int) and not isinstance(value, bool)
+        if not is_number or not limit.low <= float(value) <= limit.high:  # NaN is none, either
+            span = f"{limit.low:g} to {limit.high:g} [{limit.unit or '-'}]"
+            raise RecordingError(f"{key} is {value!r}; it must be {span}")
+    if values.get("tire") == "":
+        raise RecordingError("tire is empty; name the tire, for example TOY")
+    status = values.get("status", STATUSES[0])
+    if status not in STATUSES:
+        raise RecordingError(f"status {status!r} is unknown; use {', '.join(STATUSES)}")
+    if "uuid" in values:
+        _refuse_uuid(values["uuid"])
+
+
+def _refuse_uuid(text: str) -> None:
+    try:
+        UUID(text)
+    except ValueError:
+        raise RecordingError(f"uuid {text!r} is none; leave it out to get one") from None

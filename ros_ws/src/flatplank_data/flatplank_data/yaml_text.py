@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""YAML that people write: what is wrong with it is one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from flatplank_data.errors import YamlError
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def load_yaml(text: str | bytes, where: str | Path) -> Any:
+    """Content of a text; YamlError names the line where there is one."""
+    try:
+        return yaml.load(text, _LOADER)
+    except (yaml.YAMLError, ValueError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"{where} line {mark.line + 1}" if mark else str(where)
+        raise YamlError("not YAML", place, "mend the syntax") from None

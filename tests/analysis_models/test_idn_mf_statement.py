@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a fitted output says: errors, bounds, rows of points that were not measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from idn_points import TIR, C, points, problem, whole_tire
+
+from flatplank_analysis.identify.mf import fit, stages, statement
+from flatplank_analysis.identify.mf.parameters import COEFFICIENTS
+from flatplank_analysis.identify.mf.points import steady_points
+from flatplank_analysis.identify.mf.problem import OutputProblem, Prior
+from flatplank_analysis.identify.results import Confusion
+from flatplank_analysis.models.magic_formula import operating_point, steady_forces
+
+
+def test_a_bound_and_too_few_runs_have_no_error():
+    one = problem()
+    found = one.solve()
+    edge = replace(found, at_upper=np.array([True, False]), at_lower=np.array([False, False]))
+    told, held = statement.report("fx", one, edge, [])
+    pkx, pex = told.estimates
+    assert pkx.at_bound == "upper" and not pkx.determined and pkx.note == "rests on its bound"
+    assert np.isnan(pkx.std_error) and pex.determined
+    assert told.runs == 15 and told.model == "mf:fx"
+    assert not held.brought[:, 0].any() and held.brought[:, 1].shape == (15,)
+    low = replace(found, at_lower=np.array([True, False]), at_upper=np.array([False, False]))
+    assert statement.report("fx", one, low, [])[0].estimates[0].at_bound == "lower"
+    # as many coefficients as runs: nothing is left over for an error
+    points_of_two = replace(one.points, run=np.arange(15) % 2)
+    few = replace(one, points=points_of_two)
+    told, _ = statement.report("fx", few, found, [])
+    assert (
+        np.isnan(told.estimates[0].std_error) and "as many coefficients" in told.estimates[0].note
+    )
+    three = replace(one, points=replace(one.points, run=np.arange(15) % 3))
+    told, _ = statement.report("fx", three, found, [])
+    assert np.isfinite(told.estimates[0].std_error) and told.runs == 3
+    shifted = replace(found, residual=found.residual + 2.0)
+    told, _ = statement.report("fx", one, shifted, [])
+    wanted = np.sqrt(np.mean((0.02 * one.points.fz) ** 2))
+    assert told.rmse == pytest.approx(wanted, rel=0.02)
+
+
+def test_rows_of_points_that_were_not_measured():
+    one = problem()
+    rows = statement._rows(one, np.array([C.PKX1, C.PEX1]), one.points)
+    step = 1e-3
+    moved = one.predict(np.array([[C.PKX1 + step, C.PEX1], [C.PKX1 - step, C.PEX1]]))
+    numeric = (moved[0] - moved[1]) / (2.0 * step) / one.error_scale()
+    np.testing.assert_allclose(rows[:, 0], numeric, atol=1e-4 * np.abs(numeric).max())
+
+
+def test_statements_of_an_output_are_kept_together():
+    twin = Confusion(("PKX2", "PKX3"), 1.0, "two", "one")
+    assert fit.MFFit(
+        TIR, {"fx": SimpleNamespace(estimates=(), confusions=(twin,))}, {}
+    ).confusions == (twin,)
+
+
+def test_a_coefficient_without_influence_has_the_error_of_its_weak_prior():
+    """Ten sizes that matter; a stated prior gives its own."""
+    free = problem(free=("PKX1", "PPX1"))
+    told, _ = statement.report("fx", free, free.solve(), [])
+    assert told["PPX1"].std_error == pytest.approx(10.0 * COEFFICIENTS["PPX1"].size)
+    assert not told["PPX1"].determined and told["PKX1"].determined
+    stated = replace(free, priors={"PPX1": Prior(0.2, 0.07)})
+    told, _ = statement.report("fx", stated, stated.solve(), [])
+    assert told["PPX1"].value == pytest.approx(0.2)
+    assert told["PPX1"].std_error == pytest.approx(0.07, rel=1e-3) and told["PPX1"].determined
+
+
+def test_errors_of_what_was_fitted_before_move_the_rows_of_this_output():
+    """What a run brought to an earlier coefficient, times the change of this output by it."""
+    base = whole_tire().coefficients
+    n, names = 6, ("PKX1", "PDX1")
+    axes = {"kappa": np.linspace(-0.06, 0.06, n), "alpha": np.full(n, 0.03)}
+    at = replace(points(n, **axes), measured={"mz": np.zeros(n), "fx": np.zeros(n)})
+    this = OutputProblem("mz", at, ("QDZ1",), base)
+    x = np.array([0.14])
+    before = OutputProblem("fx", at, names, base)
+    brought = np.array([[0.3, 0.0], [0.0, -0.2]])
+    held = statement.Held(before, np.array([base.PKX1, base.PDX1]), np.array([4, 7]), brought)
+    carried = statement._carried(this, x, [held])
+    assert carried.runs.tolist() == [4, 7]
+    for row, name, error in zip(carried.response, names, (0.3, -0.2), strict=True):
+        ends = []
+        for step in (1e-4, -1e-4):
+            c = base.replaced({"QDZ1": 0.14, name: getattr(base, name) + step})
+            o = operating_point(c, at.fz, at.kappa, at.alpha, 0.0, at.pressure, 0.03)
+            ends.append(stages.PREDICTIONS["mz"](c, o) / this.error_scale())
+        np.testing.assert_allclose(row, error * (ends[0] - ends[1]) / 2e-4, rtol=1e-4, atol=1e-9)
+    other = statement.Held(OutputProblem("re", at, ("BREFF",), base), np.array([8.0]),
+                           np.array([1]), np.ones((1, 1)))  # fmt: skip
+    assert statement._carried(this, x, [other]) is None
+    both = statement._carried(this, x, [other, held, held])
+    assert both.runs.tolist() == [4, 7, 4, 7] and both.response.shape == (4, n)
+
+
+def test_a_steering_zero_is_said_beside_what_it_shifts():
+    """Without mirrored angles the cornering stiffness and its shifts carry the warning."""
+    one_sided = [0.0, 1.0, 2.0, 4.0, 6.0, 9.0]
+    for degrees, warned in ((one_sided, True), ([-4.0, 1.0, -1.0, 4.0, 6.0, 9.0], False)):
+        alpha = np.radians(degrees)
+        fy = steady_forces(C, np.full(6, 3700.0), 0.0, alpha, 0.0, 2.5e5, 0.03)[1]
+        at = steady_points({"fy": fy}, fz=np.full(6, 3700.0), alpha=alpha, pressure=2.5e5)
+        one = OutputProblem("fy", at, ("PKY1", "PDY1"), C)
+        told, _ = statement.report("fy", one, one.solve(), [])
+        assert ("steering zero" in told["PKY1"].note) is warned
+        assert "steering zero" not in told["PDY1"].note
