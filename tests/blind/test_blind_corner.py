@@ -35,7 +35,9 @@ def test_a_search_does_not_end_in_the_corner_that_its_first_effect_left_behind(m
     case = cases.Case("single", "second", ("steering_zero",), 2.0, design="angles", number=1)
     tables, _ = cases.make(case, 4001)
     model = TireModel(from_tables(tables))
-    end = run_search(model, list(library().values())).last.state
-    assert [t.effect.identifier for t in end.fit.terms] == ["steering_zero"]
+    search = run_search(model, list(library().values()))
+    end, (found,) = search.last.state, search.last.found
+    # a ply steer does the same in this campaign: which of the two stands first is chance
+    assert "steering_zero" in (found.decision.term.effect.identifier, *found.alike)
     anew = end.settle(end.fitter.fit(start_base(model, {}), end.fit.terms))
     assert end.whitened.chi2 < 1.01 * anew.chi2

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from shapes import measured
 
-from flatplank_analysis.contact_patch.data import References, from_tables
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.references import References
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.effects import checks, registry

@@ -231,6 +231,7 @@ def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price()
     assert curve.evidence(1.0, 3.0) == pytest.approx(18.0)
     assert replace(curve, forms={2: 50.0}).evidence(1.0, 3.0) == pytest.approx(44.0)
     assert replace(curve, forms={2: 10.0}).evidence(1.0, 3.0) == pytest.approx(18.0)
+    assert replace(curve, forms={14: 20.0}).evidence(1.0, 3.0) == pytest.approx(18.0)
 
 
 @pytest.mark.parametrize(

@@ -196,6 +196,21 @@ def test_no_slaves(wire: BenchNamespace) -> None:
     )
 
 
+def test_reason_told_between_two_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The process says why and ends while the client has just given up waiting for a message."""
+    receive = BusClient._receive
+    client = BusClient(BENCH, "eth77")
+
+    def late(self: BusClient, timeout: float) -> dict | None:
+        assert self.process is not None
+        self.process.wait(20.0)
+        monkeypatch.setattr(BusClient, "_receive", receive)
+        return None
+
+    monkeypatch.setattr(BusClient, "_receive", late)
+    assert "eth77" in refused(client)
+
+
 def test_no_such_interface(wire: BenchNamespace) -> None:
     text = refused(BusClient(BENCH, "eth77", launch=wire.enter))
     assert "'eth77' is not there; found:" in text and "veth0" in text

@@ -19,6 +19,7 @@ from flatplank_analysis.contact_patch.grid import (
     smooth_columns,
     uniform_positions,
 )
+from flatplank_analysis.contact_patch.references import References
 from flatplank_analysis.contact_patch.rest import at_rest, steps_of
 from flatplank_analysis.contact_patch.signs import WrongSign, wrong_signs
 from flatplank_analysis.contact_patch.truncated import ended_early
@@ -39,32 +40,6 @@ START_TRAVEL, START_ROUGH = 0.08, 2.5
 that no scatter would warn"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
-
-
-@dataclass(frozen=True)
-class References:
-    """What the sizes of effects are told against: the settings in the middle of a campaign, and
-    the numbers of its runs. Other runs that a fit is asked about keep those of its campaign."""
-
-    load: float
-    """[N]"""
-    pressure: float
-    """[bar]"""
-    first: float
-    last: float
-    middle: float
-    """first, last and mean run order"""
-
-    @classmethod
-    def of(cls, data: TireRuns) -> References:
-        """Those of the runs themselves."""
-        order = data.runs.order
-        medians = float(np.median(data.nominal)), float(np.median(data.pressure))
-        return cls(*medians, *(float(f(order)) for f in (np.min, np.max, np.mean)))
-
-    def share(self, order: np.ndarray, begin: float) -> np.ndarray:
-        """Run order from `begin` on, in units of the whole campaign."""
-        return (order - begin) / max(self.last - self.first, 1.0)
 
 
 @dataclass(frozen=True)

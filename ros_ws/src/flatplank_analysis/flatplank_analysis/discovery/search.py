@@ -34,6 +34,8 @@ from flatplank_data.errors import FlatplankError
 
 COLD = 2
 """refits, those with the largest drops, that may be repeated from the start values of the base"""
+IDLE = "not needed beside what was found"
+"""why an effect is refused that goes again once it is in the model"""
 MANY, FIRST_STEPS = 4.0, 6
 """floors that the base is off in the mean before other tires are tried, and first steps of each"""
 
@@ -104,6 +106,8 @@ class _Searcher:
         self.looked_at = looks(effects, model)
         self.starts = 1
         self.bare = np.inf
+        self.known: set[frozenset[str]] = set()
+        """effects of the steps so far"""
 
     def say(self, text: str, share: float) -> None:
         if self.options.progress is not None:
@@ -133,10 +137,11 @@ class _Searcher:
         steps = list(steps)
         for number in range(len(steps) - 1, self.options.most):
             self.say(f"refits, step {number + 1}", 0.2 + 0.15 * number)
+            self.known = {_names(s) for s in steps}
             after = self.forward(steps[-1])
             if after is None:
                 break
-            steps.append(self.backward(after))
+            steps.append(after)
         return steps
 
     def simpler(self, steps: list[Step]) -> Step | None:
@@ -261,8 +266,9 @@ class _Searcher:
         tried: list[tuple[Decision, Whitened]],
         misshapen: bool = False,
     ) -> Step | None:
-        """The first refit that passes all tests as a step, or all but those of its form; None when
-        none does.
+        """The first refit that passes all tests as a step, or all but those of its form, without
+        the effects that are not needed beside it; None when none does. One that is not needed
+        itself, or leads back to the effects of an earlier step, is refused.
         """
         state = step.state
         for _, near in self.preferred(tried):
@@ -283,7 +289,14 @@ class _Searcher:
                 continue
             decision = replace(decision, held_out_gain=heldout.gain(state, fit, index))
             taken = Found(decision, tuple(suspects(self.model, state, step.screen, decision)))
-            return self.step_of(fit, [*step.found, taken], near=best.fit)
+            after = self.backward(self.step_of(fit, [*step.found, taken], near=best.fit))
+            name = taken.decision.term.effect.identifier
+            if name in _names(after) and _names(after) not in self.known:
+                return after
+            step.refits = [
+                replace(d, reasons=(IDLE,)) if d.term.effect.identifier == name else d
+                for d in step.refits
+            ]
         return None
 
     def newest(self, judge: Judge, found: Whitened) -> Decision:
@@ -387,6 +400,11 @@ class _Searcher:
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
             out.append(replace(found, decision=decision))
         return out
+
+
+def _names(step: Step) -> frozenset[str]:
+    """The effects of a step."""
+    return frozenset(f.decision.term.effect.identifier for f in step.found)
 
 
 def _by_drop(tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:

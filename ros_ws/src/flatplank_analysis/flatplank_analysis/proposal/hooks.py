@@ -35,8 +35,8 @@ class Hook:
     modulators: tuple[str, ...] = ("",)
     kinds: tuple[str, ...] = ALL
     order: int = 0
-    needs: str = ""
-    """channel that must be there"""
+    needs: str | None = None
+    """channel that must be there, and is no coordinate of it"""
 
 
 FX = "Hang weights or a calibrated spring on the wheel and compare Fx with them"

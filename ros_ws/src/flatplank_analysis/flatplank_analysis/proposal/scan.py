@@ -76,8 +76,8 @@ class Scanned:
         """Gain in units of the scatter, less the price of its numbers and of the looking: that of
         the curve, or of the best form."""
         looking = 2.0 * float(np.log(self.looks / self.count))
-        made = {self.count: self.gain, **self.forms}
-        return max(gain / dispersion - price * count for count, gain in made.items()) - looking
+        made = [(self.count, self.gain), *self.forms.items()]
+        return max(gain / dispersion - price * count for count, gain in made) - looking
 
 
 @dataclass(frozen=True)

@@ -117,9 +117,9 @@ def sites_of(data: TireRuns, places: Sequence[Place]) -> list[Site]:
     return [
         Site(hook, place, BY_NAME[name])
         for hook in HOOKS
-        if not hook.needs or hook.needs in channels
+        if hook.needs is None or hook.needs in channels
         for place in places
-        if place.span.kind in hook.kinds and place.name not in hook.needs.split()
+        if place.span.kind in hook.kinds and place.name != hook.needs
         for name in _modulators(hook, place, data)
     ]
 

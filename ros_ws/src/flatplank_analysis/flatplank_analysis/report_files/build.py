@@ -65,9 +65,9 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     pictures = {figure.name: save(figure, out / "figures") for figure in every}
     (out / "tables").mkdir(exist_ok=True)
     for table in tables:
-        write_atomic(out / "tables" / f"{table.name}.csv", table.csv())
+        write_atomic(out / "tables" / f"{table.name}.csv", table.csv(), durable=False)
     if result.magic is not None:
         write_tir(result.magic.file, out / "fitted.tir")
-    write_atomic(out / "report.json", json.dumps(result.to_json(), indent=1))
-    write_atomic(out / PAGE, render(result, figures, pictures, tables))
+    write_atomic(out / "report.json", json.dumps(result.to_json(), indent=1), durable=False)
+    write_atomic(out / PAGE, render(result, figures, pictures, tables), durable=False)
     return out / PAGE

@@ -15,6 +15,9 @@ import numpy as np
 
 Defects = Mapping[str, Mapping[str, Any]]
 
+RUNS = 27
+"""of the usual plan: what a size that grows from run to run is told over"""
+
 
 @dataclass(frozen=True)
 class Hidden:
@@ -60,7 +63,7 @@ MENU: dict[str, Hidden] = {
         lambda s: {"worn_patches": {"positions": [2.35], "factor": 1.0 - s, "length": 0.12}},
     ),
     "wear": Hidden(
-        ("wear",), "1", 0.1, 0.25, lambda s: {"sandpaper_wear": {"per_run": s / 26.0}}, 27,
+        ("wear",), "1", 0.1, 0.25, lambda s: {"sandpaper_wear": {"per_run": s / (RUNS - 1)}}, RUNS,
     ),
     "nothing": Hidden((), "1", 1.0, 1.0, lambda _s: {}),
 }  # fmt: skip

@@ -281,14 +281,15 @@ class BusClient:
     def _await_ready(self, timeout: float) -> None:
         end = time.monotonic() + timeout
         while time.monotonic() < end:
+            # asked first: what the process said before its end is still read
+            code = self.process.poll() if self.process is not None else None
             message = self._receive(0.05)
             if message is not None and message.get("event") == "ready":
                 return
             if message is not None and message.get("event") == "failed":
                 self._abandon()
                 raise BusError(message["reason"])
-            if self.process is not None and self.process.poll() is not None:
-                code = self.process.returncode
+            if message is None and code is not None:
                 self._abandon()
                 raise BusError(f"the bus process ended with code {code} before it was ready")
         if self.process is not None:
