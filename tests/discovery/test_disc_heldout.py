@@ -55,7 +55,7 @@ def test_the_least_within_a_range_where_directions_are_nearly_alike():
     columns[:, 3] = columns[:, 4] + 1e-3 * rng.standard_normal(200)
     hessian, slope = columns.T @ columns, columns.T @ (3.0 * rng.standard_normal(200))
     low, high = np.full(6, -0.05), np.array([0.05, 0.0, np.inf, 0.4, np.inf, 0.05])
-    x = heldout._least(hessian, slope, low, high)
+    x = heldout._least(hessian, slope, low, high, np.sqrt(np.diag(hessian)))
     pull = slope - hessian @ x
     tolerance = 1e-3 * np.sqrt(np.diag(hessian))
     assert np.all(x >= low - 1e-9) and np.all(x <= high + 1e-9)

@@ -65,7 +65,7 @@ def test_the_interval_is_as_wide_as_the_repeats_scatter():
 def test_held_out_conditions_are_held_out():
     """What one condition alone shows cannot be known from the others."""
     alone = shape("alone", lambda c: (c > 0.9) * wave(1.5))
-    for effect, low, high in ((alone, -1.0, 0.01), (LONG, 0.2, 1.0)):
+    for effect, low, high in ((alone, -0.01, 0.01), (LONG, 0.2, 1.0)):
         model = measured(2, (0.1, effect.form))
         fitter = Fitter(model, channel_weights(model.runs, [0.05]))
         fit = fitter.fit(start_base(model), [Term(effect, np.array([0.1]))])

@@ -14,7 +14,7 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.speed_map.learn import RoadMap
 from flatplank_control.speed_map.use import with_road
-from flatplank_control.topics import RECORDED
+from flatplank_control.topics import RECORDED, at_every_cycle
 from flatplank_data.run_record import load_record
 from flatplank_sim.twin.log import BagLog
 from flatplank_sim.twin.twin import Twin
@@ -72,6 +72,7 @@ def test_graph_and_twin_record_the_same(kind, map_of_the_road, tmp_path, monkeyp
         assert map_of_the_road.parameters().items() <= {"tooth_pitch": 0.01571, **said}.items()
     ours, theirs = decoded(Path(bag)), decoded(twin.kept[0])
     topics = EVERY_CYCLE | SOURCE_TOPICS[kind]
+    assert topics == set(at_every_cycle(kind))  # the recorder waits for these before it closes
     assert topics <= set(ours) & set(theirs)
     for topic in sorted(topics):
         assert len(ours[topic]) > 600, topic

@@ -15,10 +15,12 @@ class BenchTopic(NamedTuple):
     spec: TopicSpec
     rate: str
     says: str
+    modes: tuple[str, ...] = ()
+    """operation modes of the wheel drive in which it speaks at every cycle, and only in them"""
 
 
-def _row(name: str, kind: str, rate: str, says: str, qos=STREAM) -> BenchTopic:
-    return BenchTopic(TopicSpec(name, kind, qos), rate, says)
+def _row(name: str, kind: str, rate: str, says: str, qos=STREAM, modes=()) -> BenchTopic:
+    return BenchTopic(TopicSpec(name, kind, qos), rate, says, modes)
 
 
 TABLE = (
@@ -42,11 +44,12 @@ TABLE = (
          "wheel by the motor encoder [rad, rad/s, N m at the motor]"),
     _row("/wheel_drive/reference", "flatplank_msgs/msg/Reference",
          "cycle, in slip and free rolling",
-         "set-point of the active source [rad/s] or [N m]; deadline 100 ms", REFERENCE),
+         "set-point of the active source [rad/s] or [N m]; deadline 100 ms", REFERENCE,
+         ("slip", "free_rolling")),
     _row("/slip_sequencer/state", "flatplank_msgs/msg/SequencerState", "cycle, in slip",
-         "reference and actual slip [-]"),
+         "reference and actual slip [-]", modes=("slip",)),
     _row("/free_rolling_controller/state", "flatplank_msgs/msg/ControllerState",
-         "cycle, in free rolling", "error [N], p, i, lead, output [N m], settled"),
+         "cycle, in free rolling", "error [N], p, i, lead, output [N m], settled", modes=("free_rolling",)),
     _row("/wheel_drive/mode", "std_msgs/msg/String", "when it changes", "operation mode", LATCHED),
     _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
          "health of the nodes", HEALTH),
@@ -54,4 +57,8 @@ TABLE = (
 """Beside these the recorder itself says `/run` (flatplank_msgs/Run), latched: the run record."""
 
 RECORDED = tuple(row.spec for row in TABLE)
-EVERY_CYCLE = tuple(row.spec.name for row in TABLE if row.rate == "cycle")
+
+
+def at_every_cycle(mode: str) -> list[str]:
+    """Topics that speak at every cycle in an operation mode of the wheel drive."""
+    return [row.spec.name for row in TABLE if row.rate == "cycle" or mode in row.modes]

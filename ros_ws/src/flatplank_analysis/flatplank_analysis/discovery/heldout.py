@@ -83,6 +83,8 @@ class _Form:
         self.groups = self.sums(fitter.weight)
         self.hessian = sum(g[0] for g in self.groups) + (turn * strength) @ turn.T
         self.slope = sum(g[1] for g in self.groups) - turn @ (strength * (z - centre))
+        self.usual = np.sqrt(np.maximum(np.diag(self.hessian), 1e-30))
+        """of every number, in all conditions: the inverse of what it can be known to"""
 
     def sums(self, weight: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
         """Per condition: products of the columns, of columns and residual, of the residual."""
@@ -96,19 +98,24 @@ class _Form:
         return out
 
     def sizes_without(self, one: tuple[np.ndarray, np.ndarray, float]) -> np.ndarray:
-        """Sizes of the effects when a condition says nothing of them."""
+        """Sizes of the effects when a condition says nothing of them; -1, the size of none, where
+        no other does.
+        """
         n, (products, scores, _) = self.count, one
         hessian, slope = self.hessian.copy(), self.slope.copy()
         hessian[n:] -= products[n:]
         hessian[:n, n:] -= products[:n, n:]
         slope[n:] -= scores[n:]
-        return _least(hessian, slope, self.low, self.high)[n:]
+        # counted from the size of none: what nothing determines stays there
+        none = np.concatenate([np.zeros(n), np.ones(len(slope) - n)])
+        low, high = self.low + none, self.high + none
+        return _least(hessian, slope + hessian @ none, low, high, self.usual)[n:] - 1.0
 
     def base_for(self, sizes: np.ndarray) -> np.ndarray:
         """All numbers, the base fitted to all conditions beside given sizes."""
         n = self.count
         slope = self.slope[:n] - self.hessian[:n, n:] @ sizes
-        base = _least(self.hessian[:n, :n], slope, self.low[:n], self.high[:n])
+        base = _least(self.hessian[:n, :n], slope, self.low[:n], self.high[:n], self.usual[:n])
         return np.concatenate([base, sizes])
 
 
@@ -123,10 +130,9 @@ def _room(turn: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarr
 
 
 def _least(
-    hessian: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray
+    hessian: np.ndarray, slope: np.ndarray, low: np.ndarray, high: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
-    """The x within its range where x'Hx/2 - g'x is smallest."""
-    scale = np.sqrt(np.maximum(np.diag(hessian), 1e-30))
+    """The x within its range where x'Hx/2 - g'x is smallest; 0 where H says nothing of x."""
     values, vectors = np.linalg.eigh(hessian / np.outer(scale, scale))
     root = np.sqrt(np.maximum(values, 1e-9 * values[-1]))
     goal = (vectors.T @ (slope / scale)) / root

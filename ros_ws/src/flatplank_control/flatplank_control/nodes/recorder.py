@@ -12,7 +12,9 @@ from importlib import import_module
 from pathlib import Path
 
 from builtin_interfaces.msg import Time
+from rclpy.serialization import deserialize_message
 from rclpy.task import Future
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.calibration.book import Book
@@ -22,7 +24,7 @@ from flatplank_control.recording.filled import in_words, told
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.runner.provenance import InForce, complete, software_version
-from flatplank_control.topics import EVERY_CYCLE, RECORDED
+from flatplank_control.topics import RECORDED, at_every_cycle
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
 from flatplank_hw.nodes import convert
@@ -34,6 +36,7 @@ from flatplank_msgs.srv import StartRecording, StopRecording
 CLOSE_TIMEOUT_S = 5.0
 """a close waits so long for messages that are under way; one that was lost comes again after 3 s
 [s]"""
+MODE = "/wheel_drive/mode"
 INTRODUCTION = 8.0
 """a start waits so long for nodes that are there and not heard yet; clients wait 10 s [s]"""
 
@@ -74,6 +77,7 @@ class RecorderNode(BenchNode):
         self.session = RecordingSession(folder, RECORDED, pre_trigger=parameters.pre_trigger)
         self.arrivals = Arrivals()
         self.told = told("")
+        self.mode = ""
         software_version()  # git is asked here: samples must not wait for it when a bag is opened
 
     def connect(self) -> None:
@@ -99,6 +103,8 @@ class RecorderNode(BenchNode):
         self.add_service(Trigger, "~/discard", self.on_discard)
 
     def on_message(self, topic: str, with_header: bool, cdr: bytes) -> None:
+        if topic == MODE:
+            self.mode = deserialize_message(cdr, String).data
         stamp_ns = self.arrivals.bus_ns
         if with_header:
             stamp_ns = self.arrivals.add(topic, convert.raw_stamp_ns(cdr))
@@ -115,11 +121,12 @@ class RecorderNode(BenchNode):
             self.changed_something = Future()
         await self.changed_something
 
-    async def hear(self, stamp: Time, patience: float) -> list[str]:
-        """Wait until everybody who is there is heard up to a stamp; who is not, after that."""
+    async def hear(self, stamp: Time, patience: float, mode: str = "") -> list[str]:
+        """Wait until everybody who is there is heard up to a stamp, also who speaks in this
+        operation mode alone; who is not, after that."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + patience
-        there = [t for t in EVERY_CYCLE if self.count_publishers(t)]
+        there = [t for t in at_every_cycle(mode) if self.count_publishers(t)]
         while (behind := self.arrivals.behind(wanted, there)) and time.monotonic() < end:
             await self.something()
         return behind
@@ -188,7 +195,7 @@ class RecorderNode(BenchNode):
     async def on_stop(
         self, request: StopRecording.Request, response: StopRecording.Response
     ) -> StopRecording.Response:
-        silent = await self.hear(request.up_to, CLOSE_TIMEOUT_S)
+        silent = await self.hear(request.up_to, CLOSE_TIMEOUT_S, self.mode)
         reason = request.notes
         if silent:
             reason = f"{reason}; not heard to the end: {', '.join(silent)}".lstrip("; ")
