@@ -27,7 +27,9 @@ from flatplank_data.errors import FlatplankError
 
 LOOKED_FOR = {
     # name: sizes from which a refit starts, price of looking, settings that no residual suggests
-    "road_play": ((1.0, 2.5), 2, [{"at": 0.0}, {"at": 50.0}]),
+    "road_play": (
+        (1.0, 2.5), 4, [{"kept": k, "at": at} for k in (0.0, 1.0) for at in (0.0, 50.0)],
+    ),
     "drive_backlash": ((1.0, 2.5), 1, [{}]),
     "rack_backlash": (
         (1.0, 2.5), 3, [{"held_fast": 0.0}, {"held_fast": 1.0}, {"held_fast": 1.0, "at": 50.0}],
@@ -39,9 +41,11 @@ LOOKED_FOR = {
     "crosstalk_mx": ((1.0,), 1, [{"tared": 1.0}]),
     "crosstalk_mz": ((1.0,), 1, [{"tared": 1.0}]),
 }  # fmt: skip
-HELD = {"rack_backlash": ("held_fast",), "load_loss_braking": ("seen",)} | {
-    f"crosstalk_{c}": ("tared",) for c in ("fy", "fz", "mx", "mz")
-}
+HELD = {
+    "road_play": ("kept",),
+    "rack_backlash": ("held_fast",),
+    "load_loss_braking": ("seen",),
+} | {f"crosstalk_{c}": ("tared",) for c in ("fy", "fz", "mx", "mz")}
 FROM_DATA = ("worn_patch", "mesh_ripple", "load_undulation", "measured_load", "crosstalk_fy")
 """what they are looked for in depends on the runs"""
 
@@ -213,6 +217,7 @@ DATA = SimpleNamespace(
     nominal=np.array([2000.0, 3000.0, 4000.0]),
     pressure=np.array([2.0, 2.5, 3.5]),
     gamma=np.array([0.0, 0.1, -0.1]),
+    side_before=np.array([-1.0, 0.0, 1.0]),
     signals={"fz": np.array([[1.0, 1.0, 1.0, 1.0, 1.0, 4.0, 6.0]])},
     runs=SimpleNamespace(order=ORDER, time=np.array([[0.0, 1.0, 2.0, 3.0]] * 3)),
 )  # fmt: skip
@@ -246,7 +251,9 @@ def motion(name: str, **values: float):
     [
         ("combined_slip", {"share": 0.4}, {"combine": 1.4}, {"combine": 1.4}),
         ("road_play", {"gap": 2e-3, "rest": 0.5, "at": 40.0},
-         {"play": 1.002, "play_rest": 1.5, "play_at": 40.0}, {}),
+         {"play": 1.002, "play_rest": 1.5, "play_at": 40.0, "play_hold": 0.0}, {}),
+        ("road_play", {"gap": 2e-3, "rest": 0.5, "at": 40.0, "kept": 1.0},
+         {"play": 1.002, "play_rest": 0.0, "play_at": 0.0, "play_hold": 40.0}, {}),
         ("rack_backlash", {"gap": 2e-3, "rest": 0.5, "at": 40.0, "held_fast": 1.0},
          {"play": 1.002, "play_rest": 1.5, "play_at": 41.0}, {}),
         ("rack_backlash", {"gap": 2e-3, "rest": 0.5, "at": 40.0, "held_fast": 0.0},

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from flatplank_analysis.contact_patch.before import side_before
 from flatplank_analysis.contact_patch.denoising import Common, as_input, as_load
 from flatplank_analysis.contact_patch.further import coordinate_of, further_columns
 from flatplank_analysis.contact_patch.grid import (
@@ -92,6 +93,11 @@ class TireRuns:
     def reference(self) -> References:
         """What the sizes of effects are told against."""
         return self.against or References.of(self)
+
+    @cached_property
+    def side_before(self) -> np.ndarray:
+        """(runs,) sign of the last slip before each run; 0 where none is known."""
+        return side_before(self.runs.order, self.kappa)
 
     def coordinate(self, name: str) -> np.ndarray:
         """A coordinate of the runs, a channel, or a further column by name (runs, samples)."""

@@ -34,26 +34,27 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "memory", "turn", "feel", "swing", "rotate",
+    "play_rest", "play_hold", "memory", "turn", "feel", "swing", "rotate",
     "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, MEMORY, TURN, FEEL, SWING, ROTATE, LAW,
-) = range(30)  # fmt: skip
+    PLAY_REST, PLAY_HOLD, MEMORY, TURN, FEEL, SWING, ROTATE, LAW,
+) = range(31)  # fmt: skip
 WIDTH = len(NAMES)
 #: further rows of a block: constants, state, inputs of a node, what a node works with
 (
     FLEX, BEND, THETA_SHARE, NOMINAL, OTHER_STIFF, OTHER_PEAK, OTHER_FEEL, OTHER_ASYM_PEAK,
     OTHER_ASYM_STIFF, OTHER_SLIDE,
-    SLIP, FORCE, DEFLECTED, CREPT, SLOPE, RATE,
+    SLIP, FORCE, DEFLECTED, CREPT, SLOPE, RATE, PLACE,
     DS, DW, DT, LOAD, FRICTION, ACROSS,
     AT, SIGMA, LATE, THETA, LENGTH, BEYOND, STIFF_NOW, PEAK_NOW, SPEED_RATIO, STIFF_ACROSS,
     PEAK_ACROSS, AIM, WAY, NEW_FORCE, NEW_DEFLECTED, NEW_SLOPE, PATCH, LAST, MOVE, LOW, HIGH,
-) = range(WIDTH, WIDTH + 43)  # fmt: skip
-ROWS = HIGH + 1
+    NEW_PLACE,
+) = range(WIDTH, WIDTH + 45)  # fmt: skip
+ROWS = NEW_PLACE + 1
 WIDE = 8
 """elements of a block: one register of a processor with 512 bits, two of 256"""
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
@@ -143,11 +144,19 @@ def slipping(k, peak, slide, speed_ratio):
 
 
 @inline
-def in_play(force, play, at, soft):
-    """Place in the play of the bench at a force [m], and its slope."""
-    x = (force - at) / soft
-    root = math.sqrt(1.0 + x * x)
-    return 0.5 * play * x / root, 0.5 * play / (soft * root * root * root)
+def in_play(force, play, at, soft, hold, last):
+    """Place in the play of the bench at a force [m], and its slope.
+
+    It moves at a force `at`. Dry friction of `hold` [N] keeps it at its last place until the force
+    is so much beyond that: two curves, one for either direction, and the way between them.
+    """
+    x, y = (force - at - hold) / soft, (force - at + hold) / soft
+    root, other = math.sqrt(1.0 + x * x), math.sqrt(1.0 + y * y)
+    up, down = 0.5 * play * x / root, 0.5 * play * y / other
+    place = max(up, min(down, last))
+    rate = choose(up >= last, 1.0 / (root * root * root), 0.0)
+    rate = choose(down <= last, 1.0 / (other * other * other), rate)
+    return place, 0.5 * play / soft * rate
 
 
 @inline
@@ -183,9 +192,13 @@ def set_up(flat, params, other, nominal, elements):
         w[OTHER_STIFF, i], w[OTHER_PEAK, i] = o[STIFF], o[PEAK]
         w[OTHER_FEEL, i], w[OTHER_SLIDE, i] = o[FEEL], o[SLIDE]
         w[OTHER_ASYM_STIFF, i], w[OTHER_ASYM_PEAK, i] = o[ASYM_STIFF], o[ASYM_PEAK]
-        # the plank rests somewhere in its play
-        rest, _ = in_play(0.0, p[PLAY], p[PLAY_AT], p[PLAY_SOFT])
-        w[DEFLECTED, i] = rest + 0.5 * p[PLAY] * p[PLAY_REST]
+        # the plank rests somewhere in its play: where friction holds it, or away from where no
+        # force would have it
+        start = 0.5 * p[PLAY] * p[PLAY_REST]
+        held = p[PLAY_HOLD]
+        rest, _ = in_play(0.0, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
+        w[PLACE, i] = rest
+        w[DEFLECTED, i] = choose(held > 0.0, rest, rest + start)
 
 
 @inline
@@ -287,7 +300,8 @@ def newton(flat, across):
         force = force * change
         soft = 1.0 + w[SOFTEN, i] * abs(force) / 4000.0
         deflected, flex = force * soft * w[FLEX, i], (2.0 * soft - 1.0) * w[FLEX, i]
-        place, rate = in_play(force, w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i])
+        play, at, yields, held = w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i], w[PLAY_HOLD, i]
+        place, rate = in_play(force, play, at, yields, held, w[PLACE, i])
         deflected, flex = deflected + place, flex + rate
         miss = patch + deflected - w[DEFLECTED, i] - w[AIM, i]
         rigid = (rise + late * late * ds * ds) * under
@@ -308,6 +322,7 @@ def newton(flat, across):
         # the last step is so small that everything follows its slope
         new_force, new_deflected = force + slope * move, deflected + slope * flex * move
         new_patch = patch + rigid * move
+        new_place = place + slope * rate * move
         old_force, old_deflected = w[NEW_FORCE, i], w[NEW_DEFLECTED, i]
         old_patch, old_slope, old_t = w[PATCH, i], w[NEW_SLOPE, i], w[LAST, i]
         w[LOW, i], w[HIGH, i] = low, high
@@ -315,6 +330,7 @@ def newton(flat, across):
         w[MOVE, i] = choose(going, move, before)
         w[NEW_FORCE, i] = choose(going, new_force, old_force)
         w[NEW_DEFLECTED, i] = choose(going, new_deflected, old_deflected)
+        w[NEW_PLACE, i] = choose(going, new_place, w[NEW_PLACE, i])
         w[NEW_SLOPE, i] = choose(going, slope, old_slope)
         w[PATCH, i] = choose(going, new_patch, old_patch)
         w[LAST, i] = choose(going, t, old_t)
@@ -334,7 +350,7 @@ def end(flat):
         w[RATE, i] = w[RATE, i] - 0.5 * (k - k0) + over / w[LAST, i]
         w[SLIP, i] = k
         w[FORCE, i], w[DEFLECTED, i] = w[NEW_FORCE, i], w[NEW_DEFLECTED, i]
-        w[SLOPE, i] = w[NEW_SLOPE, i]
+        w[SLOPE, i], w[PLACE, i] = w[NEW_SLOPE, i], w[NEW_PLACE, i]
 
 
 @inner

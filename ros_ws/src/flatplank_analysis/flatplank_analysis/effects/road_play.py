@@ -45,15 +45,29 @@ class RoadPlay(Gap):
         note="force at which it moves: dry friction of the plate",
     )
 
+    kept: float = param(
+        0.0,
+        unit="1",
+        bounds=(0.0, 1.0),
+        note="1: a run starts on the side where the run before it left the plank",
+    )
+
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        return [{"at": 0.0}, {"at": 50.0}]
+        return [{"kept": k, "at": at} for k in (0.0, 1.0) for at in (0.0, 50.0)]
 
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
-        return 2
+        return 4
+
+    @classmethod
+    def held(cls) -> tuple[str, ...]:
+        return ("kept",)
 
     def tire(self, tire: Tire) -> None:
-        tire.x.play += self.per_run.gap
-        tire.x.play_rest += self.per_run.rest
-        tire.x.play_at = self.per_run.at
+        own, x, before = self.per_run, tire.x, tire.data.side_before
+        kept = own.kept > 0.5
+        x.play += own.gap
+        x.play_rest += np.where(kept & (before != 0.0), before, own.rest)
+        x.play_at = np.where(kept, 0.0, own.at)
+        x.play_hold = np.where(kept, np.abs(own.at), 0.0)
