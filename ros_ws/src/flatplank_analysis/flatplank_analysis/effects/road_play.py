@@ -24,7 +24,8 @@ class RoadPlay(Gap):
     what = (
         "The plank can slide by the gap between its drive and its stop. The force of the tire "
         "holds it on one side; when the force changes its sign the plank crosses the gap and "
-        "the force rests at zero meanwhile."
+        "the force rests at zero meanwhile. Dry friction may keep it where the last run left it: "
+        "then repeats of one condition begin on either side of the gap."
     )
     check = (
         "Dial gauge between plank and rack, push and pull the plank by hand with the drive "
@@ -36,7 +37,7 @@ class RoadPlay(Gap):
         0.0,
         unit="1",
         bounds=(-1.0, 1.0),
-        note="where in the gap a run starts: -1 braking side, +1 driving side",
+        note="where in the gap a run starts: -1 braking side, +1 driving side; with kept: the first",
     )
     at: float = param(
         0.0,
@@ -49,7 +50,7 @@ class RoadPlay(Gap):
         0.0,
         unit="1",
         bounds=(0.0, 1.0),
-        note="1: a run starts on the side where the run before it left the plank",
+        note="1: a run starts where the one before it left the plank, held by dry friction",
     )
 
     @classmethod
