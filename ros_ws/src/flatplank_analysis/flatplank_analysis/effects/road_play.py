@@ -37,7 +37,7 @@ class RoadPlay(Gap):
         0.0,
         unit="1",
         bounds=(-1.0, 1.0),
-        note="where in the gap a run starts: -1 braking side, +1 driving side; with kept: the first",
+        note="where in the gap a run starts: -1 braking, +1 driving side; with kept the first",
     )
     at: float = param(
         0.0,
