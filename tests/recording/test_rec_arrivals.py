@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from flatplank_control.recording.arrivals import BEHIND_NS, Arrivals
-from flatplank_control.topics import EVERY_CYCLE, RECORDED
+from flatplank_control.topics import RECORDED, at_every_cycle
 
 PERIOD_NS = 4_000_000
 BUS, ENCODERS, HUB = TOPICS = ("/bus/inputs", "/encoders/state", "/measurement_hub/state")
@@ -53,5 +53,6 @@ def test_without_a_bus_nobody_is_expected() -> None:
 
 
 def test_topics_of_every_cycle() -> None:
-    assert set(TOPICS) < set(EVERY_CYCLE) < {t.name for t in RECORDED}
-    assert "/slip_sequencer/state" not in EVERY_CYCLE and "/diagnostics" not in EVERY_CYCLE
+    at_rest, in_slip = set(at_every_cycle("off")), set(at_every_cycle("slip"))
+    assert set(TOPICS) < at_rest < {t.name for t in RECORDED} and "/diagnostics" not in in_slip
+    assert in_slip - at_rest == {"/slip_sequencer/state", "/wheel_drive/reference"}
