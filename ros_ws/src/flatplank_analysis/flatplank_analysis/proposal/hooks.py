@@ -37,6 +37,8 @@ class Hook:
     order: int = 0
     needs: str | None = None
     """channel that must be there, and is no coordinate of it"""
+    shown: bool = False
+    """True where a measured channel should show it"""
 
 
 FX = "Hang weights or a calibrated spring on the wheel and compare Fx with them"
@@ -45,8 +47,8 @@ _MOTION = "A second encoder on the plank itself, or a dial gauge against the whe
 HOOKS: tuple[Hook, ...] = (
     Hook("fx", "signal", "signal", "signal.fx = signal.fx + change", "N", 10.0, 5.0, 2000.0,
          "machine", "a force in Fx", "Look for what pulls at plank or wheel",
-         ("", "driving", "braking", "slipping", "sign of slip", "slip", "size of slip", "load",
-          "speed")),
+         ("", "driving", "braking", "slipping", "sign of slip", "slip", "size of slip",
+          "little slip", "load", "speed")),
     Hook("fy", "signal", "signal", "signal.fy = signal.fy + change", "N", 10.0, 5.0, 2000.0,
          "machine", "a force in Fy", "Look for what pushes plank or wheel sideways",
          needs="fy"),
@@ -73,7 +75,7 @@ HOOKS: tuple[Hook, ...] = (
          "Measure the static stiffness at both ends of the range", kinds=(LEVEL,)),
     Hook("load", "load", "tire", "tire.load = tire.load + change", "N", 20.0, 10.0, 2000.0,
          "machine", "a load on the tire that the load channel does not show",
-         "Put a second load cell under the wheel"),
+         "Put a second load cell under the wheel", shown=True),
     Hook("delay", "delay", "signal",
          "rate = np.gradient(signal.fx, axis=-1) / np.gradient(data.runs.time, axis=-1)\n"
          "signal.fx = signal.fx - change * rate",

@@ -34,6 +34,10 @@ MODULATORS: tuple[Modulator, ...] = (
         "in proportion to the size of the slip; the size is that at 5 %",
     ),
     Modulator(
+        "little slip", f"np.exp(-np.abs(data.kappa[:, None]) * {_AFTER} / 0.02)",
+        "the less the more it slips; the size is that without slip, at 2 % it is a third",
+    ),
+    Modulator(
         "load", "data.load / 4000.0", "in proportion to the load; the size is that at 4000 N",
     ),
     Modulator(

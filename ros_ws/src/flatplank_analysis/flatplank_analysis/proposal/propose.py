@@ -15,6 +15,7 @@ import numpy as np
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import heldout, invariants, verdict
 from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.rivals import ALIKE
 from flatplank_analysis.discovery.screen import screen
@@ -22,14 +23,15 @@ from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, make_candidates, make_state
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
-from flatplank_analysis.proposal.curves import acting, basis_of
+from flatplank_analysis.proposal.curves import acting
 from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
 from flatplank_analysis.proposal.sites import places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
-STEADY = ("fx", "gain", "friction", "slip")
-"""hooks whose curves over a further column are taken out of what differs between repeats"""
+STEADY, POWERS = ("fx", "gain", "friction", "slip"), (1, 2)
+"""hooks, and powers of a further column there, that are taken out of what differs between repeats;
+each by itself, since few repeats hold few independent numbers"""
 
 
 @dataclass(frozen=True)
@@ -124,14 +126,13 @@ def _beside(
     assert result.search is not None
     step = _cleaned(session, result.search.last)
     explained = sum(f.decision.drop for f in result.found)
-    outcome = Proposer(
-        step.state, session.data, step.screen.usual, explained, only, progress
-    ).run()
-    why = _refused(outcome, step.state, result)
+    proposer = Proposer(step.state, session.data, step.screen.usual, explained, only, progress)
+    outcome = proposer.run()
+    why = _refused(outcome, proposer, result)
     if why:
         return Proposal(NOTHING, why, result, outcome)
     assert outcome.best is not None
-    made = _written(session, result, outcome, outcome.best, model)
+    made = _written(session, result, step, outcome, outcome.best, model)
     assert made.numbers is not None and made.sentence is not None
     against = refuted(made.numbers, result.verdict in _AT_FLOOR)
     if against:
@@ -156,13 +157,12 @@ def _in_place(
     margin = EVIDENCE * proposer.level + ALIKE * (first.state.whitened.chi2 - together.chi2)
     if outcome.best is None or outcome.best.found.chi2 > together.chi2 - margin:
         return None
-    alone = replace(result, search=replace(search, steps=[first]), found=())
-    made = _written(session, alone, outcome, outcome.best, model)
+    made = _written(session, result, first, outcome, outcome.best, model)
     assert made.numbers is not None
     if refuted(made.numbers):
         return None
     names = " and ".join(f.decision.term.effect.identifier for f in result.found)
-    return replace(made, diagnosis=result, reason=f"{made.reason}, in place of {names}")
+    return replace(made, reason=f"{made.reason}, in place of {names}")
 
 
 _NAMED = (verdict.FOUND, verdict.GROUP)
@@ -181,18 +181,25 @@ def _cleaned(session: Session, step: Step) -> Step:
     if not names:
         return step
     places = [p for p in places_of(session.data) if p.name in names]
-    sites = [
-        s for s in sites_of(session.data, places)
+    courses = [
+        acting(s, _centred(s.place.values, power)[None])
+        for s in sites_of(session.data, places)
         if s.hook.name in STEADY and not s.modulator.name
-    ]  # fmt: skip
-    curves = [acting(s, basis_of(s, fine=False)) for s in sites]
+        for power in POWERS
+    ]
     old = step.state
-    effects = [*session.effects.values(), *curves]
+    effects = [*session.effects.values(), *courses]
     state = make_state(old.model, old.fitter, old.fit, effects)
     return Step(state, screen(state), step.found)
 
 
-def _refused(outcome: Outcome, state: State, result: Diagnosis) -> str:
+def _centred(values: np.ndarray, power: int) -> np.ndarray:
+    """A power of a coordinate, from -1 to 1 at most."""
+    middle = 0.5 * (values.min() + values.max())
+    return ((values - middle) / max(np.abs(values - middle).max(), 1e-12)) ** power
+
+
+def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:
     """Why there is no proposal; empty when there is one."""
     if outcome.best is None:
         near = next((t for t in outcome.tried), None)
@@ -203,8 +210,10 @@ def _refused(outcome: Outcome, state: State, result: Diagnosis) -> str:
         return f"{result.verdict}, and no sentence of the grammar passes the tests{beside}"
     polished = result.search.polished if result.search else None
     if result.verdict == verdict.LAW and polished is not None:
-        law = state.settle(polished.fit)
-        if outcome.best.found.chi2 >= law.chi2:
+        law = proposer.state.settle(polished.fit)
+        more = len(law.fit.free) - len(proposer.state.whitened.fit.free)
+        level, price = proposer.level, proposer.price
+        if outcome.best.cost(level, price) >= law.chi2 / level + price * more:
             return f"{result.verdict}: {result.reason}"
     return ""
 
@@ -212,32 +221,37 @@ def _refused(outcome: Outcome, state: State, result: Diagnosis) -> str:
 def refuted(numbers: dict[str, Any], at_floor: bool = False) -> str:
     """What the refit of everything says against a sentence that the search had passed.
 
-    at_floor: of an error that was at the floor it must take what is of consequence.
+    at_floor: of an error that was at the floor it must take what is of consequence where it acts.
     """
     low, high = numbers["interval"]
     if low <= 0.0 <= high:
         return "its interval covers zero"
     if numbers["held_out_gain"] <= 0.0:
         return "left-out conditions are no better with it"
-    taken = numbers["rmse_before"] ** 2 - numbers["rmse"] ** 2
+    taken = (numbers["rmse_before"] ** 2 - numbers["rmse"] ** 2) / numbers["acts_in"]
     least = invariants.WORTH * numbers["floor_before"]
     if at_floor and taken <= least**2:
-        return f"it takes {max(taken, 0.0) ** 0.5:.1f} N out of the error, {least:.1f} N count"
+        return (
+            f"it takes {max(taken, 0.0) ** 0.5:.1f} N out of the error where it acts, "
+            f"{least:.1f} N count"
+        )
     return ""
 
 
 def _written(
-    session: Session, result: Diagnosis, outcome: Outcome, best: Tried, model: ModelFile | None
-) -> Proposal:
+    session: Session, result: Diagnosis, step: Step, outcome: Outcome, best: Tried,
+    model: ModelFile | None,
+) -> Proposal:  # fmt: skip
     """The file of the best sentence, refitted as `add` does it."""
     best = replace(best, sentence=_named(best.sentence, session))
     effect = effect_of(text_of(best.sentence))
     wider = replace(session, effects={**session.effects, effect.identifier: effect})
-    assert result.search is not None
-    last = result.search.last
-    known = session.file_of(model or ModelFile(), last.state.fit)
-    _, after, numbers = wider.add(known, effect.identifier, _with_candidate(last, effect))
-    numbers |= {"held_out_level": _six(held_out_level(after.state))}
+    known = session.file_of(model or ModelFile(), step.state.fit)
+    _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))
+    numbers |= {
+        "held_out_level": _six(held_out_level(after.state)),
+        "acts_in": _six(_acting_in(after.state)),
+    }
     if numbers["rmse"] > invariants.limits(after.state).error:
         numbers["doubts"].append("the error is not at the floor: more is left than this")
     term = after.state.fit.terms[-1]
@@ -253,6 +267,13 @@ def _written(
     return Proposal(
         PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers
     )  # fmt: skip
+
+
+def _acting_in(state: State) -> float:
+    """Share of all samples in which the last effect's force in the first channel is: one where it
+    is the same everywhere, little where it acts at one place (participation ratio)."""
+    square = amplitude(state.fit, len(state.fit.terms) - 1)[0] ** 2
+    return float(square.mean() ** 2 / max(float(np.mean(square**2)), 1e-300)) or 1.0
 
 
 def _with_candidate(step: Step, effect: type[Effect]) -> Step:

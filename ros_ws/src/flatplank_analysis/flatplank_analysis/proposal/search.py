@@ -100,9 +100,10 @@ def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T
 
 def doubt(site: Site) -> int:
     """Reasons against a place where the runs have none: a channel that was measured along the run
-    may itself follow the cause, and the pressure acts in the tire."""
+    may itself follow the cause, the pressure acts in the tire, and what a channel of its own
+    should show and does not is hardly there."""
     elsewhere = site.place.name == "pressure" and site.hook.kind != "tire"
-    return int(site.place.span.kind == SIGNAL) + int(elsewhere)
+    return int(site.place.span.kind == SIGNAL) + int(elsewhere) + int(site.hook.shown)
 
 
 def simplest(accepted: Sequence[Tried]) -> Tried | None:
