@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.proposal.hooks import HOOKS
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import propose as of_session
-from flatplank_analysis.proposal.propose import refuted
+from flatplank_analysis.proposal.propose import _refused, refuted
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, WAVE, Scanned
 from flatplank_analysis.proposal.search import doubt, looks_of, varied
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
@@ -160,6 +161,48 @@ def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
     assert told["verdict"] == "confirmed", told
 
 
+def test_a_column_that_makes_the_scatter_of_repeats_is_no_noise():
+    """The amplifier's gain goes with its supply voltage: without that column all is at the floor."""
+    rng, tables = np.random.default_rng(78), []
+    for table in campaign(Truth(seed=78, slips=FEW)):
+        volts = rng.uniform(9.4, 10.6) + 0.02 * np.sin(table["time"] / 11.0)
+        fx = table["fx"] * (1.0 + 0.025 * (volts - 10.0) / 1.2)
+        tables.append(table.with_columns(fx=fx, **{"supply voltage [V]": volts}))
+    result = of_session(Session.of_tables(tables)).to_dict()
+    assert result["diagnosis"] == "at floor", result
+    assert result["verdict"] == "proposed", result
+    assert (result["hook"], result["coordinate"]) == ("gain", "supply voltage")
+    assert result["refit"]["doubts"] == [], result
+
+
+def test_a_force_may_fade_with_the_slip():
+    """At one place of the plank, and there the less the more it slips."""
+    tables = []
+    for table in campaign(Truth(seed=79, slips=FEW)):
+        u = (table["plank_position"] - 2.4) / 0.4
+        part = 1.0 / (1.0 + (table.info.kappa / 0.015) ** 2)
+        fx = table["fx"] - 60.0 * part * np.sin(np.pi * np.clip(u, 0.0, 1.0))
+        tables.append(table.with_columns(fx=fx))
+    result = of_session(Session.of_tables(tables)).to_dict()
+    assert result["verdict"] == "proposed", result
+    told = [result[k] for k in ("hook", "coordinate", "modulator", "shape")]
+    assert told == ["fx", "plank position", "little slip", "bump"], result
+
+
+@pytest.mark.parametrize(("law", "refused"), [(990.0, True), (1010.0, False)])
+def test_a_law_of_another_form_pays_for_its_numbers(law, refused):
+    """Ten more numbers at a price of 3: a sentence at 1035 is beaten by a law below 1005."""
+    tried = SimpleNamespace(cost=lambda level, price: (1032.0 + price) / level)
+    fits = {"law": SimpleNamespace(chi2=law, fit=SimpleNamespace(free=[0] * 28))}
+    own = SimpleNamespace(fit=SimpleNamespace(free=[0] * 18))
+    state = SimpleNamespace(settle=fits.get, whitened=own)
+    proposer = SimpleNamespace(state=state, level=1.0, price=3.0)
+    search = SimpleNamespace(polished=SimpleNamespace(fit="law"))
+    result = SimpleNamespace(verdict="tire law only", reason="why", search=search)
+    told = _refused(SimpleNamespace(best=tried), proposer, result)
+    assert bool(told) == refused
+
+
 def test_a_column_without_effect_is_proposed_as_none(tmp_path, capsys):
     save(list(_warm(73, 0.0)), tmp_path)
     assert propose.main([str(tmp_path)]) == 0
@@ -235,27 +278,33 @@ def test_a_site_is_ranked_by_its_best_form_where_that_takes_more_for_its_price()
 
 
 @pytest.mark.parametrize(
-    ("interval", "gain", "after", "why"),
+    ("interval", "gain", "after", "acts_in", "why"),
     [
-        ([-1.0, 2.0], 0.2, 8.0, "its interval covers zero"),
-        ([1.0, 2.0], -0.1, 8.0, "left-out conditions are no better with it"),
-        ([1.0, 2.0], 0.01, 9.9, "it takes 1.4 N out of the error, 3.0 N count"),
-        ([1.0, 2.0], 0.2, 8.0, ""),
+        ([-1.0, 2.0], 0.2, 8.0, 1.0, "its interval covers zero"),
+        ([1.0, 2.0], -0.1, 8.0, 1.0, "left-out conditions are no better with it"),
+        ([1.0, 2.0], 0.01, 9.9, 1.0,
+         "it takes 1.4 N out of the error where it acts, 3.0 N count"),
+        ([1.0, 2.0], 0.01, 9.9, 0.1, ""),
+        ([1.0, 2.0], 0.2, 8.0, 1.0, ""),
     ],
-)
-def test_a_sentence_must_stand_its_refit(interval, gain, after, why):
-    numbers = {"interval": interval, "held_out_gain": gain, "rmse": after}
+)  # fmt: skip
+def test_a_sentence_must_stand_its_refit(interval, gain, after, acts_in, why):
+    """What acts at one place only is of consequence there."""
+    numbers = {"interval": interval, "held_out_gain": gain, "rmse": after, "acts_in": acts_in}
     assert refuted(numbers | {"rmse_before": 10.0, "floor_before": 10.0}, at_floor=True) == why
 
 
 def test_a_tie_goes_to_what_a_person_would_look_for_first():
-    """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire."""
+    """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire, the
+    load channel would show a load."""
     data = from_tables(campaign(Truth(seed=74, slips=FEW)))
     sites = {s.name: s for s in sites_of(data, places_of(data))}
     assert doubt(sites["travel, over wheel angle"]) < doubt(sites["slip, over load"])
     level = replace(sites["gain, over run order"].place, name="pressure")
     gain, tire = (replace(sites[f"{h}, over run order"], place=level) for h in ("gain", "carcass"))
     assert doubt(tire) < doubt(gain)
+    friction, load = (sites[f"{h}, over plank position"] for h in ("friction", "load"))
+    assert doubt(friction) < doubt(load)
 
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():
