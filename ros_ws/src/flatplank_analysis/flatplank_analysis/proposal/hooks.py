@@ -70,7 +70,7 @@ HOOKS: tuple[Hook, ...] = (
          "Measure the slip stiffness at both ends of the range, in random order",
          kinds=(LEVEL,)),
     Hook("carcass", "stiffness", "tire",
-         "tire.x.carcass = tire.x.carcass * (1.0 + change.mean(axis=-1))", "1", 0.05, 0.03, 0.8,
+         "tire.x.carcass = tire.x.carcass * (1.0 + change.mean(axis=-1))", "1", 0.05, 0.01, 0.8,
          "tire", "a factor on the stiffness of the carcass",
          "Measure the static stiffness at both ends of the range", kinds=(LEVEL,)),
     Hook("load", "load", "tire", "tire.load = tire.load + change", "N", 20.0, 10.0, 2000.0,

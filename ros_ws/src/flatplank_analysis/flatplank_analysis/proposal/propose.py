@@ -25,13 +25,14 @@ from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.proposal.curves import acting
 from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
+from flatplank_analysis.proposal.shapes.base import LEVEL
 from flatplank_analysis.proposal.sites import places_of, sites_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY, POWERS = ("fx", "gain", "friction", "slip"), (1, 2)
-"""hooks, and powers of a further column there, that are taken out of what differs between repeats;
-each by itself, since few repeats hold few independent numbers"""
+"""hooks, and powers of a setting there, that are taken out of what differs between repeats; each
+by itself, since few repeats hold few independent numbers"""
 
 
 @dataclass(frozen=True)
@@ -176,11 +177,12 @@ def _columns(session: Session) -> list[str]:
 
 
 def _cleaned(session: Session, step: Step) -> Step:
-    """The step with what further columns may do taken out of the noise; without them as it is."""
-    names = _columns(session)
-    if not names:
-        return step
-    places = [p for p in places_of(session.data) if p.name in names]
+    """The step with what the order of the runs and further columns may do taken out of the noise:
+    left in, it would hide behind the scatter among repeats that it makes."""
+    further = session.data.further
+    places = [
+        p for p in places_of(session.data) if p.span.kind == LEVEL or p.name in further
+    ]  # fmt: skip
     courses = [
         acting(s, _centred(s.place.values, power)[None])
         for s in sites_of(session.data, places)

@@ -22,6 +22,8 @@ WAVE_NODES = 6
 """nodes at least per period of a wave that is looked for"""
 HINTS = 4
 """settings of a wave that a force suggests at a place, half of them turned by the slip"""
+AT_ONCE = 40
+"""forces over all channels that are made at once: they take memory"""
 POINTS, BAND = 240, 1.645
 """of a drawn curve; standard errors of a 90 % band"""
 
@@ -209,9 +211,12 @@ class Scanner:
 
     def _force(self, basis: np.ndarray) -> np.ndarray:
         """Forces in the first channel (k, runs, samples) in units of the noise (k, m)."""
-        columns = np.zeros((len(basis), *self.state.runs.measured.shape))
-        columns[:, 0] = basis
-        return self._flat(columns)
+        out = []
+        for part in np.array_split(basis, -(-len(basis) // AT_ONCE)):
+            columns = np.zeros((len(part), *self.state.runs.measured.shape))
+            columns[:, 0] = part
+            out.append(self._flat(columns))
+        return np.concatenate(out)
 
     def forms(self, scanned: Scanned) -> Iterator[Formed]:
         """Every shape that suits a site, at its best numbers."""
