@@ -72,6 +72,8 @@ def test_a_campaign_has_its_column_and_its_force():
     assert np.array_equal(tables[0]["fx"], again[0]["fx"])
     warm = [float(t[column].mean()) for t in tables]
     assert np.ptp(warm) > 5.0 and answer["hidden"] >= 30.0
+    seen = max(t[column].max() for t in tables) - min(t[column].min() for t in tables)
+    assert answer["size"] == pytest.approx(answer["hidden"] * seen / 14.0)
 
 
 def entry(group: str, said: bool, size: float = 40.0, **parts) -> dict:
@@ -82,7 +84,8 @@ def entry(group: str, said: bool, size: float = 40.0, **parts) -> dict:
     }  # fmt: skip
     proposal = {"verdict": "nothing to propose", "diagnosis": "at floor", "seconds": 5.0}
     if said:
-        refit = {"size": size, "floor": 10.0, "held_out": 10.5, "held_out_level": 14.0}
+        refit = {"size": size, "floor": 10.0, "held_out": 10.5, "held_out_level": 14.0,
+                 "interval": [size - 5.0, size + 5.0]}  # fmt: skip
         proposal = {
             "verdict": "proposed", "diagnosis": "none of these", "seconds": 9.0, "hook": "fx",
             "family": "signal", "coordinate": "time", "modulator": "", "shape": "ramp",
@@ -95,18 +98,22 @@ def entry(group: str, said: bool, size: float = 40.0, **parts) -> dict:
 
 
 def test_scores_count_what_they_say():
+    other = {"family": "signal", "coordinate": "time", "modulator": "", "shape": "step"}
     entries = [
         entry("force", True),
         entry("force", True, size=60.0),
-        entry("force", True, coordinate="load"),
+        entry("force", True, coordinate="load", confused_with=[other]),
         entry("left_out", False),
         entry("null", False),
         entry("null", True),
     ]
     rows = {text: (s.hits, s.trials) for text, _, s in rows_of(entries)}
     assert rows["all: family, coordinate and modulator right"] == (2, 4)
+    name = "all: right, or one of the four at most that it says cannot be told apart"
+    assert rows[name] == (3, 4)
     assert rows["form right, of all"] == (3, 4)
     assert rows["sentence and form right, sizes comparable: within 15 %"] == (1, 2)
+    assert rows["the same: its 90 % interval holds the hidden size"] == (1, 2)
     assert rows["of those proposed: left-out level <= 1.5 floors"] == (3, 3)
     assert rows["nothing hidden: something is proposed"] == (1, 2)
     text = page(entries, {"command": "x", "seed": 1, "whole": 9})
@@ -123,7 +130,7 @@ def test_the_journal_goes_on_and_the_page_keeps_what_stands_above(tmp_path, monk
 
     monkeypatch.setattr(journal, "solve", solve)
     file, out = tmp_path / "j.jsonl", tmp_path / "propose.md"
-    out.write_text(f"# How to\n\n{TITLE}\n\nold\n")
+    out.write_text(f"# How to\n\n{TITLE}\n\nan older table\n")
     arguments = ["--journal", str(file), "--limit", "4", "--seed", "3", "--write", str(out)]
     assert bench_propose.main(arguments) == 0
     assert bench_propose.main(arguments) == 0
@@ -132,7 +139,7 @@ def test_the_journal_goes_on_and_the_page_keeps_what_stands_above(tmp_path, monk
     text = out.read_text()
     header, entries = published(tmp_path / "propose.jsonl.gz")
     assert text.endswith(page(entries, header)) and len(entries) == 4
-    assert text.startswith("# How to") and text.count(TITLE) == 1 and "old" not in text
+    assert text.startswith("# How to") and text.count(TITLE) == 1 and "an older table" not in text
     assert bench_propose.main(["--only", "nothing like it"]) == 2
 
 

@@ -110,7 +110,7 @@ def make(case: Case, seed: int) -> tuple[list[MeasurementTable], dict[str, Any]]
             return None
         change, truth = FORCES[case.name].make(size, _drawn(case, seed))
         columns = [change(c, run) for c, run in zip(columns, runs, strict=True)]
-        answer |= truth.to_dict() | {"hidden": size}
+        answer |= truth.seen(columns).to_dict() | {"hidden": size}
     elif case.number % 2:  # a column that is no cause
         draws = random.uniform(18.0, 32.0, len(runs))
         columns = [

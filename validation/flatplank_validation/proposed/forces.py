@@ -8,7 +8,7 @@ coordinates, modulators and shapes. Nothing of the analysis is known here but th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,17 @@ class Truth:
     shapes: tuple[str, ...]
     size: float | None = None
     """what the size of the right form should be, None where forms measure it differently"""
+    column: str = ""
+    across: float = 1.0
+    """the size is that of this change of a column; a proposal's is that over the range it saw"""
+
+    def seen(self, runs: Sequence[Columns]) -> Truth:
+        """The same with the size over the range of these runs."""
+        if self.size is None or not self.column:
+            return self
+        values = [np.asarray(c[self.column], dtype=float) for c in runs]
+        width = max(float(v.max()) for v in values) - min(float(v.min()) for v in values)
+        return replace(self, size=self.size * width / self.across)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
@@ -85,7 +96,8 @@ def warm(size: float, random: Random) -> tuple[Change, Truth]:
         t = of(run) + 0.4 * c["time"] / 130.0
         return c | {"fx": c["fx"] + size * (t - 25.0) / 14.0, TEMPERATURE: t}
 
-    return change, Truth(("signal",), ("temperature",), ("",), ("ramp",), size)
+    truth = Truth(("signal",), ("temperature",), ("",), ("ramp",), size, TEMPERATURE, 14.0)
+    return change, truth
 
 
 def supply(size: float, random: Random) -> tuple[Change, Truth]:
@@ -97,7 +109,10 @@ def supply(size: float, random: Random) -> tuple[Change, Truth]:
         gain = 1.0 + 1e-3 * size * (volts - 10.0) / 1.2
         return c | {"fx": c["fx"] * gain, VOLTAGE: volts}
 
-    return change, Truth(("gain",), ("supply voltage",), ("",), ("ramp",), 1e-3 * size)
+    truth = Truth(
+        ("gain",), ("supply voltage",), ("",), ("ramp",), 1e-3 * size, VOLTAGE, 1.2
+    )  # fmt: skip
+    return change, truth
 
 
 def overload(size: float, random: Random) -> tuple[Change, Truth]:
@@ -152,7 +167,7 @@ FORCES: dict[str, Item] = {
     "bump": Item(_outside("bump", ("driving", "braking"), ("bump",), True), 5.0),
     "hum": Item(_outside("hum", ("driving", "braking"), ("wave",), True), 5.0),
     "ringing": Item(_outside("ringing", ("slipping", ""), ("ringing",), False), 5.0),
-    "notch": Item(_outside("notch", ("",), ("bump",), False), 5.0),
+    "notch": Item(_outside("notch", ("little slip",), ("bump",), False), 5.0),
     "warm": Item(warm, 10.0),
     "supply": Item(supply, 10.0),
     "overload": Item(overload, 10.0, "loads"),
