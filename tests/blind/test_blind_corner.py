@@ -9,6 +9,8 @@ from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.discovery.state import start_base
+from flatplank_analysis.discovery.verdict import AT_FLOOR
+from flatplank_analysis.discovery.verdict import diagnose as diagnosed
 from flatplank_analysis.effects.registry import library
 from flatplank_validation.blind import cases
 from flatplank_validation.blind.journal import diagnose
@@ -41,3 +43,13 @@ def test_a_search_does_not_end_in_the_corner_that_its_first_effect_left_behind(m
     assert "steering_zero" in (found.decision.term.effect.identifier, *found.alike)
     anew = end.settle(end.fitter.fit(start_base(model, {}), end.fit.terms))
     assert end.whitened.chi2 < 1.01 * anew.chi2
+
+
+def test_a_fit_that_ends_in_a_corner_is_no_effect():
+    """With 1 N of noise the fit of this tire, in which nothing is hidden, ended where -10 % was
+    80 N off and no small step was better."""
+    case = cases.Case("none", "plant", (), 1.0, "faint", 0.01, number=5)
+    tables, answer = cases.make(case, 73190)
+    assert answer["effects"] == []
+    search = run_search(TireModel(from_tables(tables)), list(library().values()))
+    assert diagnosed(search).verdict == AT_FLOOR

@@ -295,11 +295,12 @@ def test_a_sentence_must_stand_its_refit(interval, gain, after, acts_in, why):
 
 
 def test_a_tie_goes_to_what_a_person_would_look_for_first():
-    """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire, the
-    load channel would show a load."""
+    """What the runs cannot tell: a signal may follow the cause, the pressure acts in the tire, and
+    channels of their own would show a load or a motion."""
     data = from_tables(campaign(Truth(seed=74, slips=FEW)))
     sites = {s.name: s for s in sites_of(data, places_of(data))}
     assert doubt(sites["travel, over wheel angle"]) < doubt(sites["slip, over load"])
+    assert doubt(sites["fx, over plank position"]) < doubt(sites["slip, over plank position"])
     level = replace(sites["gain, over run order"].place, name="pressure")
     gain, tire = (replace(sites[f"{h}, over run order"], place=level) for h in ("gain", "carcass"))
     assert doubt(tire) < doubt(gain)

@@ -36,8 +36,8 @@ COLD = 2
 """refits, those with the largest drops, that may be repeated from the start values of the base"""
 IDLE = "not needed beside what was found"
 """why an effect is refused that goes again once it is in the model"""
-MANY, FIRST_STEPS = 4.0, 6
-"""floors that the base is off in the mean before other tires are tried, and first steps of each"""
+FIRST_STEPS = 6
+"""of a fit from another tire"""
 
 
 @dataclass
@@ -166,13 +166,13 @@ class _Searcher:
         return self.take(first, judge, [(best, start)], misshapen=True)
 
     def elsewhere(self, step: Step) -> Step:
-        """The same step; where its base is many floors off, the best one from several tires.
+        """The same step; where something of consequence is left, the best one from several tires.
 
-        A few steps from each tell which one is worth going on with.
+        A fit may end where no small step is better, and what it leaves there is no effect. A few
+        steps from each tire tell which one is worth going on with.
         """
-        level = step.state.floors[0]
-        others = starts_of(self.model)
-        if level.unexplained < MANY * level.floor or not others:
+        state, others = step.state, starts_of(self.model)
+        if state.floors[0].unexplained <= invariants.limits(state).rest or not others:
             return step
         self.say("other starts of the base", 0.17)
         self.starts = 1 + len(others)
