@@ -71,9 +71,9 @@ def test_contract(name: str) -> None:
     np.testing.assert_allclose(both[:, 1, 500:] - both[:, 1, 499:500], 0.0, atol=5.0)
     assert np.any(np.abs(both[1] - both[0]) > 1.0)
     for p in model.parameters:
-        assert p.lower < p.default < p.upper
+        assert p.lower < p.null < p.upper
         assert p.unit
-        assert p.source
+        assert p.note
 
 
 def test_linear_step_is_the_exponential() -> None:

@@ -19,8 +19,8 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import load_file
 from flatplank_analysis.proposal.hooks import HOOKS
 from flatplank_analysis.proposal.modulators import BY_NAME
-from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.propose import _refused, refuted
+from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, WAVE, Scanned
 from flatplank_analysis.proposal.search import doubt, looks_of, varied
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
@@ -162,7 +162,7 @@ def test_a_column_of_the_user_can_be_the_cause(tmp_path, capsys):
 
 
 def test_a_column_that_makes_the_scatter_of_repeats_is_no_noise():
-    """The amplifier's gain goes with its supply voltage: without that column all is at the floor."""
+    """The gain of an amplifier goes with its supply: without that column all is at the floor."""
     rng, tables = np.random.default_rng(78), []
     for table in campaign(Truth(seed=78, slips=FEW)):
         volts = rng.uniform(9.4, 10.6) + 0.02 * np.sin(table["time"] / 11.0)

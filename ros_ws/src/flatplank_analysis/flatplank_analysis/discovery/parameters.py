@@ -12,7 +12,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a model or of an effect."""
+    """One number of a model or of an effect, with its physical range and where it comes from."""
 
     name: str
     unit: str = "1"
@@ -27,6 +27,7 @@ class Parameter:
     prior: float = np.inf
     """standard deviation of what is known beforehand, around `null`"""
     note: str = ""
+    """what it is, or the source of its value"""
     known: bool = False
     """known beforehand within its narrow range: no effect is hidden behind it, it takes what is
     small; what is large is left to effects"""

@@ -14,17 +14,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of a model, in `unit`, with its physical range and where it comes from."""
-
-    name: str
-    unit: str
-    default: float
-    lower: float
-    upper: float
-    source: str
+from flatplank_analysis.discovery.parameters import Parameter
 
 
 @dataclass(frozen=True)
@@ -81,7 +71,7 @@ def column(params: np.ndarray, index: int) -> np.ndarray:
 
 def defaults(model: TransientModel) -> np.ndarray:
     """Default parameters as one lane (1, p)."""
-    return np.array([[p.default for p in model.parameters]])
+    return np.array([[p.null for p in model.parameters]])
 
 
 def run_inputs(

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .base import Parameter, RunInputs, column
+from flatplank_analysis.discovery.parameters import Parameter
+
+from .base import RunInputs, column
 from .relaxation import deflection
 
 PARAMETERS = (
-    Parameter("sigma", "m", 0.45, 0.005, 5.0, "thesis (7.7), figure 7.3"),
-    Parameter("slip_stiffness", "N", 9e4, 0.0, 1e7, "thesis (7.3), figure 7.3"),
+    Parameter("sigma", "m", 0.45, 0.005, 5.0, note="thesis (7.7), figure 7.3"),
+    Parameter("slip_stiffness", "N", 9e4, 0.0, 1e7, note="thesis (7.3), figure 7.3"),
 )
 
 
@@ -34,8 +36,8 @@ class LinearY:
 
     name: str = "linear-y"
     parameters: tuple[Parameter, ...] = (
-        Parameter("sigma", "m", 0.45, 0.005, 5.0, "thesis (7.7) in y; Pacejka (7.7)"),
-        Parameter("slip_stiffness", "N/rad", 5e4, 0.0, 1e7, "Pacejka (7.8)"),
+        Parameter("sigma", "m", 0.45, 0.005, 5.0, note="thesis (7.7) in y; Pacejka (7.7)"),
+        Parameter("slip_stiffness", "N/rad", 5e4, 0.0, 1e7, note="Pacejka (7.8)"),
     )
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:

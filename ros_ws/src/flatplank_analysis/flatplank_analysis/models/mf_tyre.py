@@ -13,7 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .base import Parameter, RunInputs, column
+from flatplank_analysis.discovery.parameters import Parameter
+
+from .base import RunInputs, column
 from .magic_formula import Coefficients, OperatingPoint, operating_point, steady
 from .magic_formula import structure as shape
 from .relaxation import deflection
@@ -36,7 +38,7 @@ class MFTyre:
     def __post_init__(self) -> None:
         values = self.coefficients.__dict__
         made = tuple(
-            Parameter(n, "-", float(values[n]), -np.inf, np.inf, ".tir") for n in self.free
+            Parameter(n, "-", float(values[n]), -np.inf, np.inf, note=".tir") for n in self.free
         )
         object.__setattr__(self, "parameters", made)
 

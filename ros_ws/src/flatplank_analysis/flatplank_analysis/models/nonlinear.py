@@ -12,15 +12,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flatplank_analysis.discovery.parameters import Parameter
+
 from . import kernel
-from .base import Parameter, RunInputs, column
+from .base import RunInputs, column
 from .contact import LOWEST_SHARE, TOYO, ContactGeometry, patch_relaxation
 from .steady_law import SteadyLaw, TableLaw, table_law
 
 LawMaker = Callable[[np.ndarray], SteadyLaw]
 """Law for parameters (lanes, p): the same table for all lanes, or one that depends on them."""
 
-CARCASS = Parameter("c_cx", "N/m", 2e5, 2e4, 5e6, "thesis (7.14), figure 7.24")
+CARCASS = Parameter("c_cx", "N/m", 2e5, 2e4, 5e6, note="thesis (7.14), figure 7.24")
 NEWTON = kernel.NEWTON
 """Newton steps per sample: the law is nearly straight over one increment."""
 
@@ -88,7 +90,7 @@ class NonlinearY(NonlinearX):
     longitudinal: bool = False
     name: str = "nonlinear-y"
     parameters: tuple[Parameter, ...] = (
-        Parameter("c_cy", "N/m", 1e5, 1e4, 5e6, "thesis (7.14) in y; Pacejka section 7.3"),
+        Parameter("c_cy", "N/m", 1e5, 1e4, 5e6, note="thesis (7.14) in y; Pacejka section 7.3"),
     )
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
