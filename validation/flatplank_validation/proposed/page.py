@@ -42,7 +42,7 @@ def in_class(e: Entry) -> bool:
     if not made(e):
         return False
     said = [e["proposal"], *e["proposal"].get("confused_with", [])][:LARGEST_CLASS]
-    return any(whole(e | {"proposal": e["proposal"] | one}) for one in said)
+    return any(whole({**e, "proposal": {**e["proposal"], **one}}) for one in said)
 
 
 def held(e: Entry) -> bool:
