@@ -20,7 +20,7 @@ from flatplank_analysis.cli import compare
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, verdict
-from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import Form
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.search import run_search
@@ -151,6 +151,10 @@ def test_a_number_at_an_end_of_its_range_is_told(found):
     near = Term(Wind, np.array([high - 2e-4 * (high - low)]))
     fit = state.fitter.fit(state.fit.base, [near], iterations=0)
     assert invariants.at_ends(state.fitter, fit) == ["wind.a = 1.9992 (range -2 to 2)"]
+    # in runs with a million times the noise
+    faint = Fitter(state.fitter.model, 1e-6 * state.fitter.weight)
+    (told,) = invariants.at_ends(faint, fit)
+    assert told == "wind.a = 1.9992 (range -2 to 2; these runs hardly show it)"
     inside = replace(fit, terms=(Term(Wind, np.array([0.5 * high])),))
     assert invariants.at_ends(state.fitter, inside) == []
 

@@ -199,12 +199,15 @@ def at_ends(fitter: Fitter, fit: Fit) -> list[str]:
     """Numbers of a fit at an end of their range, with the range, in words."""
     task = Task(fitter, fit.base, fit.terms)
     out = []
-    for entry, z in zip(task.entries, task.pack(fit.base, fit.terms), strict=True):
+    packed = task.pack(fit.base, fit.terms)
+    for entry, z, column in zip(task.entries, packed, fit.jacobian, strict=True):
         p, value = entry.parameter, float(z) * entry.scale
         width = p.upper - p.lower
         near = NEAR_END * (width if np.isfinite(width) else entry.scale)
         if min(value - p.lower, p.upper - value) > near:
             continue
         owner = "" if entry.term < 0 else f"{fit.terms[entry.term].effect.identifier}."
-        out.append(f"{owner}{p.name} = {value:.5g} (range {p.lower:.5g} to {p.upper:.5g})")
+        seen = float(np.sqrt(np.mean((column * fitter.weight) ** 2, axis=(1, 2)).max()))
+        hardly = "" if seen > WORTH else "; these runs hardly show it"
+        out.append(f"{owner}{p.name} = {value:.5g} (range {p.lower:.5g} to {p.upper:.5g}{hardly})")
     return out
