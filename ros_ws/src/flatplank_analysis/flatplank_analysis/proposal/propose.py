@@ -24,15 +24,20 @@ from flatplank_analysis.discovery.state import State, make_candidates, make_stat
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.proposal.curves import acting
+from flatplank_analysis.proposal.exchange import POWERS, exchange_test
+from flatplank_analysis.proposal.hooks import HOOKS
+from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.search import Outcome, Proposer, Tried
 from flatplank_analysis.proposal.shapes.base import LEVEL
-from flatplank_analysis.proposal.sites import places_of, sites_of
+from flatplank_analysis.proposal.sites import Site, places_of
 from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
-STEADY, POWERS = ("fx", "gain", "friction", "slip"), (1, 2)
-"""hooks, and powers of a setting there, that are taken out of what differs between repeats; each
-by itself, since few repeats hold few independent numbers"""
+STEADY = ("fx", "gain", "friction", "slip")
+"""hooks at which a setting may make repeats differ; each power of the setting is taken out by
+itself, since few repeats hold few independent numbers"""
+ORDERED = 0.005
+"""p-value of the exchange among repeats below which a setting is said to order them"""
 
 
 @dataclass(frozen=True)
@@ -177,28 +182,37 @@ def _columns(session: Session) -> list[str]:
 
 
 def _cleaned(session: Session, step: Step) -> Step:
-    """The step with what the order of the runs and further columns may do taken out of the noise:
-    left in, it would hide behind the scatter among repeats that it makes."""
-    further = session.data.further
-    places = [
-        p for p in places_of(session.data) if p.span.kind == LEVEL or p.name in further
-    ]  # fmt: skip
-    courses = [
-        acting(s, _centred(s.place.values, power)[None])
-        for s in sites_of(session.data, places)
-        if s.hook.name in STEADY and not s.modulator.name
-        for power in POWERS
+    """The step without what the order of the runs and further columns do in its noise, where they
+    order the repeats: left in, it would hide behind the scatter that it makes."""
+    data, old = session.data, step.state
+    if not data.runs.repeated:
+        return step
+    nowhere, *known = places_of(data)
+    places = [p for p in known if p.span.kind == LEVEL or p.name in data.further]
+    sites = [Site(h, nowhere, BY_NAME[""]) for h in HOOKS if h.name in STEADY]
+    ones = np.ones((1, *data.position.shape))
+    steady = [acting(s, ones) for s in sites]
+    fit = old.whitened.fit
+    responses = np.array(
+        [c.columns[0, 0] for c in make_candidates(old.model, fit, steady, old.residual)]
+    )
+    ordering = [
+        _centred(p.values)
+        for p in places
+        if exchange_test(data.runs, old.residual[0], responses, _centred(p.values).mean(axis=1))
+        < ORDERED
     ]
-    old = step.state
-    effects = [*session.effects.values(), *courses]
-    state = make_state(old.model, old.fitter, old.fit, effects)
+    if not ordering:
+        return step
+    courses = [acting(s, (u**k)[None]) for s in sites for u in ordering for k in POWERS]
+    state = make_state(old.model, old.fitter, old.fit, [*session.effects.values(), *courses])
     return Step(state, screen(state), step.found)
 
 
-def _centred(values: np.ndarray, power: int) -> np.ndarray:
-    """A power of a coordinate, from -1 to 1 at most."""
+def _centred(values: np.ndarray) -> np.ndarray:
+    """A coordinate from -1 to 1."""
     middle = 0.5 * (values.min() + values.max())
-    return ((values - middle) / max(np.abs(values - middle).max(), 1e-12)) ** power
+    return (values - middle) / max(float(np.abs(values - middle).max()), 1e-12)
 
 
 def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Does a setting order what differs between repeats?
+
+Repeats of a condition could have been measured in any order. A setting that causes nothing
+explains what differs between them no better than with its values exchanged among them: a test that
+asks nothing of the scatter, of which few repeats tell too little.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatplank_analysis.discovery.runs import RunSet
+
+TIMES, SEED = 5000, 1
+POWERS = (1, 2)
+"""of the setting"""
+
+
+def exchange_test(
+    runs: RunSet, residual: np.ndarray, responses: np.ndarray, values: np.ndarray
+) -> float:
+    """p-value of the hypothesis that the setting orders nothing.
+
+    Args:
+        runs: with repeats.
+        residual: (runs, samples) of a channel.
+        responses: (hooks, runs, samples), what one unit of the setting would do there.
+        values: (runs,) of the setting.
+    """
+    random = np.random.default_rng(SEED)
+    drawn = np.tile(values.astype(float), (TIMES + 1, 1))
+    contrast = runs.contrast(residual)
+    along = np.zeros(responses.shape[:2])
+    inner = []
+    for g in runs.groups:
+        drawn[1:, g] = random.permuted(drawn[1:, g], axis=1)
+        # every condition counts alike, however large its scatter is
+        weight = 1.0 / max(float(np.sqrt(np.mean(contrast[g] ** 2))), 1e-12)
+        part = weight * responses[:, g]
+        along[:, g] = np.einsum("rt,hrt->hr", weight * contrast[g], part)
+        inner.append(np.einsum("hrt,hst->hrs", part, part))
+    taken = np.array([_taken(runs, along, inner, drawn**k) for k in POWERS]).max(axis=0)
+    return float(np.mean(taken >= taken[0] * (1.0 - 1e-9)))
+
+
+def _taken(runs: RunSet, along: np.ndarray, inner: list[np.ndarray], u: np.ndarray) -> np.ndarray:
+    """Energy of the contrasts that the best response takes, for sets of values u (n, runs)."""
+    energy = np.zeros((len(along), len(u)))
+    for g, products in zip(runs.groups, inner, strict=True):
+        v = u[:, g]
+        own = v**2 @ np.diagonal(products, axis1=1, axis2=2).T
+        shared = np.einsum("nr,hrs,ns->nh", v, products, v) / len(g)
+        energy += (own - shared).T
+    floor = 1e-9 * max(float(energy.max()), 1e-300)
+    return ((along @ u.T) ** 2 / np.maximum(energy, floor)).max(axis=0)
