@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bristles import Truth, campaign
 
+from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.further import coordinates_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.checks import check_effect, probe_of
@@ -125,6 +127,16 @@ def test_file_does_what_the_search_saw():
     assert np.ptp(written - model.predict([Lane(base)])) > 20.0
 
 
+def test_a_delay_is_nothing_while_time_stands():
+    """Runs whose plank begins later than others have several nodes at one time."""
+    effect = effect_of(text_of(sentence("delay", PLACE, "ramp")))
+    model = probe_of(effect)
+    model.data.runs.time[:, :4] = model.data.runs.time[:, 3:4]
+    base = np.array([p.null for p in model.parameters])
+    told = model.predict([Lane(base, ((effect, effect.vector({"amount": 0.1})),))])
+    assert np.isfinite(told).all()
+
+
 def test_many_sizes_at_once_are_as_one_by_one():
     """What only the sensors show needs the forces of the tire once."""
     for hook in ("fx", "gain", "load"):
@@ -151,6 +163,16 @@ def test_sites_are_what_the_runs_can_show():
     assert "fx, constant" not in constant
     # a load over itself is a power of it
     assert "fx, over load, load" not in {s.name for s in sites}
+
+
+def test_conditions_one_after_the_other_are_no_run_order():
+    """What differs between conditions would pass for a change with time."""
+    mixed = list(campaign(Truth(seed=74, slips=(-0.05, -0.01, 0.0, 0.01, 0.05))))
+    assert "run order" in [p.name for p in places_of(from_tables(mixed))]
+    sorted_ = [
+        t.with_info(run_index=i) for i, t in enumerate(sorted(mixed, key=lambda t: t.info.kappa))
+    ]
+    assert "run order" not in [p.name for p in places_of(from_tables(sorted_))]
 
 
 def test_a_proposal_gets_the_name_of_its_cause(tmp_path):

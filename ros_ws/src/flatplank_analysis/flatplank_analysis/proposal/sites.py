@@ -20,9 +20,12 @@ SAME = 0.999
 """likeness of two courses from which on they are one"""
 WITHIN = 0.1
 """share of the spread of a coordinate that may lie within runs where it is said to be set"""
-LAWS = ("slip level", "slip travel", "fx")
+LAWS = ("slip level", "slip travel", "alpha", "fx")
 """coordinates of the force law itself: what shows there is the law"""
 EVENT = "distance since the step"
+ORDER, MIXED = "run order", 0.25
+"""share of its spread that the order must have within conditions; below, it is the conditions one
+after the other, and what differs between them would pass for a change with time"""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,8 @@ def places_of(data: TireRuns) -> list[Place]:
         values = np.asarray(c.values, dtype=float)
         if name in LAWS or not np.isfinite(values).all() or np.ptp(values) <= 1e-9:
             continue
+        if name == ORDER and _mixed(data, values) < MIXED:
+            continue
         place = Place(name, _span(name, c, values), values)
         twin = next((i for i, o in enumerate(out) if _same(o, place)), None)
         if twin is None:
@@ -71,6 +76,13 @@ def places_of(data: TireRuns) -> list[Place]:
             kept = out[twin]
             out[twin] = Place(kept.name, kept.span, kept.values, (*kept.alias, name))
     return out
+
+
+def _mixed(data: TireRuns, values: np.ndarray) -> float:
+    """Share of the spread of a setting that lies within conditions."""
+    level = values.mean(axis=1)
+    within = sum(float(np.sum((level[g] - level[g].mean()) ** 2)) for g in data.runs.groups)
+    return within / max(float(np.sum((level - level.mean()) ** 2)), 1e-300)
 
 
 def _span(name: str, c: Coordinate, values: np.ndarray) -> Span:
