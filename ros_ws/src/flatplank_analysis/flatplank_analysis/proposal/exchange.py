@@ -52,5 +52,5 @@ def _taken(runs: RunSet, along: np.ndarray, inner: list[np.ndarray], u: np.ndarr
         own = v**2 @ np.diagonal(products, axis1=1, axis2=2).T
         shared = np.einsum("nr,hrs,ns->nh", v, products, v) / len(g)
         energy += (own - shared).T
-    floor = 1e-9 * max(float(energy.max()), 1e-300)
+    floor = 1e-9 * max(float(energy.max()), 1.0)
     return ((along @ u.T) ** 2 / np.maximum(energy, floor)).max(axis=0)
