@@ -182,16 +182,19 @@ class RosBench:
     async def advance(self, cycles: int) -> None:
         """Let a held bus make cycles, and see the samples of the last one.
 
-        A node that has only just come misses samples until all have found each other, and a
-        held bus makes no more of them by itself: one more cycle then.
+        Samples are lost only until a node and this one have found each other, and a held bus makes
+        no more of them by itself: one more cycle then. Of whoever was heard before all arrive.
         """
         cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
         for _ in range(ATTEMPTS):
-            end = time.monotonic() + SAMPLES_TIMEOUT_S
+            heard = self.samples.snapshot() is not None
+            end = time.monotonic() + SAMPLES_TIMEOUT_S * (ATTEMPTS if heard else 1)
             while self.samples.silent(cycle) and time.monotonic() < end:
                 await self.samples.arrival()
             if not self.samples.silent(cycle):
                 return
+            if heard:
+                break
             cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=1)).cycle
         raise S.PlanFailed(
             f"no samples of {', '.join(self.samples.silent(cycle))}; is the node running?"
