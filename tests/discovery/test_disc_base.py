@@ -130,7 +130,7 @@ def test_base_fits_bristles_to_half_the_floor():
 
     truth = Truth(seed=11, slips=(-0.05, -0.02, 0.0, 0.02, 0.05), repeats=2)
     model = TireModel(tiredata.from_tables(campaign(truth)))
-    fit = Fitter(model, channel_weights(model.runs, [10.0, 5.0, 7.0])).fit(start_base(model))
+    fit = Fitter(model, channel_weights(model, [10.0, 5.0, 7.0])).fit(start_base(model))
     runs = model.runs
     residual = fit.residual(runs.measured)[0]
     floor2 = np.sum(runs.contrast(residual) ** 2) / (5 * runs.samples)

@@ -32,7 +32,7 @@ def world(name):
 def fitted(design, name="third", terms=(), **given):
     """The base fitted to a campaign from its usual start, with its errors over the floors."""
     model = TireModel(from_tables(tables(design, world=world(name), **{"seed": 3} | given)))
-    fitter = Fitter(model, channel_weights(model.runs, _rough_levels(model)))
+    fitter = Fitter(model, channel_weights(model, _rough_levels(model)))
     fit = fitter.fit(start_base(model), terms)
     residual = fit.residual(model.runs.measured)
     spare = sum(len(g) - 1 for g in model.runs.groups) * model.runs.samples

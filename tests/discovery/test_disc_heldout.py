@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.state import channel_weights, make_state, star
 
 
 def _state(ball, *effects):
-    fitter = Fitter(ball, channel_weights(ball.runs, [0.02]))
+    fitter = Fitter(ball, channel_weights(ball, [0.02]))
     terms = [Term(e, np.array([e.parameters()[0].screen])) for e in effects]
     return make_state(ball, fitter, fitter.fit(start_base(ball), terms), [])
 

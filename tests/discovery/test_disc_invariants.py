@@ -95,7 +95,8 @@ def state_of(unexplained, floors, largest, form, p=1e-9):
     measured = np.full((2, 2, 4), largest)
     runs = SimpleNamespace(
         channels=("fx", "fy"), units=("N", "N"), input_noise=(), coordinates={},
-        measured=measured, mean=lambda values: values, rmse=lambda values: 0.0,
+        largest=np.full(2, largest), measured=measured, mean=lambda values: values,
+        rmse=lambda values: 0.0,
     )  # fmt: skip
     return SimpleNamespace(
         runs=runs,

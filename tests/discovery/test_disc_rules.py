@@ -233,7 +233,7 @@ def test_a_term_starts_at_its_screened_size_within_its_range():
 
 def test_weights_starts_and_stiff_directions_of_a_base():
     ball = throw(1, 0.0)
-    assert channel_weights(ball.runs, [0.02, 0.0])[:, 0, 0] == pytest.approx([50.0, 1e12])
+    assert channel_weights(ball, [0.02, 0.0])[:, 0, 0] == pytest.approx([50.0, 1e12])
     assert start_base(ball).tolist() == [9.0, 0.0]
     assert start_base(ball, {"late": 0.03}).tolist() == [9.0, 0.03]
     fit = Fitter(ball, np.ones((1, 1, 1))).fit(start_base(ball))
@@ -302,7 +302,7 @@ def test_limits_of_what_counts():
     form = Form(0.01, 0.02, 0.03, 0.04)
     floors = [SimpleNamespace(floor=2.0), SimpleNamespace(floor=0.1)]
     state = SimpleNamespace(runs=runs, floors=floors, model=SimpleNamespace(form=form))
-    assert invariants.largest_of(state) == pytest.approx([10.0, 10.0])
+    assert state.runs.largest == pytest.approx([10.0, 10.0])
     found = invariants.limits(state)
     assert found.rest == pytest.approx(0.6)
     assert found.stretch == pytest.approx(np.hypot(4.0, 0.2))
@@ -311,7 +311,7 @@ def test_limits_of_what_counts():
     assert found.wave == pytest.approx(np.hypot(0.6 * 2.0**0.5, 0.4))
     assert invariants.limits(state, 1).rest == pytest.approx(0.1)
     state.runs = replace(runs, units=("N", "Nm"), input_noise=(1.5, 0.0))
-    assert invariants.largest_of(state) == pytest.approx([1.0 + 0.1 * 4.0, 10.0])
+    assert state.runs.largest == pytest.approx([1.0 + 0.1 * 4.0, 10.0])
     error = invariants.limits(state).error
     assert error == pytest.approx(1.1 * np.sqrt(4.0 + 0.014**2 + 1.5**2))
 
@@ -463,7 +463,7 @@ def test_verdicts(monkeypatch):
 
 def test_what_stands_in_for_an_effect_looks_like_it_or_promises_as_much():
     model = throw(1, 0.02)
-    fitter = Fitter(model, channel_weights(model.runs, [0.02]))
+    fitter = Fitter(model, channel_weights(model, [0.02]))
     state = make_state(model, fitter, fitter.fit(start_base(model)), [Drag, Wind, Shake])
     ranking = screen(state)
     gains = {i.identifier: i.gain for i in best_per_effect(ranking)}
@@ -479,7 +479,7 @@ def test_what_stands_in_for_an_effect_looks_like_it_or_promises_as_much():
 def test_pieces_of_the_law_are_set_free_together():
     bent = shape("bent", LONG.form, law=True)
     flat = measured(2, (0.2, LONG.form))
-    fitter = Fitter(flat, channel_weights(flat.runs, [0.05]))
+    fitter = Fitter(flat, channel_weights(flat, [0.05]))
     state = make_state(flat, fitter, fitter.fit(start_base(flat)), [])
     last = SimpleNamespace(state=state)
     ended = SimpleNamespace(last=last, effects=[OTHER, bent], model=flat)
@@ -501,7 +501,7 @@ def test_numbers_of_a_fit_belong_to_it():
 def test_the_best_of_several_sizes_with_the_base_moved_along():
     """Drag of two screening steps: of 0.5, 1, 1.5, 2.2 ... the fourth is the nearest."""
     model = throw(1, 0.02)
-    fitter = Fitter(model, channel_weights(model.runs, [0.02]))
+    fitter = Fitter(model, channel_weights(model, [0.02]))
     state = make_state(model, fitter, fitter.fit(start_base(model)), [Drag])
     (item,) = best_per_effect(screen(state))
     for sizes in (np.zeros(1), np.ones(1)):

@@ -67,7 +67,7 @@ def test_held_out_conditions_are_held_out():
     alone = shape("alone", lambda c: (c > 0.9) * wave(1.5))
     for effect, low, high in ((alone, -0.01, 0.01), (LONG, 0.2, 1.0)):
         model = measured(2, (0.1, effect.form))
-        fitter = Fitter(model, channel_weights(model.runs, [0.05]))
+        fitter = Fitter(model, channel_weights(model, [0.05]))
         fit = fitter.fit(start_base(model), [Term(effect, np.array([0.1]))])
         state = make_state(model, fitter, fit, [])
         assert fit.terms[0].size == pytest.approx(0.1, rel=0.2)

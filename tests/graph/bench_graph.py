@@ -14,6 +14,8 @@ from flatplank_control.bench.loopback import loopback as on_loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
+from flatplank_control.recording.mcap_scan import scan, stored_messages
+from flatplank_control.topics import at_every_cycle
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs
 from flatplank_msgs.srv import (
@@ -59,6 +61,7 @@ class Graph:
     def __init__(self, processes: BenchProcesses, client: BenchClient, data: Path) -> None:
         self.processes, self.client, self.data = processes, client, data
         self._counts: dict[int, int] = {}
+        self._stamp_ns = 0
         client.node.create_subscription(BusInputs, "/bus/inputs", self._on_inputs, STREAM)
 
     def names(self) -> list[str]:
@@ -106,6 +109,7 @@ class Graph:
     def _on_inputs(self, msg: BusInputs) -> None:
         first = msg.cycle - msg.count + 1
         self._counts.update(enumerate(msg.wheel_counts, first))
+        self._stamp_ns = msg.header.stamp.sec * 1_000_000_000 + msg.header.stamp.nanosec
         while next(iter(self._counts)) < first - KEPT:
             del self._counts[next(iter(self._counts))]
 
@@ -126,11 +130,27 @@ class Graph:
     def stop_recording(self) -> StopRecording.Response:
         return self.call(StopRecording, "/recorder/stop", status="stopped")
 
+    def wait_written(self, bag: Path, mode: str = "slip") -> None:
+        """Wait until an open bag holds what every node said of the last cycle."""
+        last = self.advance(0)
+        while last not in self._counts:
+            self.client.spin(0.5)
+        (path,) = bag.glob("*.mcap")
+        while not set(at_every_cycle(mode)) <= _written_up_to(path, self._stamp_ns):
+            self.client.spin(0.25)
+
     def kill(self, name: str) -> None:
         """`kill -9` of one node."""
         process = self.processes.running.pop(name)
         process.kill()
         process.wait()
+
+
+def _written_up_to(path: Path, stamp_ns: int) -> set[str]:
+    """Topics of a bag that is still open which have a message of that bench time, or a later."""
+    index = scan(path).index
+    stored = stored_messages(path, index)
+    return {index.channels[m.channel].topic for m in stored if m.stamp_ns >= stamp_ns}
 
 
 @contextmanager

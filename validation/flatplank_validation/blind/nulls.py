@@ -12,7 +12,6 @@ import numpy as np
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import where
-from flatplank_analysis.discovery.invariants import largest_of
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.verdict import AT_FLOOR, Diagnosis
 from flatplank_data.table import MeasurementTable
@@ -82,7 +81,7 @@ def form_errors(count: int, seed: int = 1) -> Iterator[FormError]:
     for world in WORLDS:
         for number in range(seed, seed + count):
             state = Session.of_tables(nothing_hidden(world, number, QUIET)).fit(None).state
-            runs, largest = state.runs, float(largest_of(state)[0])
+            runs, largest = state.runs, float(state.runs.largest[0])
             beyond = float(np.sqrt(np.mean(runs.mean(state.residual[0]) ** 2)))
             events = where.events(runs, state.residual[0], 0.0)
             band = form_of(state.model)

@@ -139,7 +139,7 @@ RIVALS: dict[str, tuple[Refit, Keep]] = {
 
 def forward(model: TireModel, refit: Refit, keep: Keep) -> dict[str, Any]:
     """What a rival says; its effects in the order in which it kept them."""
-    weight = channel_weights(model.runs, [LEVELS[c] for c in model.runs.channels])
+    weight = channel_weights(model, [LEVELS[c] for c in model.runs.channels])
     fitter = Fitter(model, weight)
     fit = fitter.fit(start_base(model))
     spread: dict[int, float] = {}

@@ -39,6 +39,8 @@ STIFFNESS = 1.9e5
 START_TRAVEL, START_ROUGH = 0.08, 2.5
 """[m], 1: over the first travel the locked tire is only roughly modelled, the same in all runs, so
 that no scatter would warn"""
+STRAIGHT = np.radians(0.25)
+"""[rad] a wheel that is not turned"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
 
@@ -80,6 +82,8 @@ class TireRuns:
     """measured channels as inputs, without their noise"""
     load_mean: np.ndarray
     """(runs, samples) what the load channel is judged against"""
+    side_force: np.ndarray
+    """(runs,) Fy of a turned wheel before the plank moves [N]; 0 where the wheel is straight"""
     grids: list[np.ndarray]
     """runs that share their nodes"""
     signs: tuple[WrongSign, ...] = ()
@@ -349,6 +353,7 @@ def _assemble(
         wheel_turn=turn,
         signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
         load_mean=load_mean,
+        side_force=_side_force(stack.get("fy"), position, facts["alpha"]),
         grids=grids,
         signs=signs,
     )
@@ -377,6 +382,18 @@ def _load(
         if len(rows) > 2:
             profile[rows] = (fz[rows] - level[rows]).mean(axis=0)
     return as_load(fz, common), level + profile
+
+
+def _side_force(fy: np.ndarray | None, position: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    """Fy of the standing wheel (runs,) [N]: turning it under load bends the tire already. What a
+    straight wheel shows is the zero of the channel, and the same in all runs."""
+    if fy is None:
+        return np.zeros(len(alpha))
+    standing = position < position[:, :1] + START
+    at_rest = np.where(standing, fy, 0.0).sum(axis=1) / standing.sum(axis=1)
+    straight = np.abs(alpha) < STRAIGHT
+    zero = at_rest[straight].mean() if straight.any() else 0.0
+    return np.where(straight, 0.0, at_rest - zero)
 
 
 def _channels(

@@ -34,15 +34,15 @@ NAMES = (
     "stiff", "peak", "shape", "fall", "round", "denom", "carcass", "half", "tread",
     "asym_peak", "asym_stiff", "play", "play_at", "play_soft", "give", "soften",
     "creep", "creep_time", "slide", "follow", "combine", "loss_brake", "loss_drive",
-    "play_rest", "play_hold", "memory", "turn", "feel", "swing", "rotate",
+    "play_rest", "play_hold", "memory", "turn", "feel", "swing", "rotate", "start",
     "law_0", "law_1", "law_2", "law_3", "law_4", "law_5", "law_6", "law_7",
 )  # fmt: skip
 (
     STIFF, PEAK, SHAPE, FALL, ROUND, DENOM, CARCASS, HALF, TREAD,
     ASYM_PEAK, ASYM_STIFF, PLAY, PLAY_AT, PLAY_SOFT, GIVE, SOFTEN,
     CREEP, CREEP_TIME, SLIDE, FOLLOW, COMBINE, LOSS_BRAKE, LOSS_DRIVE,
-    PLAY_REST, PLAY_HOLD, MEMORY, TURN, FEEL, SWING, ROTATE, LAW,
-) = range(31)  # fmt: skip
+    PLAY_REST, PLAY_HOLD, MEMORY, TURN, FEEL, SWING, ROTATE, START, LAW,
+) = range(32)  # fmt: skip
 WIDTH = len(NAMES)
 #: further rows of a block: constants, state, inputs of a node, what a node works with
 (
@@ -65,6 +65,11 @@ NEWTON, CLOSE = 60, 1e-6
 """steps at most, and the change of the slip with which they end: what follows is proportional"""
 FAR = 1.0e3
 """slip beyond all that are looked for"""
+START_STEPS = 6
+"""Newton steps to the slip of a force at rest"""
+HELD = 0.9
+"""share of the peak that a force at rest may have: beyond it slip and force say little of each
+other"""
 
 
 @inline
@@ -169,9 +174,20 @@ def patch_length(k, whole, theta, half):
     return m * half / under
 
 
+@inline
+def slip_of(force, stiff, peak, shape, fall, bend):
+    """Contact slip whose steady force is `force` [N], and the slope there; within HELD peaks."""
+    wanted = max(-HELD * peak, min(HELD * peak, force))
+    k, slope = wanted / stiff, stiff
+    for _ in range(START_STEPS):
+        there, slope = steady(k, stiff, peak, shape, fall, bend)
+        k = k + (wanted - there) / max(slope, 0.01 * stiff)
+    return k, slope, wanted
+
+
 @inner
 def set_up(flat, params, other, nominal, elements):
-    """Constants of a block, and its state at standstill without force.
+    """Constants of a block, and its state at standstill with the force that it starts from.
 
     flat (ROWS * WIDE,); params and other (elements of all blocks, WIDTH): the numbers in this
     direction and across; elements (WIDE,): which are in the block.
@@ -192,13 +208,18 @@ def set_up(flat, params, other, nominal, elements):
         w[OTHER_STIFF, i], w[OTHER_PEAK, i] = o[STIFF], o[PEAK]
         w[OTHER_FEEL, i], w[OTHER_SLIDE, i] = o[FEEL], o[SLIDE]
         w[OTHER_ASYM_STIFF, i], w[OTHER_ASYM_PEAK, i] = o[ASYM_STIFF], o[ASYM_PEAK]
+        peak = p[PEAK] * nominal[e]
+        slip, slope, force = slip_of(p[START], p[STIFF], peak, p[SHAPE], p[FALL], w[BEND, i])
+        w[SLIP, i], w[FORCE, i] = slip, force
+        w[SLOPE, i] = choose(force == 0.0, 0.0, slope)
         # the plank rests somewhere in its play: where friction holds it, or away from where no
         # force would have it
         start = 0.5 * p[PLAY] * p[PLAY_REST]
         held = p[PLAY_HOLD]
-        rest, _ = in_play(0.0, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
+        rest, _ = in_play(force, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
         w[PLACE, i] = rest
-        w[DEFLECTED, i] = choose(held > 0.0, rest, rest + start)
+        soft = 1.0 + p[SOFTEN] * abs(force) / 4000.0
+        w[DEFLECTED, i] = choose(held > 0.0, rest, rest + start) + force * soft * w[FLEX, i]
 
 
 @inline

@@ -165,6 +165,7 @@ class TireModel:
             p[..., kernel.CREEP_TIME] = 10.0
         params[0, ..., kernel.DENOM] = get("denom")
         params[1, ..., kernel.TURN] = get("turn_y") * get("denom")
+        params[1, ..., kernel.START] = d.side_force
 
     def _force(self, own: list, motion: Motion, tire: Tire, params: np.ndarray) -> np.ndarray:
         d = self.data

@@ -126,5 +126,6 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
         signals={k: np.broadcast_to(v.mean(axis=0)[:1], position.shape).copy()
                  for k, v in data.signals.items()},
         load_mean=load,
+        side_force=np.zeros(1),
         grids=_grid_groups([("planned",)]),
     )  # fmt: skip

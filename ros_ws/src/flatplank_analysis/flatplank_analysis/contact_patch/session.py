@@ -183,11 +183,13 @@ class Session:
             floors = before.state.floors
         else:
             rough = np.std(np.diff(runs.measured, axis=-1), axis=(1, 2))
-            fitter = Fitter(self.model, channel_weights(runs, list(rough)))
+            fitter = Fitter(self.model, channel_weights(self.model, list(rough)))
             known = fitter.fit(base, terms)
             base, terms = known.base, list(known.terms)
             floors = make_state(self.model, fitter, known, list(self.effects.values())).floors
-        fitter = Fitter(self.model, channel_weights(runs, [max(f.floor, 1e-9) for f in floors]))
+        fitter = Fitter(
+            self.model, channel_weights(self.model, [max(f.floor, 1e-9) for f in floors])
+        )
         fit = fitter.fit(base, terms, known=known)
         if before:
             fit = invariants.no_worse(fitter, before.state.fit, [fit])

@@ -70,7 +70,7 @@ def limits(state: State, channel: int = 0) -> Limits:
     """What counts in a channel of a state."""
     runs, floor = state.runs, state.floors[channel].floor
     form = form_of(state.model)
-    largest = largest_of(state)[channel]
+    largest = runs.largest[channel]
     steps = runs.input_noise[channel] if runs.input_noise else 0.0
     return Limits(
         rest=max(WORTH * floor, form.mean * largest),
@@ -79,14 +79,6 @@ def limits(state: State, channel: int = 0) -> Limits:
         bump=float(np.hypot(BUMP * floor, form.bump * largest)),
         wave=float(np.hypot(2.0**0.5 * WORTH * floor, form.wave * largest)),
     )
-
-
-def largest_of(state: State) -> np.ndarray:
-    """Largest mean of the repeats (channels,); channels of one unit share it."""
-    runs = state.runs
-    own = np.abs(runs.mean(runs.measured)).max(axis=(1, 2))
-    units = runs.units or runs.channels
-    return np.array([max(own[i] for i, v in enumerate(units) if v == u) for u in units])
 
 
 def rest(state: State, found: bool) -> str:

@@ -32,8 +32,11 @@ PROMISE = 0.3
 """share of the drop that another effect of the same coordinate must promise to be one"""
 ALIKE = 0.03
 """share of a drop that is no evidence between two effects: the law of the model is no better"""
-JACOBIANS = 5
-"""of the refit of a rival"""
+JACOBIANS, MORE = 5, 12
+"""of the refit of a rival, and of its end where it is close behind"""
+CLOSE = 0.3
+"""share of the drop by which a rival may stand behind and still be refitted to the end: a gap
+moves slowly to the force at which it is crossed"""
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,11 @@ def rivals(
         if suspect.start.effect in present:
             continue
         found = state.settle(fitter.grown(less, suspect.start), JACOBIANS)
-        term, excess = found.fit.terms[-1], found.chi2 - state.whitened.chi2
+        excess = found.chi2 - state.whitened.chi2
+        if indifferent(decision, explained) < excess < CLOSE * decision.drop:
+            found = state.settle(found.fit, MORE)
+            excess = found.chi2 - state.whitened.chi2
+        term = found.fit.terms[-1]
         small = abs(term.size) < term.effect.main_parameter().matters
         apart = excess > indifferent(decision, explained) or small or at_edge(term)
         out.append(Rival(term, excess, suspect.near, apart))

@@ -102,6 +102,13 @@ class RunSet:
         """Groups in which the scores of an effect scatter: repeats, or without any all runs."""
         return self.groups if self.repeated else [np.arange(self.runs)]
 
+    @cached_property
+    def largest(self) -> np.ndarray:
+        """Largest mean of the repeats (channels,); channels of one unit share it."""
+        own = np.abs(self.mean(self.measured)).max(axis=(1, 2))
+        units = self.units or self.channels
+        return np.array([max(own[i] for i, v in enumerate(units) if v == u) for u in units])
+
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Mean over the repeats: (..., runs, samples) -> (..., conditions, samples)."""
         return np.stack([values[..., g, :].mean(axis=-2) for g in self.groups], axis=-2)

@@ -92,7 +92,7 @@ def polish(search: Search) -> State | None:
         for e in pieces
         if (settings := variants_of(e, search.model.runs, last.residual))
     ]
-    weight = channel_weights(search.model.runs, [f.floor for f in last.floors])
+    weight = channel_weights(search.model, [f.floor for f in last.floors])
     fitter = Fitter(search.model, weight)
     fit = fitter.fit(last.fit.base, [*last.fit.terms, *terms], iterations=10)
     return make_state(search.model, fitter, fit, [])
@@ -102,7 +102,7 @@ class _Searcher:
     def __init__(self, model: Model, effects: list[type[Effect]], options: Options) -> None:
         self.model, self.effects, self.options = model, effects, options
         self.began = time.perf_counter()
-        self.fitter = Fitter(model, channel_weights(model.runs, _rough_levels(model)))
+        self.fitter = Fitter(model, channel_weights(model, _rough_levels(model)))
         self.looked_at = looks(effects, model)
         self.starts = 1
         self.bare = np.inf
@@ -204,7 +204,7 @@ class _Searcher:
         state = make_state(self.model, self.fitter, fit, self.effects, near)
         if update:
             levels = [f.floor for f in state.floors]
-            self.fitter = Fitter(self.model, channel_weights(self.model.runs, levels))
+            self.fitter = Fitter(self.model, channel_weights(self.model, levels))
         ranking = screens.screen(state)
         return Step(state, ranking, found)
 

@@ -15,7 +15,7 @@ from flatplank_analysis.discovery import gram as grams
 from flatplank_analysis.discovery import noise as noises
 from flatplank_analysis.discovery.effect import Effect, variants_of
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term
-from flatplank_analysis.discovery.model import Lane, Model, usual_of
+from flatplank_analysis.discovery.model import Lane, Model, form_of, usual_of
 from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.sources.ranked import can_show, level_of, source_of
@@ -160,9 +160,15 @@ def _amplitudes(fit: Fit) -> list[np.ndarray]:
     return [fit.jacobian[owners == i] for i in range(len(fit.terms))]
 
 
-def channel_weights(runs: RunSet, levels: Sequence[float]) -> np.ndarray:
-    """Weights (channels, 1, 1) of the plain least squares: one over the floor of the channel."""
-    return 1.0 / np.maximum(np.array(levels, dtype=float), 1e-12)[:, None, None]
+def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:
+    """Weights (channels, 1, 1) of the plain least squares: one over what a channel is thought to
+    be off, its floor [unit] and what the form of the model misses of its largest mean signal.
+
+    By the floor alone a quiet channel would ask for what no model of this form can give, and the
+    others would pay for it.
+    """
+    off = np.hypot(np.array(levels, dtype=float), form_of(model).mean * model.runs.largest)
+    return 1.0 / np.maximum(off, 1e-12)[:, None, None]
 
 
 def start_base(model: Model, given: Mapping[str, float] | None = None) -> np.ndarray:

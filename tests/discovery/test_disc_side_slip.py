@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A wheel that is turned under load pulls sideways before the plank moves; a quiet channel does
+not ask for more than the form of the model can give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from ball import throw
+from third_campaigns import tables
+
+from flatplank_analysis.contact_patch import kernel
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery.model import Form
+from flatplank_analysis.discovery.state import channel_weights
+from flatplank_data.table import MeasurementTable
+from flatplank_sim.cli.simulate import main as simulate
+
+PLAN = """
+format: flatplank-plan/1
+name: both
+tire: TOY
+common: {fz: 3700, pressure: 2.5, end_position: 2.2}
+runs:
+- {measurement: slip, alpha_deg: [0, 2], kappa: [0.02, -0.05], start: [1, 2, 3]}
+"""
+NUMBERS = {
+    "stiff": 6e4, "peak": 1.0, "shape": 4.0, "carcass": 1.2e5, "half": 0.05, "tread": 1.0,
+    "memory": 0.8, "play_soft": 10.0, "creep_time": 10.0, "feel": 1.0, "round": 0.4,
+}  # fmt: skip
+
+
+def rolled(slip: float, node: float, start: float, **more: float) -> np.ndarray:
+    """Lateral force over 400 nodes of a way [m] at a slip, from a force at rest [N]."""
+    params = np.zeros((2, 1, kernel.WIDTH))
+    for name, value in (NUMBERS | more).items():
+        params[..., kernel.NAMES.index(name)] = value
+    params[1, 0, kernel.START] = start
+    ds = np.full((1, 400), node)
+    ds[:, 0] = 0.0
+    force = np.empty((2, 1, 400))
+    ones = np.ones((1, 400))
+    kernel.sweep(
+        kernel.blocks_of(np.arange(1)), True, True, ds, np.stack([0.0 * ds, slip * ds]),
+        ds / 0.03, 3700.0 * ones, ones, params, np.full(1, 3700.0), 0.03, force, None,
+    )  # fmt: skip
+    return force[1, 0]
+
+
+@pytest.mark.parametrize("more", [{}, {"soften": 0.3, "play": 5e-4}])
+@pytest.mark.parametrize("start", [0.0, -110.0, 900.0])
+def test_a_force_at_rest_stays_until_the_plank_moves(start, more):
+    np.testing.assert_allclose(rolled(0.02, 0.0, start, **more), start, atol=1e-6)
+
+
+def test_it_goes_on_from_there_to_where_it_goes_anyway():
+    free, bent = (rolled(0.02, 1e-2, start) for start in (0.0, -300.0))
+    gap = free - bent
+    assert gap[:2] == pytest.approx([300.0, 300.0], rel=0.05)
+    assert np.all(np.diff(gap[:200]) <= 1e-6) and abs(gap[-1]) < 0.5
+
+
+def test_more_than_the_friction_is_not_held():
+    assert rolled(0.0, 0.0, 9000.0)[-1] == pytest.approx(kernel.HELD * 3700.0)
+
+
+def test_the_force_at_rest_is_that_of_turned_wheels_without_the_zero_of_the_channel():
+    made = tables("combined", seed=3)
+    angles = np.radians([t.info.alpha_deg for t in made])
+    shown = []
+    for t in made:
+        columns = {n: t[n] for n in t.columns}
+        columns["fy"] = columns["fy"] + 40.0 - (150.0 if t.info.alpha_deg else 0.0)
+        shown.append(MeasurementTable(columns, t.info))
+    before, after = from_tables(made).side_force, from_tables(shown).side_force
+    turned = np.abs(angles) > 0.0
+    assert turned.any() and not turned.all()
+    assert not after[~turned].any()
+    np.testing.assert_allclose(after[turned] - before[turned], -150.0, atol=1e-6)
+
+
+def test_a_quiet_channel_weighs_what_the_form_of_the_model_allows():
+    model = throw(1, 0.0)
+    largest = float(model.runs.largest[0])
+    model.form = Form(mean=0.01)
+    (weight,) = channel_weights(model, [0.0])[:, 0, 0]
+    assert weight == pytest.approx(100.0 / largest)
+    (weight,) = channel_weights(model, [0.03 * largest])[:, 0, 0]
+    assert weight == pytest.approx(1.0 / (largest * np.hypot(0.03, 0.01)))
+
+
+@pytest.mark.timeout(600)  # a whole campaign and its diagnosis
+def test_nothing_hidden_on_the_bench_with_and_without_side_slip(tmp_path):
+    """Was `none of these`: 22 N left in Fy, whose floor is 0.3 N, and 8 N in Fx."""
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(PLAN)
+    assert simulate([str(tmp_path / "runs"), "--plan", str(plan)]) == 0
+    result = Session.open(str(tmp_path / "runs")).diagnose()
+    assert result.verdict == "at floor" and not result.found, result.reason
