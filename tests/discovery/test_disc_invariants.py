@@ -17,6 +17,7 @@ from test_disc_signs import turned
 from third_campaigns import session, tables
 
 from flatplank_analysis.cli import compare
+from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, verdict
@@ -24,6 +25,8 @@ from flatplank_analysis.discovery.fit import Fitter, Term
 from flatplank_analysis.discovery.model import Form
 from flatplank_analysis.discovery.modelfile import ModelFile
 from flatplank_analysis.discovery.search import run_search
+from flatplank_analysis.discovery.state import channel_weights, start_base
+from flatplank_analysis.effects.registry import library
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.blind.nulls import LEVELS, diagnosed, lines_of_form, nothing_hidden
 from flatplank_validation.blind.plan import DESIGNS
@@ -57,9 +60,11 @@ def test_fifty_campaigns_with_nothing_hidden_are_at_the_floor():
 @pytest.mark.long
 @pytest.mark.timeout(1200)
 def test_the_form_band_is_what_tires_of_other_form_show():
-    *_, most = lines_of_form(3)
-    mean, band, stretch, widest = (float(w.strip("(),%")) for w in most.split() if "%" in w)
-    assert 0.5 * band < mean <= band and 0.5 * widest < stretch <= widest, most
+    *_, mean, stretch, side, patterns = lines_of_form(3)
+    for line in (mean, stretch, side):
+        most, band = (float(word.strip(",%")) for word in line.split() if "%" in word)
+        assert 0.5 * band < most <= band, line
+    assert ": 0 of" in patterns
 
 
 def test_an_effect_that_makes_it_worse_goes_on_from_where_it_does_nothing(found):
@@ -117,6 +122,21 @@ def test_what_is_significant_and_of_no_consequence_is_not_left():
     assert invariants.rest(state_of((0.0, 7.0), (12.8, 2.3), 3700.0, form, 0.1), False) == ""
     # a model of no other form: a share of the floor
     assert invariants.rest(state_of((0.0, 0.7), (12.8, 2.3), 3700.0, Form()), False) != ""
+
+
+def test_what_acts_across_the_wheel_alone_leaves_the_first_channel_as_it_is():
+    """A camber thrust takes 90 N out of Fy; with tire numbers that both directions share, Fx rises
+    by a thousandth, however little Fy weighs."""
+    made = tables("cambers", seed=3, designs=DESIGNS, world=SecondWorld, camber_thrust=0.1)
+    model = TireModel(from_tables(made))
+    fitter = Fitter(model, channel_weights(model, [9.0, 9.0, 9.0]))
+    bare = fitter.fit(start_base(model))
+    effect = library()["camber_thrust"]
+    fit = invariants._beside(fitter, bare, [Term(effect, effect.vector({}))])
+    errors = [[model.runs.rmse(r) for r in f.residual(model.runs.measured)] for f in (bare, fit)]
+    assert errors[1][0] == errors[0][0] and errors[1][1] < 0.5 * errors[0][1]
+    assert fit.terms[-1].size == pytest.approx(0.1, rel=0.5)
+    assert len(fit.free) == len(bare.free) + 1
 
 
 def test_a_base_that_fits_nowhere_names_nothing():

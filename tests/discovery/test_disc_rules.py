@@ -299,7 +299,7 @@ def test_limits_of_what_counts():
     runs = measured(0, noise=0.0).runs
     values = np.stack([runs.measured[0], -10.0 + 0.0 * runs.measured[0]])
     runs = replace(runs, measured=values, channels=("fx", "fy"), units=("N", "N"))
-    form = Form(0.01, 0.02, 0.03, 0.04)
+    form = Form(0.01, 0.02, 0.03, 0.04, side=0.05)
     floors = [SimpleNamespace(floor=2.0), SimpleNamespace(floor=0.1)]
     state = SimpleNamespace(runs=runs, floors=floors, model=SimpleNamespace(form=form))
     assert state.runs.largest == pytest.approx([10.0, 10.0])
@@ -309,7 +309,7 @@ def test_limits_of_what_counts():
     assert found.error == pytest.approx(1.1 * np.hypot(2.0, 0.1))
     assert found.bump == pytest.approx(np.hypot(2.0, 0.3))
     assert found.wave == pytest.approx(np.hypot(0.6 * 2.0**0.5, 0.4))
-    assert invariants.limits(state, 1).rest == pytest.approx(0.1)
+    assert invariants.limits(state, 1).rest == pytest.approx(0.5)
     state.runs = replace(runs, units=("N", "Nm"), input_noise=(1.5, 0.0))
     assert state.runs.largest == pytest.approx([1.0 + 0.1 * 4.0, 10.0])
     error = invariants.limits(state).error

@@ -13,7 +13,9 @@ from flatplank_analysis.contact_patch import kernel
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.model import Form
+from flatplank_analysis.discovery.noise import ChannelNoise, no_quieter
 from flatplank_analysis.discovery.state import channel_weights
+from flatplank_analysis.discovery.verdict import AT_FLOOR, LAW
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.cli.simulate import main as simulate
 
@@ -21,9 +23,9 @@ PLAN = """
 format: flatplank-plan/1
 name: both
 tire: TOY
-common: {fz: 3700, pressure: 2.5, end_position: 2.2}
+common: {{pressure: 2.5, end_position: 2.2}}
 runs:
-- {measurement: slip, alpha_deg: [0, 2], kappa: [0.02, -0.05], start: [1, 2, 3]}
+- {{measurement: slip, {settings}, kappa: [0.02, -0.05], start: [1, 2, 3]}}
 """
 NUMBERS = {
     "stiff": 6e4, "peak": 1.0, "shape": 4.0, "carcass": 1.2e5, "half": 0.05, "tread": 1.0,
@@ -90,11 +92,31 @@ def test_a_quiet_channel_weighs_what_the_form_of_the_model_allows():
     assert weight == pytest.approx(1.0 / (largest * np.hypot(0.03, 0.01)))
 
 
+def test_what_the_form_misses_beside_the_first_channel_is_no_evidence():
+    noise = ChannelNoise(np.array([0.04, 0.0, 0.02, 0.0, 0.0, 0.0, 0.0, 0.03]), np.ones(6))
+    assert no_quieter(noise, 0.2) is noise
+    loud = no_quieter(noise, 3.0)
+    assert float(loud.weights.sum()) == pytest.approx(9.0)
+    np.testing.assert_allclose(loud.weights[:2], noise.weights[:2])  # the sensor is what it was
+    assert np.ptp(loud.weights[2:] - noise.weights[2:]) < 1e-12
+
+
 @pytest.mark.timeout(600)  # a whole campaign and its diagnosis
-def test_nothing_hidden_on_the_bench_with_and_without_side_slip(tmp_path):
-    """Was `none of these`: 22 N left in Fy, whose floor is 0.3 N, and 8 N in Fx."""
+@pytest.mark.parametrize(
+    ("settings", "named"),
+    [
+        ("fz: 3700, alpha_deg: [0, 2]", set()),
+        ("fz: [2500, 4500], alpha_deg: [0, 3]", set()),
+        ("fz: 3700, gamma_deg: [0, 3]", {"camber_thrust"}),
+    ],
+)
+def test_the_bench_with_side_slip_and_camber(settings, named, tmp_path):
+    """Nothing is wrong with the machine. Were `none of these` with 8 N left in Fx, `found:
+    worn_patch`, and `none of these` with 90 N left in Fy."""
     plan = tmp_path / "plan.yaml"
-    plan.write_text(PLAN)
+    plan.write_text(PLAN.format(settings=settings))
     assert simulate([str(tmp_path / "runs"), "--plan", str(plan)]) == 0
     result = Session.open(str(tmp_path / "runs")).diagnose()
-    assert result.verdict == "at floor" and not result.found, result.reason
+    names = {f.decision.term.effect.identifier for f in result.found}
+    assert names - {"tire_law"} == named, result.reason
+    assert result.verdict == ("found" if named else LAW if names else AT_FLOOR), result.reason

@@ -18,7 +18,7 @@ from flatplank_data.table import MeasurementTable
 from flatplank_validation.blind.cases import measured_table
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 from flatplank_validation.blind.plan import runs_of, runs_once
-from flatplank_validation.blind.worlds import WORLDS, Scatter
+from flatplank_validation.blind.worlds import COMBINED, WORLDS, Scatter
 
 LEVELS = (1.0, 3.0, 7.5, 15.0, 30.0)
 """[N] standard deviation of the noise of Fx"""
@@ -30,6 +30,9 @@ QUIET = 1.0
 
 RESTING = tuple(world for world in WORLDS if world != "plant")
 """whose records begin at rest: their noise there is a floor without repeats"""
+SIDEWAYS = tuple((world, design) for design in ("combined", "angles") for world in
+                 ("plant", *COMBINED))  # fmt: skip
+"""campaigns with side slip, of tires that share their friction between both directions"""
 
 
 @dataclass(frozen=True)
@@ -114,9 +117,21 @@ def lines_of_unrepeated(count: int) -> Iterator[str]:
     yield f"all: an effect named in {sum(wrong.values())} of {count * len(LEVELS)}"
 
 
+def side_errors(count: int, seed: int = 1) -> Iterator[tuple[str, int, float]]:
+    """The most in a channel other than Fx, in shares of the largest force: world and design,
+    seed, root mean square of the mean residual."""
+    for world, design in SIDEWAYS:
+        for number in range(seed, seed + count):
+            tables = nothing_hidden(world, number, QUIET, design=design)
+            state = Session.of_tables(tables).fit(None).state
+            runs, left = state.runs, state.residual[1:]
+            means = np.sqrt(np.mean(runs.mean(left) ** 2, axis=(1, 2)))
+            yield f"{world} {design}", number, float(np.max(means / runs.largest[1:]))
+
+
 def lines_of_form(count: int) -> Iterator[str]:
     """Every tire, and the most beside what the decision takes the base to be off by."""
-    found = []
+    found, band = [], TireModel.form
     for one in form_errors(count):
         found.append(one)
         more = f"; {one.pattern}" if one.pattern else ""
@@ -124,10 +139,18 @@ def lines_of_form(count: int) -> Iterator[str]:
             f"{one.world} {one.seed}: {one.mean:.3%} in the mean, {one.stretch:.2%} within 5 cm"
             f"{more}"
         )
-    mean, stretch = max(f.mean for f in found), max(f.stretch for f in found)
+    sideways = []
+    for campaign, seed, share in side_errors(count):
+        sideways.append(share)
+        yield f"{campaign} {seed}: {share:.3%} in Fy"
+    most = {
+        "in the mean": (max(f.mean for f in found), band.mean),
+        "within 5 cm": (max(f.stretch for f in found), band.stretch),
+        "in Fy": (max(sideways), band.side),
+    }
+    for what, (share, limit) in most.items():
+        yield f"most {what}: {share:.3%}, band {limit:.3%}"
     yield (
-        f"most: {mean:.3%} (band {TireModel.form.mean:.3%}), "
-        f"{stretch:.2%} (band {TireModel.form.stretch:.2%}); bumps and waves beyond the band "
-        f"({TireModel.form.bump:.2%}, {TireModel.form.wave:.2%}): "
+        f"bumps and waves beyond the band ({band.bump:.2%}, {band.wave:.2%}): "
         f"{sum(bool(f.pattern) for f in found)} of {len(found)}"
     )

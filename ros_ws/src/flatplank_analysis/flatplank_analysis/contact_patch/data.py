@@ -40,7 +40,7 @@ START_TRAVEL, START_ROUGH = 0.08, 2.5
 """[m], 1: over the first travel the locked tire is only roughly modelled, the same in all runs, so
 that no scatter would warn"""
 STRAIGHT = np.radians(0.25)
-"""[rad] a wheel that is not turned"""
+"""[rad] a wheel that is neither turned nor tilted"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
 
@@ -353,7 +353,7 @@ def _assemble(
         wheel_turn=turn,
         signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
         load_mean=load_mean,
-        side_force=_side_force(stack.get("fy"), position, facts["alpha"]),
+        side_force=_side_force(stack.get("fy"), position, facts["alpha"], facts["gamma"]),
         grids=grids,
         signs=signs,
     )
@@ -384,14 +384,16 @@ def _load(
     return as_load(fz, common), level + profile
 
 
-def _side_force(fy: np.ndarray | None, position: np.ndarray, alpha: np.ndarray) -> np.ndarray:
-    """Fy of the standing wheel (runs,) [N]: turning it under load bends the tire already. What a
-    straight wheel shows is the zero of the channel, and the same in all runs."""
+def _side_force(
+    fy: np.ndarray | None, position: np.ndarray, alpha: np.ndarray, gamma: np.ndarray
+) -> np.ndarray:
+    """Fy of the standing wheel (runs,) [N]: turned or tilted under load it is bent already. What
+    a straight wheel shows is the zero of the channel, and the same in all runs."""
     if fy is None:
         return np.zeros(len(alpha))
     standing = position < position[:, :1] + START
     at_rest = np.where(standing, fy, 0.0).sum(axis=1) / standing.sum(axis=1)
-    straight = np.abs(alpha) < STRAIGHT
+    straight = np.maximum(np.abs(alpha), np.abs(gamma)) < STRAIGHT
     zero = at_rest[straight].mean() if straight.any() else 0.0
     return np.where(straight, 0.0, at_rest - zero)
 

@@ -30,6 +30,8 @@ from flatplank_analysis.discovery.whitened import Whitened
 FAMILY = 0.05
 FORM = 0.03
 """what the form of the model's law may be wrong by, relative to the whole of an effect"""
+FAINT = 0.05
+"""visible share of an effect below which it is asked whether the law could feign it by itself"""
 LAW = 0.005
 """standard deviation of the model's law in a condition, relative to the force: no repeat shows it,
 and an effect that is a share of the force is known no better"""
@@ -122,6 +124,8 @@ class Judge:
     """drop of the effects that were accepted before"""
     residue: float = 0.0
     """what the form of these leaves"""
+    bare: Fit | None = None
+    """whitened fit without the effect, where it is not that of the state"""
 
     def decide(
         self, found: Whitened, index: int, looked_at: int, plain: Fit | None = None
@@ -156,7 +160,10 @@ class Judge:
         # the form of the law is not that of the tire: that is no noise, no repeat shows it, and
         # the less of an effect is visible beside the law, the more of its size it can feign
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
-        form = FORM**2 / max(_visible(gram, beside, base), 1e-9)
+        visible = _visible(gram, beside, base)
+        if visible < FAINT:
+            visible = max(visible, self._visible_beside_the_bare(direction))
+        form = FORM**2 / max(visible, 1e-9)
         variance = max(kappa, drawn) / max(float(info.sum()), 1e-30) + form
         allowed = worth * stretch_n + wide * SAME * drop, worth * condition_n + SAME * drop
         if stretch_q > allowed[0] or condition_q > allowed[1]:
@@ -185,6 +192,14 @@ class Judge:
             reasons=(),
         )
         return replace(decision, reasons=tuple(self._reasons(decision)))
+
+    def _visible_beside_the_bare(self, direction: np.ndarray) -> float:
+        """Share of an effect that the model without it does not make: where a force is there by
+        the effect alone (Fy by camber), numbers of the tire change that force and nothing else."""
+        fit, state = self.bare or self.state.whitened.fit, self.state
+        columns = np.concatenate([fit.jacobian[fit.loose()], direction[None]])
+        gram = state.gram(fit.residual(state.runs.measured), columns)
+        return _visible(gram, range(len(columns) - 1), len(columns) - 1)
 
     def _reasons(self, d: Decision) -> Iterator[str]:
         yield from _reasons(d)

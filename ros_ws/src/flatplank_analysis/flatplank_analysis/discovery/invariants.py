@@ -14,6 +14,7 @@ The verdict, the search and the verbs ask here; `broken` says what of it an answ
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -73,9 +74,10 @@ def limits(state: State, channel: int = 0) -> Limits:
     largest = runs.largest[channel]
     steps = runs.input_noise[channel] if runs.input_noise else 0.0
     return Limits(
-        rest=max(WORTH * floor, form.mean * largest),
+        rest=max(WORTH * floor, form.share(channel) * largest),
         stretch=float(np.hypot(STRETCH * floor, form.stretch * largest)),
-        error=AT_FLOOR * float(np.sqrt(floor**2 + (form.mean * largest) ** 2 + steps**2)),
+        error=AT_FLOOR
+        * float(np.sqrt(floor**2 + (form.share(channel) * largest) ** 2 + steps**2)),
         bump=float(np.hypot(BUMP * floor, form.bump * largest)),
         wave=float(np.hypot(2.0**0.5 * WORTH * floor, form.wave * largest)),
     )
@@ -126,7 +128,8 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
     """The best of some fits with one term more than `old`, whose first channel it does not raise.
 
     When all of them do, the fit goes on from the old one with the term at its null, the other
-    channels weighing less and less; at last that is the answer as it is.
+    channels weighing less and less; then with those numbers alone that the first one does not
+    feel; at last that is the answer as it is.
     """
     best = min(fits, key=lambda f: f.chi2)
     limit = error_of(fitter, old)
@@ -139,7 +142,27 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
         fit = Fitter(fitter.model, weight).fit(old.base, terms)
         if error_of(fitter, fit) <= limit:
             return fit
+    fit = _beside(fitter, old, terms)
+    if error_of(fitter, fit) <= limit:
+        return fit
     return fitter.fit(old.base, terms, iterations=0)
+
+
+def _beside(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
+    """The fit in which nothing moves but the last term and the numbers of the base that the first
+    channel does not feel: what acts across the wheel alone leaves Fx as it is."""
+    felt = {
+        name
+        for (term, name), column in zip(old.free, old.jacobian[:, 0], strict=True)
+        if term < 0 and np.any(column)
+    }
+    model = copy(fitter.model)
+    model.parameters = tuple(
+        replace(p, screen=0.0) if p.name in felt else p for p in model.parameters
+    )
+    held = [replace(t, fixed=tuple(t.named())) for t in terms[:-1]]
+    fit = Fitter(model, fitter.weight).fit(old.base, [*held, terms[-1]])
+    return fitter.fit(fit.base, [*terms[:-1], fit.terms[-1]], iterations=0)
 
 
 def error_of(fitter: Fitter, fit: Fit) -> float:

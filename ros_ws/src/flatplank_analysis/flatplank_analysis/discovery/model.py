@@ -37,6 +37,12 @@ class Form:
     """the largest bump of a twentieth of a place or more in it, see `patterns`"""
     wave: float = 0.0
     """the largest wave over a place"""
+    side: float = 0.0
+    """`mean` of the other channels"""
+
+    def share(self, channel: int) -> float:
+        """Mean residual of a channel, of the largest signal."""
+        return self.side if channel else self.mean
 
 
 def form_of(model: Model) -> Form:

@@ -20,6 +20,8 @@ TIMES = (0.5, 1.5, 5.0, 15.0, 50.0)
 """[s] time constants, scaled to a run of 135 s"""
 NODES = 430
 """nodes of a run that are used for decisions"""
+SLOW = 2
+"""the first of the components that are no noise of the sensor"""
 HIDDEN = 1e-6
 """share below which the stiff directions leave nothing of a component: it gets no weight"""
 
@@ -79,6 +81,16 @@ def fit_noise(
         rough = _roughness(runs, residual[c])
         out.append(replace(noise, weights=noise.weights + np.maximum(rough - noise.weights, 0.0)))
     return out
+
+
+def no_quieter(noise: ChannelNoise, level: float) -> ChannelNoise:
+    """The same noise, its slow parts enlarged evenly where the whole is less than `level`."""
+    lacking = level**2 - float(noise.weights.sum()) * float(np.median(noise.scale)) ** 2
+    if lacking <= 0.0:
+        return noise
+    weights = noise.weights.copy()
+    weights[SLOW:] += lacking / len(weights[SLOW:])
+    return replace(noise, weights=weights)
 
 
 def _roughness(runs: RunSet, residual: np.ndarray) -> np.ndarray:

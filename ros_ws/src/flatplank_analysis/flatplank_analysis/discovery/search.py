@@ -395,7 +395,7 @@ class _Searcher:
         out = []
         for index, found in enumerate(step.found, offset):
             less = state.settle(self.fitter.shrunk(state.whitened.fit, index))
-            judge = Judge(state, less.chi2, step.screen.usual)
+            judge = Judge(state, less.chi2, step.screen.usual, bare=less.fit)
             looked = self.looked_at[found.decision.term.effect.identifier]
             decision = judge.decide(state.whitened, index, looked, plain=state.fit)
             out.append(replace(found, decision=decision))

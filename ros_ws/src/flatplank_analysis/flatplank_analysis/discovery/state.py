@@ -137,6 +137,9 @@ def make_state(
     stiff = stiff_columns(model, fit)
     bound = source_of(runs).lower_bound
     model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, stiff)
+    # beside the first channel, what the form misses is no noise, but no evidence either
+    seen = form_of(model).side * np.abs(runs.mean(fit.predicted)).max(axis=(1, 2))
+    model_noise[1:] = map(noises.no_quieter, model_noise[1:], seen[1:])
     for c, noise in enumerate(model_noise):
         # a lower bound is seen at every node; what the residual itself makes of it is no measure
         per_run = runs.samples if bound else noises.freedom_of(runs, noise)
@@ -167,7 +170,8 @@ def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:
     By the floor alone a quiet channel would ask for what no model of this form can give, and the
     others would pay for it.
     """
-    off = np.hypot(np.array(levels, dtype=float), form_of(model).mean * model.runs.largest)
+    form = np.array([form_of(model).share(c) for c in range(len(levels))])
+    off = np.hypot(np.array(levels, dtype=float), form * model.runs.largest)
     return 1.0 / np.maximum(off, 1e-12)[:, None, None]
 
 
