@@ -69,17 +69,18 @@ def test_more_than_the_friction_is_not_held():
 
 def test_the_force_at_rest_is_that_of_turned_wheels_without_the_zero_of_the_channel():
     made = tables("combined", seed=3)
-    angles = np.radians([t.info.alpha_deg for t in made])
+    turned = np.array([t.info.alpha_deg != 0.0 for t in made])
     shown = []
     for t in made:
         columns = {n: t[n] for n in t.columns}
         columns["fy"] = columns["fy"] + 40.0 - (150.0 if t.info.alpha_deg else 0.0)
         shown.append(MeasurementTable(columns, t.info))
     before, after = from_tables(made).side_force, from_tables(shown).side_force
-    turned = np.abs(angles) > 0.0
-    assert turned.any() and not turned.all()
-    assert not after[~turned].any()
-    np.testing.assert_allclose(after[turned] - before[turned], -150.0, atol=1e-6)
+    assert not before.any()  # this bench starts without: what is seen is noise
+    assert turned.any() and not turned.all() and not after[~turned].any()
+    assert np.ptp(after[turned]) == 0.0 and after[turned][0] == pytest.approx(-150.0, abs=10.0)
+    (one,) = [t for t in shown if t.info.alpha_deg][:1]
+    assert not from_tables([one]).side_force.any()
 
 
 def test_a_quiet_channel_weighs_what_the_form_of_the_model_allows():

@@ -41,6 +41,8 @@ START_TRAVEL, START_ROUGH = 0.08, 2.5
 that no scatter would warn"""
 STRAIGHT = np.radians(0.25)
 """[rad] a wheel that is neither turned nor tilted"""
+SURE = 5.0
+"""standard errors beyond which a force at rest is one and no noise"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
 
@@ -353,7 +355,7 @@ def _assemble(
         wheel_turn=turn,
         signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
         load_mean=load_mean,
-        side_force=_side_force(stack.get("fy"), position, facts["alpha"], facts["gamma"]),
+        side_force=_side_force(stack.get("fy"), position, facts),
         grids=grids,
         signs=signs,
     )
@@ -385,17 +387,27 @@ def _load(
 
 
 def _side_force(
-    fy: np.ndarray | None, position: np.ndarray, alpha: np.ndarray, gamma: np.ndarray
+    fy: np.ndarray | None, position: np.ndarray, facts: dict[str, np.ndarray]
 ) -> np.ndarray:
     """Fy of the standing wheel (runs,) [N]: turned or tilted under load it is bent already. What
-    a straight wheel shows is the zero of the channel, and the same in all runs."""
+    a straight wheel shows is the zero of the channel, and the same in all runs.
+
+    The mean over all runs of a setting; without a scatter to tell it from noise it is nothing.
+    """
+    out = np.zeros(len(position))
     if fy is None:
-        return np.zeros(len(alpha))
+        return out
     standing = position < position[:, :1] + START
     at_rest = np.where(standing, fy, 0.0).sum(axis=1) / standing.sum(axis=1)
-    straight = np.maximum(np.abs(alpha), np.abs(gamma)) < STRAIGHT
-    zero = at_rest[straight].mean() if straight.any() else 0.0
-    return np.where(straight, 0.0, at_rest - zero)
+    settings = np.stack([facts["alpha"], facts["gamma"], facts["nominal"]], axis=1)
+    straight = np.abs(settings[:, :2]).max(axis=1) < STRAIGHT
+    at_rest = at_rest - (at_rest[straight].mean() if straight.any() else 0.0)
+    for setting in np.unique(settings[~straight], axis=0):
+        rows = np.flatnonzero((settings == setting).all(axis=1))
+        mean = float(at_rest[rows].mean())
+        if len(rows) > 1 and abs(mean) > SURE * at_rest[rows].std(ddof=1) / np.sqrt(len(rows)):
+            out[rows] = mean
+    return out
 
 
 def _channels(
