@@ -40,13 +40,13 @@ def test_answers_speak_the_words_of_the_grammar():
 
 
 def test_a_sentence_that_leaves_less_is_proposed_in_the_place_of_what_was_found():
-    """Without crosstalk from Mx in the library an asymmetry of the tire imitates it."""
-    case = Case("left_out", "forms", "crosstalk_mx", "quiet", 0.0, "small", 1)
+    """Without crosstalk from Mx in the library one from Fz imitates it."""
+    case = Case("left_out", "second", "crosstalk_mx", "usual", 0.0, "small", 1)
     assert case in full(67314)
     said = journal.solve(case, 67314)["proposal"]
-    assert said["diagnosis"] == "found group" and said["verdict"] == "proposed"
-    assert (said["family"], said["coordinate"], said["shape"]) == ("signal", "mx", "ramp")
-    assert "in place of drive_brake_asymmetry" in said["reason"]
+    assert said["diagnosis"] == "found" and said["verdict"] == "proposed"
+    assert (said["family"], said["coordinate"]) == ("signal", "mx")
+    assert "in place of crosstalk_fz" in said["reason"]
 
 
 def test_what_is_left_out_was_there():

@@ -8,8 +8,8 @@ own scores among repeats, and among conditions, and the effect must have one siz
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.stats import f as f_distribution
@@ -126,6 +126,8 @@ class Judge:
     """what the form of these leaves"""
     bare: Fit | None = None
     """whitened fit without the effect, where it is not that of the state"""
+    alike: Mapping[str, float] = field(default_factory=dict)
+    """drop that is no evidence between an effect that was found and one that looks like it"""
 
     def decide(
         self, found: Whitened, index: int, looked_at: int, plain: Fit | None = None
@@ -207,6 +209,8 @@ class Judge:
             yield "brings less than 0.3 % of what is explained already"
         if d.drop < self.residue:
             yield "brings less than the form of another effect leaves"
+        if d.drop < self.alike.get(d.term.effect.identifier, 0.0):
+            yield "brings less than what tells it from an effect that was found"
 
 
 def _reasons(d: Decision) -> Iterator[str]:

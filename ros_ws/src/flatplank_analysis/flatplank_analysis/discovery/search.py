@@ -213,7 +213,13 @@ class _Searcher:
         state = step.state
         before = sum(f.decision.drop for f in step.found)
         residue = sum(f.decision.residue for f in step.found)
-        judge = Judge(state, state.whitened.chi2, step.screen.usual, before, residue)
+        alike = {
+            s.start.effect.identifier: indifferent(f.decision)
+            for f in step.found
+            for s in f.suspects
+            if s.near
+        }
+        judge = Judge(state, state.whitened.chi2, step.screen.usual, before, residue, alike=alike)
         items = shortlist(step.screen, self.looked_at, self.options.refits)
         warm = [self.refit(state, item) for item in items]
         tried = self.from_cold(judge, [(self.newest(judge, found), found) for found in warm])
