@@ -45,8 +45,16 @@ def test_a_sentence_that_leaves_less_is_proposed_in_the_place_of_what_was_found(
     assert case in full(67314)
     said = journal.solve(case, 67314)["proposal"]
     assert said["diagnosis"] == "found" and said["verdict"] == "proposed"
-    assert (said["family"], said["coordinate"]) == ("signal", "mx")
+    assert (said["family"], said["coordinate"], said["shape"]) == ("signal", "mx", "ramp")
     assert "in place of crosstalk_fz" in said["reason"]
+
+
+def test_a_sentence_is_proposed_where_nothing_was_found():
+    case = Case("left_out", "forms", "crosstalk_mx", "quiet", 0.0, "small", 1)
+    assert case in full(67314)
+    said = journal.solve(case, 67314)["proposal"]
+    assert said["diagnosis"] == "at floor" and said["verdict"] == "proposed"
+    assert (said["family"], said["coordinate"], said["shape"]) == ("signal", "mx", "ramp")
 
 
 def test_what_is_left_out_was_there():

@@ -22,6 +22,7 @@ from flatplank_analysis.contact_patch.grid import (
 )
 from flatplank_analysis.contact_patch.references import References
 from flatplank_analysis.contact_patch.rest import at_rest, steps_of
+from flatplank_analysis.contact_patch.side_force import side_force
 from flatplank_analysis.contact_patch.signs import WrongSign, wrong_signs
 from flatplank_analysis.contact_patch.truncated import ended_early
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
@@ -39,10 +40,6 @@ STIFFNESS = 1.9e5
 START_TRAVEL, START_ROUGH = 0.08, 2.5
 """[m], 1: over the first travel the locked tire is only roughly modelled, the same in all runs, so
 that no scatter would warn"""
-STRAIGHT = np.radians(0.25)
-"""[rad] a wheel that is neither turned nor tilted"""
-SURE = 5.0
-"""standard errors beyond which a force at rest is one and no noise"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
 
@@ -355,7 +352,7 @@ def _assemble(
         wheel_turn=turn,
         signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
         load_mean=load_mean,
-        side_force=_side_force(stack.get("fy"), position, facts),
+        side_force=side_force(stack.get("fy"), position, facts),
         grids=grids,
         signs=signs,
     )
@@ -384,30 +381,6 @@ def _load(
         if len(rows) > 2:
             profile[rows] = (fz[rows] - level[rows]).mean(axis=0)
     return as_load(fz, common), level + profile
-
-
-def _side_force(
-    fy: np.ndarray | None, position: np.ndarray, facts: dict[str, np.ndarray]
-) -> np.ndarray:
-    """Fy of the standing wheel (runs,) [N]: turned or tilted under load it is bent already. What
-    a straight wheel shows is the zero of the channel, and the same in all runs.
-
-    The mean over all runs of a setting; without a scatter to tell it from noise it is nothing.
-    """
-    out = np.zeros(len(position))
-    if fy is None:
-        return out
-    standing = position < position[:, :1] + START
-    at_rest = np.where(standing, fy, 0.0).sum(axis=1) / standing.sum(axis=1)
-    settings = np.stack([facts["alpha"], facts["gamma"], facts["nominal"]], axis=1)
-    straight = np.abs(settings[:, :2]).max(axis=1) < STRAIGHT
-    at_rest = at_rest - (at_rest[straight].mean() if straight.any() else 0.0)
-    for setting in np.unique(settings[~straight], axis=0):
-        rows = np.flatnonzero((settings == setting).all(axis=1))
-        mean = float(at_rest[rows].mean())
-        if len(rows) > 1 and abs(mean) > SURE * at_rest[rows].std(ddof=1) / np.sqrt(len(rows)):
-            out[rows] = mean
-    return out
 
 
 def _channels(

@@ -175,6 +175,12 @@ def patch_length(k, whole, theta, half):
 
 
 @inline
+def softened(force, soften):
+    """Factor on what the carcass gives way at a force."""
+    return 1.0 + soften * abs(force) / 4000.0
+
+
+@inline
 def slip_of(force, stiff, peak, shape, fall, bend):
     """Contact slip whose steady force is `force` [N], and the slope there; within HELD peaks."""
     wanted = max(-HELD * peak, min(HELD * peak, force))
@@ -218,7 +224,7 @@ def set_up(flat, params, other, nominal, elements):
         held = p[PLAY_HOLD]
         rest, _ = in_play(force, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
         w[PLACE, i] = rest
-        soft = 1.0 + p[SOFTEN] * abs(force) / 4000.0
+        soft = softened(force, p[SOFTEN])
         w[DEFLECTED, i] = choose(held > 0.0, rest, rest + start) + force * soft * w[FLEX, i]
 
 
@@ -319,7 +325,7 @@ def newton(flat, across):
         change, bent = free_law(k, h3, h2, h1, h0)
         slope = slope * change + force * bent
         force = force * change
-        soft = 1.0 + w[SOFTEN, i] * abs(force) / 4000.0
+        soft = softened(force, w[SOFTEN, i])
         deflected, flex = force * soft * w[FLEX, i], (2.0 * soft - 1.0) * w[FLEX, i]
         play, at, yields, held = w[PLAY, i], w[PLAY_AT, i], w[PLAY_SOFT, i], w[PLAY_HOLD, i]
         place, rate = in_play(force, play, at, yields, held, w[PLACE, i])

@@ -31,7 +31,8 @@ class TireModel:
 
     form = Form(mean=0.0012, stretch=0.0045, bump=0.002, wave=0.0006, side=0.0015)
     """the most on thirteen plants of other form (bristles of the bench, of the blind kit, of the
-    tests, and a relaxation), 1 N of noise, nothing hidden: `bench-discovery --form` prints them"""
+    tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing hidden:
+    `bench-discovery --form` prints them"""
 
     usual = (0.01, 0.0)
     """what the force of a tire scatters from run to run where no repeat shows it: the usual 1 %.

@@ -80,17 +80,14 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
     ]
     # the friction follows the load; how far the slip stiffness does is the tire's own
     feel = Parameter("feel", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)
+    # without side slip it shows only in what an effect does across the wheel, and would take the
+    # size of that
+    stiff_y = Parameter(
+        "stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior,
+        known=not turned,
+    )  # fmt: skip
     side = [
-        Parameter(
-            "stiff_y",
-            "N",
-            18.0 * load,
-            3.0 * load,
-            80.0 * load,
-            2.0 * load,
-            prior=prior,
-            known=not turned,
-        ),
+        stiff_y,
         Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
         # 1: the rubber of the side force goes through the contact with the wheel, as with
         # bristles; 0: side force and slip know nothing of each other

@@ -72,12 +72,12 @@ def limits(state: State, channel: int = 0) -> Limits:
     runs, floor = state.runs, state.floors[channel].floor
     form = form_of(state.model)
     largest = runs.largest[channel]
+    mean = form.share(channel) * largest
     steps = runs.input_noise[channel] if runs.input_noise else 0.0
     return Limits(
-        rest=max(WORTH * floor, form.share(channel) * largest),
+        rest=max(WORTH * floor, mean),
         stretch=float(np.hypot(STRETCH * floor, form.stretch * largest)),
-        error=AT_FLOOR
-        * float(np.sqrt(floor**2 + (form.share(channel) * largest) ** 2 + steps**2)),
+        error=AT_FLOOR * float(np.sqrt(floor**2 + mean**2 + steps**2)),
         bump=float(np.hypot(BUMP * floor, form.bump * largest)),
         wave=float(np.hypot(2.0**0.5 * WORTH * floor, form.wave * largest)),
     )

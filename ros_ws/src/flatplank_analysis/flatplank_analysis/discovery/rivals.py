@@ -32,8 +32,8 @@ PROMISE = 0.3
 """share of the drop that another effect of the same coordinate must promise to be one"""
 ALIKE = 0.03
 """share of a drop that is no evidence between two effects: the law of the model is no better"""
-JACOBIANS, MORE = 5, 12
-"""of the refit of a rival, and of its end where it is close behind"""
+JACOBIANS = 5
+"""of the refit of a rival"""
 CLOSE = 0.3
 """share of the drop by which a rival may stand behind and still be refitted to the end: a gap
 moves slowly to the force at which it is crossed"""
@@ -115,7 +115,7 @@ def rivals(
         found = state.settle(fitter.grown(less, suspect.start), JACOBIANS)
         excess = found.chi2 - state.whitened.chi2
         if indifferent(decision, explained) < excess < CLOSE * decision.drop:
-            found = state.settle(found.fit, MORE)
+            found = state.settle(found.fit)
             excess = found.chi2 - state.whitened.chi2
         term = found.fit.terms[-1]
         small = abs(term.size) < term.effect.main_parameter().matters
