@@ -96,13 +96,14 @@ def test_without_side_slip_at_one_load_the_base_has_no_more_numbers_than_before(
     assert len(names) == 18
 
 
-@pytest.mark.long
 @pytest.mark.timeout(900)
-def test_steering_play_is_named_in_combined_slip():
+def test_steering_play_at_one_side_slip_is_told_as_hardly_shown():
+    """Beside straight runs one angle that is off is nearly all the tire's own: it is told, and
+    not named, since its size is not to be had."""
     result = session("combined", seed=3, steering_play=4e-3).diagnose().to_dict()
-    (effect,) = result["effects"]
-    # at one side slip beside straight runs a play looks like an angle that is off
-    assert "steering_play" in {effect["name"], *effect["class"]}, result
+    assert (result["verdict"], result["effects"]) == ("at floor", []), result
+    (note,) = (n for n in result["notes"] if "feign" in n)
+    assert "steering_play" in note
 
 
 @pytest.mark.long

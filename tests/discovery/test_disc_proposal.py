@@ -22,7 +22,8 @@ from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import _refused, refuted
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, WAVE, Scanned
-from flatplank_analysis.proposal.search import doubt, looks_of, varied
+from flatplank_analysis.proposal.search import doubt, is_sibling, likeliest, looks_of, varied
+from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_data.errors import FlatplankError
 
@@ -306,6 +307,19 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
     assert doubt(tire) < doubt(gain)
     friction, load = (sites[f"{h}, over plank position"] for h in ("friction", "load"))
     assert doubt(friction) < doubt(load)
+    assert is_sibling(friction, load) and not is_sibling(load, friction)
+    measured = replace(friction.place, name="mz", span=replace(friction.place.span, kind=SIGNAL))
+    over = replace(friction, place=measured)
+    assert is_sibling(friction, over) and not is_sibling(over, load)
+
+    def tried(site, chi2, as_good):
+        found = SimpleNamespace(chi2=chi2)
+        return SimpleNamespace(sentence=SimpleNamespace(site=site), found=found, as_good=as_good)
+
+    best, near = tried(load, 100.0, 130.0), tried(friction, 129.0, 160.0)
+    far = tried(friction, 131.0, 160.0)
+    assert likeliest([best, near]) == [near, best]
+    assert likeliest([best, far]) == [best, far]
 
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():

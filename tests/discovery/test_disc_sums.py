@@ -198,6 +198,18 @@ def test_independent_numbers_of_contrasts():
     assert 10.0 * SPARE < floor.effective_freedom(runs, spread) <= 200.0 * SPARE
 
 
+def test_few_conditions_with_most_of_the_scatter_are_few_numbers():
+    """One form in all runs, of no size but in some conditions: about two numbers in each."""
+    runs = measured(0).runs
+    one = runs.contrast(numbers(15, RUNS, 1)) * numbers(16, runs.samples)
+    freedom = [
+        floor.effective_freedom(runs, np.where(runs.condition < count, 1.0, 1e-3)[:, None] * one)
+        for count in (1, 2, CONDITIONS)
+    ]
+    assert 2.0 < freedom[0] < freedom[1] < freedom[2]
+    assert freedom[0] < 0.3 * freedom[2] and freedom[1] < 0.55 * freedom[2]
+
+
 def test_the_floor_and_what_is_beyond_it():
     runs = measured(0).runs.subset(np.arange(1, RUNS))
     counts = np.array([2.0] + [3.0] * (CONDITIONS - 1))

@@ -166,3 +166,21 @@ def test_the_share_that_repeats_itself():
     assert where.coherence(runs, differs * np.ones(SAMPLES)) == 0.0
     once = runs.subset(np.arange(0, RUNS, REPEATS))
     assert np.isnan(where.coherence(once, shape * np.ones((CONDITIONS, 1))))
+
+
+def test_the_scatter_of_a_condition_makes_no_stretch_of_its_own():
+    """Run by run another level, in one condition: its mean is off by a share of that scatter."""
+    runs = placed()
+    wide, other = runs.groups[2], runs.groups[4]
+    residual = np.zeros((RUNS, SAMPLES))
+    residual[wide] = np.array([-3.0, 6.0, 6.0])[:, None]
+    error = where.standard_errors(runs, residual)
+    assert error[2] == pytest.approx(3.0) and not np.delete(error, 2).any()
+    assert not where.events(runs, residual, 2.0)
+    residual[other, 100:110] = 3.0
+    residual[wide, 200:210] += 15.0
+    found = where.events(runs, residual, 2.0)
+    assert [e.conditions for e in found] == [
+        (runs.condition_names[2],),
+        (runs.condition_names[4],),
+    ]

@@ -29,7 +29,7 @@ _POOL = ThreadPoolExecutor(max_workers=THREADS)
 class TireModel:
     """Contact-patch model in x and y; knows the hooks of `TireEffect`."""
 
-    form = Form(mean=0.0012, stretch=0.0045, bump=0.002, wave=0.0006, side=0.0015)
+    form = Form(mean=0.0012, stretch=0.005, bump=0.002, wave=0.0006, side=0.0018)
     """the most on thirteen plants of other form (bristles of the bench, of the blind kit, of the
     tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing hidden:
     `bench-discovery --form` prints them"""

@@ -54,16 +54,25 @@ def contrast_blocks(
 
 
 def effective_freedom(runs: RunSet, contrast: np.ndarray) -> float:
-    """Independent numbers in the contrasts: red noise holds few per run.
+    """Independent numbers in the contrasts: red noise holds few per run, and where a tire scatters
+    in proportion to its force, few conditions hold most of it.
 
-    Participation ratio of the time covariance, corrected for the number of runs behind it.
+    Participation ratios of the time covariance, corrected for the number of runs behind it, and of
+    the conditions, corrected for what so few numbers differ by chance.
     """
     spare = max(sum(len(g) - 1 for g in runs.groups), 1)
     thin = contrast[:, :: max(1, runs.samples // 300)]
     covariance = thin.T @ thin
     ratio = float(np.trace(covariance) ** 2 / max(float(np.sum(covariance**2)), 1e-30))
-    inverse = max(1.0 / max(ratio, 1.0) - 1.0 / spare, 1.0 / 200.0)
-    return spare / inverse
+    per_run = 1.0 / max(1.0 / max(ratio, 1.0) - 1.0 / spare, 1.0 / 200.0)
+    energy = np.sum(contrast**2, axis=1)
+    repeated = [g for g in runs.groups if len(g) > 1]
+    level = np.array([float(np.sum(energy[g])) / (len(g) - 1) for g in repeated])
+    if not np.any(level > 0.0):
+        return spare * per_run
+    by_chance = 1.0 + 2.0 * len(repeated) / (spare * per_run)
+    uneven = float(np.mean(level**2) / np.mean(level) ** 2) / by_chance
+    return spare * per_run / max(uneven, 1.0)
 
 
 def clean_contrasts(

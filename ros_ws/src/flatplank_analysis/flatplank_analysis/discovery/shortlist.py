@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import chi2
 
-from flatplank_analysis.discovery.decide import FAMILY
+from flatplank_analysis.discovery.decide import FAMILY, at_edge
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
@@ -26,6 +26,9 @@ HOPE = 0.8
 """a refit may bring that much more than the screening promised"""
 EVIDENCE = 20.0
 """difference of two chi2 below which nothing is said"""
+
+MOST_UNSHOWN = 3
+"""effects that are told of those that the runs hardly show"""
 
 
 def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[Screened]:
@@ -46,6 +49,20 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
         if len(out) == most:
             break
     return out
+
+
+def unshown(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
+    """Effects that the residual asks for, within their range, though the tire can feign nearly all
+    of them, so that these runs cannot name them; those that it asks for most."""
+    level = max(ranking.usual.dispersion, 1.0)
+    return [
+        item.identifier
+        for item in best_per_effect(ranking)
+        if item.visible < VISIBLE
+        and not item.candidate.effect.generic
+        and item.gain > level * _least_gain(item, looked_at)
+        and not at_edge(term_of(item.candidate, item.sizes))
+    ][:MOST_UNSHOWN]
 
 
 def _least_gain(item: Screened, looked_at: Mapping[str, int]) -> float:

@@ -13,7 +13,9 @@ from flatplank_analysis.discovery import decide, invariants, where
 from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.discovery.screen import best_per_effect
 from flatplank_analysis.discovery.search import polish
+from flatplank_analysis.discovery.shortlist import unshown
 from flatplank_analysis.discovery.sources.base import FOUND, PARTLY, UNDECIDED, Source
 from flatplank_analysis.discovery.sources.cap import capped
 from flatplank_analysis.discovery.sources.ranked import source_of
@@ -229,7 +231,8 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
                 f"nothing that counts is left beyond the floor of {brief(level.floor)}",
             )
         if lawful:
-            return LAW, f"{left}; a force law of another form takes it, the machine is fine"
+            fine = "" if unshown(last.screen, search.looked_at) else ", the machine is fine"
+            return LAW, f"{left}; a force law of another form takes it{fine}"
         return NONE, f"{left}; no effect of the library explains it"
     if not named and (lawful or not left):
         return LAW, "the machine is fine; the force law is of another form"
@@ -258,6 +261,12 @@ def _notes(runs: RunSet, search: Search) -> Sequence[str]:
             "one step position in all runs: plank position and distance since the step are one "
             "coordinate; measure a second step position first"
         )
+    unseen = unshown(search.last.screen, search.looked_at)
+    if unseen:
+        out.append(
+            "asked for by what is left, but nearly all of it the tire can feign in these runs: "
+            + ", ".join(unseen)
+        )
     for d in (f.decision for f in search.last.found if f.decision.misshapen):
         out.append(
             f"{d.term.effect.identifier}: {', '.join(d.reasons)}; the fault is of another form "
@@ -274,8 +283,6 @@ def _notes(runs: RunSet, search: Search) -> Sequence[str]:
 def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float, str]]:
     """Smallest size found with 80 % power at the family-wise level, by effect."""
     from scipy.stats import norm
-
-    from flatplank_analysis.discovery.screen import best_per_effect
 
     out: dict[str, tuple[float, str]] = {}
     for item in best_per_effect(step.screen):

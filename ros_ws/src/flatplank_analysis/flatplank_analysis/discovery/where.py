@@ -11,6 +11,10 @@ import numpy as np
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.wording import span
 
+SURE = 3.8
+"""standard errors of its condition's mean that a stretch must exceed: a p-value of 0.001 with
+twenty degrees of freedom"""
+
 
 @dataclass(frozen=True)
 class Map:
@@ -137,8 +141,10 @@ def _half(edges: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
 
 
 def events(runs: RunSet, residual: np.ndarray, limit: float, width: float = 0.05) -> list[Event]:
-    """Stretches of a place coordinate where the mean residual exceeds a limit, the worst first."""
+    """Stretches of a place coordinate where the mean residual of a condition exceeds a limit, and
+    what the scatter of its own repeats makes of a mean; the worst first."""
     mean = runs.mean(residual)
+    limits = np.maximum(limit, SURE * standard_errors(runs, residual))
     out: list[Event] = []
     for name, c in runs.coordinates.items():
         if not c.local:
@@ -150,10 +156,19 @@ def events(runs: RunSet, residual: np.ndarray, limit: float, width: float = 0.05
             cell = ((x - low) / width).astype(int)
             count = np.bincount(cell)
             level = np.sqrt(np.bincount(cell, mean[i] ** 2) / np.maximum(count, 1))
-            for k in np.flatnonzero((level > limit) & (count > 2)):
+            for k in np.flatnonzero((level > limits[i]) & (count > 2)):
                 found.setdefault(int(k), []).append((i, float(level[k])))
         out += _joined(name, found, low, width, runs.condition_names)
     return sorted(out, key=lambda e: -e.level)
+
+
+def standard_errors(runs: RunSet, residual: np.ndarray) -> np.ndarray:
+    """Of the mean residual of every condition, by the scatter of its own repeats (conditions,):
+    the scatter of a tire grows with its force. Zero where nothing was repeated."""
+    square = np.mean(runs.contrast(residual) ** 2, axis=1)
+    counts = np.array([len(g) for g in runs.groups])
+    within = np.array([float(np.sum(square[g])) for g in runs.groups])
+    return np.sqrt(within / np.maximum(counts - 1, 1) / counts)
 
 
 def _joined(name, found, low, width, labels) -> list[Event]:

@@ -43,6 +43,11 @@ class Tried:
         """What is left in units of the scatter, with the price of its numbers."""
         return self.found.chi2 / dispersion + price * self.sentence.shape.price
 
+    @property
+    def as_good(self) -> float:
+        """What another sentence must leave less than, or these runs tell it from this one."""
+        return self.found.chi2 + EVIDENCE + ALIKE * self.decision.drop
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -65,10 +70,9 @@ class Outcome:
         if self.best is None:
             return ()
         best = self.best
-        limit = best.found.chi2 + EVIDENCE + ALIKE * best.decision.drop
         seen, out = {_place(best)}, []
         for t in self.tried:
-            if _place(t) not in seen and t.found.chi2 < limit:
+            if _place(t) not in seen and t.found.chi2 < best.as_good:
                 seen.add(_place(t))
                 out.append(t)
         return tuple(out)
@@ -106,6 +110,23 @@ def doubt(site: Site) -> int:
     return int(site.place.span.kind == SIGNAL) + int(elsewhere) + int(site.hook.shown)
 
 
+def is_sibling(one: Site, other: Site) -> bool:
+    """True of a site with fewer reasons against it that differs in what is doubted only: another
+    hook at the same coordinate, or the same hook over another one."""
+    same_hook = one.hook == other.hook
+    same_place = other.place.name in (one.place.name, *one.place.alias)
+    alike = one.modulator == other.modulator and same_hook != same_place
+    return alike and doubt(one) < doubt(other)
+
+
+def likeliest(accepted: Sequence[Tried]) -> list[Tried]:
+    """The same; of those that these runs cannot tell from the first, what a person would look for
+    first."""
+    near = [t for t in accepted if t.found.chi2 < accepted[0].as_good]
+    far = [t for t in accepted if t.found.chi2 >= accepted[0].as_good]
+    return sorted(near, key=lambda t: doubt(t.sentence.site)) + far
+
+
 def simplest(accepted: Sequence[Tried]) -> Tried | None:
     """The best one, or at its place a form with fewer numbers that leaves as little."""
     if not accepted:
@@ -120,7 +141,10 @@ def simplest(accepted: Sequence[Tried]) -> Tried | None:
 
 
 def _place(t: Tried) -> tuple[str, str, str]:
-    site = t.sentence.site
+    return _key(t.sentence.site)
+
+
+def _key(site: Site) -> tuple[str, str, str]:
     return site.hook.name, site.place.name, site.modulator.name
 
 
@@ -148,7 +172,8 @@ class Proposer:
                 self.progress("curves at all sites", 0.5 * i / len(sites))
             scanned += [s for s in (scanner.curve(site), scanner.wave(site)) if s is not None]
         looked = looks_of(scanned)
-        best = varied(self.ranked(scanned), lambda s: s.site, SITES)
+        ranked = self.ranked(scanned)
+        best = varied(ranked, lambda s: s.site, SITES)
         formed: list[tuple[Formed, int]] = []
         for s in best:
             self.say("shapes at the best sites", 0.6)
@@ -159,20 +184,36 @@ class Proposer:
         for f, looks in varied(formed, lambda pair: pair[0].site, REFITS):
             self.say("joint refits", 0.8)
             tried.append(self.refit(f, looks))
+        tried += self.instead(scanner, ranked, tried, looked)
         tried.sort(key=lambda t: t.cost(self.level, self.price))
-        taken = simplest(self.likeliest([t for t in tried if t.decision.accepted]))
+        taken = simplest(likeliest(self.accepted(tried)))
         curve = None
         if taken and not waves(taken.sentence.shape):
             curve = scanner.drawn(taken.sentence.site, self.level)
         looks = sum(s.looks for s in scanned)
         return Outcome(taken, tuple(tried), tuple(best), looks, curve)
 
-    def likeliest(self, accepted: list[Tried]) -> list[Tried]:
-        """The same, the best first; of those between which less than the price of one number
-        decides, the one that a person would look for first."""
-        costs = [t.cost(self.level, self.price) for t in accepted]
-        near = [t for t, c in zip(accepted, costs, strict=True) if c < costs[0] + self.price]
-        return sorted(near, key=lambda t: doubt(t.sentence.site)) + accepted[len(near) :]
+    def accepted(self, tried: Sequence[Tried]) -> list[Tried]:
+        """Those that pass all tests, the best first."""
+        passed = [t for t in tried if t.decision.accepted]
+        return sorted(passed, key=lambda t: t.cost(self.level, self.price))
+
+    def instead(
+        self, scanner: Scanner, ranked: Sequence[Scanned], tried: Sequence[Tried],
+        looked: dict[str, int],
+    ) -> list[Tried]:  # fmt: skip
+        """Refits of what a person would look for before the best sentence, where there are reasons
+        against its place: the best form at each of its siblings that was not refitted."""
+        accepted = self.accepted(tried)
+        if not accepted or not doubt(accepted[0].sentence.site):
+            return []
+        best, seen = accepted[0].sentence.site, {_place(t) for t in tried}
+        out = []
+        for s in ranked:
+            if is_sibling(s.site, best) and _key(s.site) not in seen:
+                self.say("joint refits", 0.9)
+                out.append(self.refit(min(scanner.forms(s), key=self.worth), looked[s.kind]))
+        return out
 
     def say(self, text: str, share: float) -> None:
         if self.progress is not None:
