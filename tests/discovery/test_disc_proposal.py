@@ -22,7 +22,7 @@ from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import _refused, refuted
 from flatplank_analysis.proposal.propose import propose as of_session
 from flatplank_analysis.proposal.scan import CURVE, FURTHER, WAVE, Scanned
-from flatplank_analysis.proposal.search import doubt, is_sibling, likeliest, looks_of, varied
+from flatplank_analysis.proposal.search import Tried, doubt, is_sibling, looks_of, varied
 from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
 from flatplank_data.errors import FlatplankError
@@ -312,14 +312,12 @@ def test_a_tie_goes_to_what_a_person_would_look_for_first():
     over = replace(friction, place=measured)
     assert is_sibling(friction, over) and not is_sibling(over, load)
 
-    def tried(site, chi2, as_good):
-        found = SimpleNamespace(chi2=chi2)
-        return SimpleNamespace(sentence=SimpleNamespace(site=site), found=found, as_good=as_good)
+    def cost(site, left):
+        sentence = SimpleNamespace(site=site, shape=SimpleNamespace(price=3))
+        return Tried(sentence, None, SimpleNamespace(chi2=left)).doubted(2.0, 5.0)
 
-    best, near = tried(load, 100.0, 130.0), tried(friction, 129.0, 160.0)
-    far = tried(friction, 131.0, 160.0)
-    assert likeliest([best, near]) == [near, best]
-    assert likeliest([best, far]) == [best, far]
+    assert cost(friction, 200.0) == pytest.approx(115.0)
+    assert cost(load, 200.0) == pytest.approx(125.0)
 
 
 def test_a_curve_does_not_pay_for_the_periods_of_waves():

@@ -431,13 +431,15 @@ def test_runs_means_contrasts_and_some_of_them():
         replace(runs, measured=runs.measured[0])
 
 
-def judged(found, left="", lawful=None, monkeypatch=None):
+def judged(found, left="", lawful=None, unseen=(), monkeypatch=None):
     """The verdict where these effects were found and this is left, before and after polishing."""
     state, polished = SimpleNamespace(floors=[SimpleNamespace(floor=1.0)]), object()
     what = {id(state): left, id(polished): lawful}
     monkeypatch.setattr(invariants, "rest", lambda s, _found: what[id(s)])
-    steps = SimpleNamespace(state=state, found=found)
-    return verdict._verdict(SimpleNamespace(polished=None if lawful is None else polished), steps)
+    monkeypatch.setattr(verdict, "unshown", lambda _screen, _looked_at: list(unseen))
+    steps = SimpleNamespace(state=state, found=found, screen=None)
+    search = SimpleNamespace(polished=None if lawful is None else polished, looked_at={})
+    return verdict._verdict(search, steps)
 
 
 def test_verdicts(monkeypatch):
@@ -452,6 +454,8 @@ def test_verdicts(monkeypatch):
     assert told(left="5 N")[0] == verdict.NONE and "5 N" in told(left="5 N")[1]
     assert told(left="5 N", lawful="4 N")[0] == verdict.NONE
     assert told(left="5 N", lawful="")[0] == verdict.LAW
+    assert "machine is fine" in told(left="5 N", lawful="")[1]
+    assert "machine is fine" not in told(left="5 N", lawful="", unseen=["slow"])[1]
     assert told(free)[0] == told(free, left="5 N", lawful="")[0] == verdict.LAW
     assert told(free, left="5 N")[0] == verdict.PARTLY
     assert told(one, left="5 N") == (verdict.PARTLY, "5 N")

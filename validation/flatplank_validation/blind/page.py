@@ -46,6 +46,10 @@ def page(entries: Sequence[Mapping[str, Any]], header: Mapping[str, Any]) -> str
         "## Scores",
         tables.scores(points),
         tables.beside(points),
+        "## What was missed, and how",
+        _MISSED,
+        tables.ways(points),
+        tables.missed(points),
         "## Sizes and held-out error",
         tables.sizes(points),
         "## Power",
@@ -110,6 +114,10 @@ with slow parts, trends, 1 N and 30 N, and one like a measured signal (1/f, hum 
 that the sampling folds down, warming up, steps of the converter, outliers, a channel that
 stands still). The list belongs to the seed, too. Intervals in brackets are Wilson's, 95 %. A
 size in another unit than the hidden one counts as not covered."""
+
+_MISSED = """Of the rows with a goal, every campaign that was not right. *Error / floor*: error of
+the base without any effect over the scatter between repeats; at 1 and below the whole effect is
+less than what repeats differ by, and only its regularity can tell it."""
 
 _POWER = """Strictly right over the ratio of the hidden size to the detectable size. The third
 column says how many detectable sizes the size of no consequence is: where it is large the

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -33,6 +34,8 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         outside = e["answer"]["outside"] if e["case"]["group"] == "outside" else None
         p = points_of(e) | {"world": e["case"]["world"], "factor": e["case"]["factor"]}
         p |= {"rung": e["case"]["rung"], "ratio": math.nan, "clear": True}
+        p |= {"noise": f"{e['case']['noise']}, {e['case']['scatter']:.0%}", "said": _said(e)}
+        p["error"] = e["diagnosis"]["rmse_before"] / max(e["diagnosis"]["floor_rmse"], 1e-9)
         for h in one:
             p["ratio"] = h["size"] / h["detectable"]
             p["clear"] = h["size"] >= CLEAR * h["consequence"] * (1.0 - 1e-9)
@@ -43,6 +46,15 @@ def scored(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             p["clear"] = outside.get("size", math.inf) >= CLEAR * slight * (1.0 - 1e-9)
         out.append(p)
     return out
+
+
+def _said(entry: Mapping[str, Any]) -> str:
+    """The names that were given, or the verdict in brackets."""
+    names = [
+        f"{e['name']} ({', '.join(e['class'])})" if e["class"] else e["name"]
+        for e in entry["diagnosis"]["effects"]
+    ]
+    return ", ".join(names) or f"({entry['diagnosis']['verdict']})"
 
 
 def _outside(low: float, high: float = math.inf) -> Callable[[Mapping], bool]:
@@ -216,3 +228,52 @@ def matrix(points: Points) -> str:
         cells = [f"({n}) {c}" if n in verdicts else f"{n} {c}" for n, c in ordered]
         rows.append([truth, str(sum(row.values())), ", ".join(cells)])
     return table(["hidden", "campaigns", "named first"], rows)
+
+
+ASKED = ("none", "x2", "pair", "combined", "outside2")
+"""rows with a goal, and what is of consequence outside the library"""
+
+
+def how(point: Mapping[str, Any]) -> str:
+    """In what way a campaign was missed."""
+    if point["truth"] == "nothing" or (point["all"] and point["false"]):
+        return "something false named beside"
+    if point["false"]:
+        return "another name instead"
+    if point["named"]:
+        return "one of two not named"
+    return "nothing named" if point["error"] > 1.0 else "nothing named, error within the floor"
+
+
+def missed(points: Points) -> str:
+    """Every campaign that a goal asks for and that was not right: what was hidden, how loud it
+    was, and what was said."""
+    rows = [
+        [
+            p["truth"], p["world"], p["noise"],
+            "" if math.isnan(p["ratio"]) else f"{p['ratio']:.1f} x", f"{p['error']:.2f}",
+            p["said"], how(p),
+        ]
+        for key, own in rows_of(points).items()
+        if key in ASKED
+        for p in own
+        if not p["right"]
+    ]  # fmt: skip
+    return table(
+        ["hidden", "world", "noise, scatter", "detectable", "error / floor", "said", "how"], rows
+    )
+
+
+def ways(points: Points) -> str:
+    """How often each way of missing was met, by row."""
+    found = {
+        key: Counter(how(p) for p in own if not p["right"])
+        for key, own in rows_of(points).items()
+        if key in ASKED
+    }
+    names = sorted({way for row in found.values() for way in row})
+    rows = [
+        [ROWS[key][0], str(sum(row.values())), *(str(row[way] or "-") for way in names)]
+        for key, row in found.items()
+    ]
+    return table(["what", "missed", *names], rows)

@@ -29,6 +29,8 @@ SITES, FORMS, REFITS = 10, 3, 8
 """sites whose shapes are looked at; shapes of a site, and shapes of all, that are refitted"""
 ALIKE_SITES = 3
 """of these with the same hook and modulator"""
+DOUBT = 2.0
+"""numbers that a reason against a place costs as much as"""
 
 
 @dataclass(frozen=True)
@@ -43,10 +45,9 @@ class Tried:
         """What is left in units of the scatter, with the price of its numbers."""
         return self.found.chi2 / dispersion + price * self.sentence.shape.price
 
-    @property
-    def as_good(self) -> float:
-        """What another sentence must leave less than, or these runs tell it from this one."""
-        return self.found.chi2 + EVIDENCE + ALIKE * self.decision.drop
+    def doubted(self, dispersion: float, price: float) -> float:
+        """The same with the price of every reason against its place."""
+        return self.cost(dispersion, price) + DOUBT * price * doubt(self.sentence.site)
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,10 @@ class Outcome:
         if self.best is None:
             return ()
         best = self.best
+        limit = best.found.chi2 + EVIDENCE + ALIKE * best.decision.drop
         seen, out = {_place(best)}, []
         for t in self.tried:
-            if _place(t) not in seen and t.found.chi2 < best.as_good:
+            if _place(t) not in seen and t.found.chi2 < limit:
                 seen.add(_place(t))
                 out.append(t)
         return tuple(out)
@@ -117,14 +119,6 @@ def is_sibling(one: Site, other: Site) -> bool:
     same_place = other.place.name in (one.place.name, *one.place.alias)
     alike = one.modulator == other.modulator and same_hook != same_place
     return alike and doubt(one) < doubt(other)
-
-
-def likeliest(accepted: Sequence[Tried]) -> list[Tried]:
-    """The same; of those that these runs cannot tell from the first, what a person would look for
-    first."""
-    near = [t for t in accepted if t.found.chi2 < accepted[0].as_good]
-    far = [t for t in accepted if t.found.chi2 >= accepted[0].as_good]
-    return sorted(near, key=lambda t: doubt(t.sentence.site)) + far
 
 
 def simplest(accepted: Sequence[Tried]) -> Tried | None:
@@ -185,18 +179,13 @@ class Proposer:
             self.say("joint refits", 0.8)
             tried.append(self.refit(f, looks))
         tried += self.instead(scanner, ranked, tried, looked)
-        tried.sort(key=lambda t: t.cost(self.level, self.price))
-        taken = simplest(likeliest(self.accepted(tried)))
+        tried.sort(key=lambda t: t.doubted(self.level, self.price))
+        taken = simplest([t for t in tried if t.decision.accepted])
         curve = None
         if taken and not waves(taken.sentence.shape):
             curve = scanner.drawn(taken.sentence.site, self.level)
         looks = sum(s.looks for s in scanned)
         return Outcome(taken, tuple(tried), tuple(best), looks, curve)
-
-    def accepted(self, tried: Sequence[Tried]) -> list[Tried]:
-        """Those that pass all tests, the best first."""
-        passed = [t for t in tried if t.decision.accepted]
-        return sorted(passed, key=lambda t: t.cost(self.level, self.price))
 
     def instead(
         self, scanner: Scanner, ranked: Sequence[Scanned], tried: Sequence[Tried],
@@ -204,11 +193,11 @@ class Proposer:
     ) -> list[Tried]:  # fmt: skip
         """Refits of what a person would look for before the best sentence, where there are reasons
         against its place: the best form at each of its siblings that was not refitted."""
-        accepted = self.accepted(tried)
-        if not accepted or not doubt(accepted[0].sentence.site):
+        accepted = [t for t in tried if t.decision.accepted]
+        if not accepted:
             return []
-        best, seen = accepted[0].sentence.site, {_place(t) for t in tried}
-        out = []
+        best = min(accepted, key=lambda t: t.doubted(self.level, self.price)).sentence.site
+        seen, out = {_place(t) for t in tried}, []
         for s in ranked:
             if is_sibling(s.site, best) and _key(s.site) not in seen:
                 self.say("joint refits", 0.9)
