@@ -67,14 +67,26 @@ def test_whoever_imports_a_varied_constant_gets_the_varied_one():
     assert float(value) == 40.0 and int(users) >= 1 and [float(s) for s in seen] == [40.0], done
 
 
-def test_the_study_tells_what_changed(study):
+def test_the_study_tells_what_changed(study, tmp_path):
     (constant, *_) = study.constants()
 
-    def line(key, verdict, right):
-        return {"key": key, "verdict": verdict, "names": [], "right": right}
+    def line(of, factor, key, verdict, right, value=constant.value, code="one"):
+        return {
+            "constant": of, "factor": factor, "value": str(value), "code": code, "key": key,
+            "verdict": verdict, "names": [], "right": right,
+        }  # fmt: skip
 
-    plain = [line("a", "found", True), line("b", "partly", False)]
-    halved = [line("a", "at floor", False), line("b", "partly", False), line("c", "found", True)]
-    found = {"": {1.0: plain}, constant.key: {0.5: halved}}
-    (row,) = (r for r in study.page(found).splitlines() if f"`{constant.key}`" in r)
+    lines = [
+        line("", 1.0, "a", "found", True), line("", 1.0, "b", "partly", False),
+        line(constant.key, 0.5, "a", "at floor", False),
+        line(constant.key, 0.5, "b", "partly", False),
+        line(constant.key, 0.5, "c", "found", True),
+        line(constant.key, 0.5, "b", "found", True, code="other"),
+        line(constant.key, 2.0, "b", "found", True, value=-1.0),
+    ]  # fmt: skip
+    journal = tmp_path / "journal.jsonl.gz"
+    study.publish([*lines, lines[2]], journal)
+    assert len(study.read(journal)) == len(lines) and not study.read(tmp_path / "none")
+    text = study.page(study.sorted_out([*study.read(journal), *lines]))
+    (row,) = (r for r in text.splitlines() if f"`{constant.key}`" in r)
     assert row.endswith("| 1 of 2, -1 | - |")

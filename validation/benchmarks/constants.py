@@ -6,7 +6,7 @@
     python validation/benchmarks/constants.py --study --only 'discovery.decide.*' --count 8
 
 Constants are found by module and name, where the code has them. A study can be stopped and gone
-on with; with a journal the table has a column of what it found.
+on with. What it found stands in the table, and its journal beside that.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import ast
 import fnmatch
+import gzip
 import importlib
 import importlib.abc
 import importlib.util
@@ -33,6 +34,7 @@ SOURCE = ROOT / "ros_ws/src" / PACKAGE / PACKAGE
 FOLDERS = ("discovery", "contact_patch", "effects", "proposal")
 FACTORS = (0.5, 2.0)
 SEED = 4711
+JOURNAL = ROOT / "docs/constants.jsonl.gz"
 CHOSEN = "chosen by hand"
 
 SOURCES: dict[str, str] = {
@@ -63,6 +65,7 @@ ABOUT = {"discovery.invariants.AT_FLOOR": 1.0}
 are taken by their distance from 1"""
 
 Value = int | float | tuple[float, ...]
+Found = Mapping[str, Mapping[float, Sequence[dict[str, Any]]]]
 
 
 @dataclass(frozen=True)
@@ -137,14 +140,16 @@ def _note(node: ast.AST | None) -> str:
     return " ".join(text.split()) if isinstance(text, str) else ""
 
 
-def page(found: Mapping[str, Mapping[float, Sequence[dict[str, Any]]]]) -> str:
+def page(found: Found) -> str:
     """The table; `found` are results of a study, by constant and factor (1: as it is)."""
+    seen = [len(e) for key, by_factor in found.items() if key for e in by_factor.values()]
     lines = [
         "# Tuning constants of the search",
         "",
         "Written by `python validation/benchmarks/constants.py --write docs/constants.md`; "
         "a test holds it to the code.",
         "",
+        *([_studied(seen), ""] if seen else []),
         "| constant | value | what it is | source | halved | doubled |",
         "|---|---|---|---|---|---|",
     ]
@@ -161,29 +166,62 @@ def page(found: Mapping[str, Mapping[float, Sequence[dict[str, Any]]]]) -> str:
     return "\n".join(lines)
 
 
+def _studied(seen: Sequence[int]) -> str:
+    return (
+        f"{len(seen)} settings were varied on up to {max(seen)} campaigns of the blind kit, "
+        f"seed {SEED} (`--study --count N`, which goes on where it stopped); the journal is "
+        f"[beside this page]({JOURNAL.name}). A number of another value than then counts as not "
+        "varied."
+    )
+
+
 def _changed(found, constant: Constant, factor: float) -> str:
     if constant.key in FACTS:
         return "no tuning"
-    plain = {e["key"]: e for e in found.get("", {}).get(1.0, [])}
-    varied = [e for e in found.get(constant.key, {}).get(factor, []) if e["key"] in plain]
+    plain = {_campaign(e): e for e in found.get("", {}).get(1.0, [])}
+    varied = [
+        e
+        for e in found.get(constant.key, {}).get(factor, [])
+        if _campaign(e) in plain and e["value"] == str(constant.value)
+    ]
     if not varied:
         return "-"
-    other = sum(_told(e) != _told(plain[e["key"]]) for e in varied)
-    right = sum(e["right"] - plain[e["key"]]["right"] for e in varied)
+    other = sum(_told(e) != _told(plain[_campaign(e)]) for e in varied)
+    right = sum(e["right"] - plain[_campaign(e)]["right"] for e in varied)
     return f"{other} of {len(varied)}, {right:+d}"
+
+
+def _campaign(entry: Mapping[str, Any]) -> tuple[str, str]:
+    """The campaign, and the search that looked at it."""
+    return entry["key"], entry["code"]
 
 
 def _told(entry: Mapping[str, Any]) -> tuple[Any, ...]:
     return entry["verdict"], sorted(entry["names"])
 
 
-def read(journal: Path | None) -> dict[str, dict[float, list[dict[str, Any]]]]:
-    """Results by constant and factor."""
+def read(journal: Path) -> list[dict[str, Any]]:
+    """All lines of a journal; none where there is no such file."""
+    if not journal.exists():
+        return []
+    packed = journal.suffix == ".gz"
+    text = gzip.decompress(journal.read_bytes()) if packed else journal.read_bytes()
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def publish(entries: Sequence[Mapping[str, Any]], journal: Path) -> None:
+    """A journal in one small file, the same bytes for the same lines."""
+    lines = sorted({json.dumps(entry, sort_keys=True) for entry in entries})
+    with journal.open("wb") as raw, gzip.GzipFile("", "wb", 9, raw, 0) as stream:
+        stream.write(("\n".join(lines) + "\n").encode())
+
+
+def sorted_out(entries: Sequence[dict[str, Any]]) -> Found:
+    """Results by constant and factor, every campaign once."""
+    once = {json.dumps(e, sort_keys=True): e for e in entries}
     out: dict[str, dict[float, list[dict[str, Any]]]] = {}
-    if journal is not None and journal.exists():
-        for line in journal.read_text(encoding="utf-8").splitlines():
-            entry = json.loads(line)
-            out.setdefault(entry["constant"], {}).setdefault(entry["factor"], []).append(entry)
+    for entry in once.values():
+        out.setdefault(entry["constant"], {}).setdefault(entry["factor"], []).append(entry)
     return out
 
 
@@ -214,23 +252,28 @@ class Varied(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(ast.fix_missing_locations(tree), module.__file__, "exec"), module.__dict__)
 
 
-def vary(key: str, factor: float) -> None:
-    """From now on this process has another number there."""
+def vary(key: str, factor: float) -> Value:
+    """From now on this process has another number there; the one that it had."""
     (constant,) = (c for c in constants() if c.key == key)
     for name in [n for n in sys.modules if n.split(".")[0] == PACKAGE]:
         del sys.modules[name]
     sys.meta_path.insert(0, Varied(constant, constant.times(factor)))
+    return constant.value
 
 
 def work(key: str, factor: float, count: int, journal: Path) -> None:
     """The campaigns of one constant and factor that the journal does not have yet."""
-    if key:
-        vary(key, factor)
-    from flatplank_validation.blind.journal import solve
+    value = vary(key, factor) if key else None
+    from flatplank_validation.blind.journal import code_version, solve
     from flatplank_validation.blind.lists import full
     from flatplank_validation.blind.points import points_of
 
-    known = {e["key"] for e in read(journal).get(key, {}).get(factor, [])}
+    code = code_version()
+    known = {
+        e["key"]
+        for e in read(journal)
+        if (e["constant"], e["factor"], e["value"], e["code"]) == (key, factor, str(value), code)
+    }
     for case in full(SEED)[:count]:
         if case.key in known:
             continue
@@ -239,7 +282,8 @@ def work(key: str, factor: float, count: int, journal: Path) -> None:
             continue
         told = entry["diagnosis"]
         line = {
-            "constant": key, "factor": factor, "key": case.key, "verdict": told["verdict"],
+            "constant": key, "factor": factor, "value": str(value), "code": code,
+            "key": case.key, "verdict": told["verdict"],
             "names": [e["name"] for e in told["effects"]],
             "sizes": [e["size"] for e in told["effects"]],
             "right": bool(points_of(entry)["right"]),
@@ -283,9 +327,12 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     if o.study:
         study(o.only, o.count, journal)
-    text = page(read(journal))
+    entries = [*read(JOURNAL), *read(journal)]
+    text = page(sorted_out(entries))
     if o.write:
         o.write.write_text(text, encoding="utf-8")
+        if entries:
+            publish(entries, JOURNAL)
     else:
         print(text)
     return 0
