@@ -187,6 +187,23 @@ def screened(effect, sizes, gain=1000.0, visible=0.5, setting=None) -> Screened:
     return Screened(candidate, size, gain, visible, np.eye(len(size)), np.eye(9)[0])
 
 
+def test_what_the_tire_can_feign_is_told_when_the_residual_asks_for_it():
+    """Beyond the level and within its range; what is visible, is on the shortlist."""
+    looked, usual = {"long": 3, "other": 3}, SimpleNamespace(dispersion=2.0)
+    least = 2.0 * 0.8 * chi2.isf(0.05 / 3, 1)
+
+    def told(*items):
+        return shortlist.unshown(SimpleNamespace(ranked=list(items), usual=usual), looked)
+
+    faint = screened(LONG, 1.0, gain=1.01 * least, visible=0.004)
+    assert told(faint) == ["long"]
+    assert told(screened(OTHER, 1.0, gain=2.0 * least, visible=0.004), faint) == ["other", "long"]
+    assert told(screened(LONG, 1.0, gain=0.99 * least, visible=0.004)) == []
+    assert told(screened(LONG, 1.0, gain=1.01 * least, visible=0.006)) == []
+    far = LONG.main_parameter().upper / LONG.main_parameter().screen
+    assert told(screened(LONG, far, gain=2.0 * least, visible=0.004)) == []
+
+
 def test_the_shortlist_has_what_may_be_an_effect():
     looked = {"long": 3, "other": 3}
     least = 0.8 * chi2.isf(0.05 / 3, 1)
