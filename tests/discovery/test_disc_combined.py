@@ -102,7 +102,7 @@ def test_steering_play_at_one_side_slip_is_told_as_hardly_shown():
     not named, since its size is not to be had."""
     result = session("combined", seed=3, steering_play=4e-3).diagnose().to_dict()
     assert (result["verdict"], result["effects"]) == ("at floor", []), result
-    (note,) = (n for n in result["notes"] if "feign" in n)
+    (note,) = (n for n in result["notes"] if "imitate" in n)
     assert "steering_play" in note
 
 
