@@ -264,8 +264,8 @@ def _notes(runs: RunSet, search: Search) -> Sequence[str]:
     unseen = unshown(search.last.screen, search.looked_at)
     if unseen:
         out.append(
-            f"what is left points to {', '.join(unseen)}, but in these runs the tire's own numbers "
-            "imitate nearly all of it: not named"
+            f"what is left points to {', '.join(unseen)}, but in these runs the tire's own "
+            "numbers imitate nearly all of it: not named"
         )
     for d in (f.decision for f in search.last.found if f.decision.misshapen):
         out.append(
