@@ -31,9 +31,9 @@ def entry(group, hidden, named, verdict="found", outside=None, where=()):
         "key": f"{group}/{'+'.join(hidden)}", "seed": 1, "code": "c", "kit": "k",
         "commit": "abc", "answer": answer,
         "case": {"group": group, "hidden": list(hidden), "world": "second", "factor": 2.0,
-                 "rung": "x"},
+                 "rung": "x", "noise": "white", "scatter": 0.01},
         "diagnosis": {"verdict": verdict, "effects": effects, "floor_rmse": 10.0,
-                      "held_out_after": 10.5, "unexplained": {"where": list(where)}},
+                      "rmse_before": 25.0, "held_out_after": 10.5, "unexplained": {"where": list(where)}},
     }  # fmt: skip
 
 
@@ -81,9 +81,12 @@ def test_strict_and_lenient_stand_side_by_side():
     twin = entry("single", ["rack_backlash"], [("road_play", 1.0)])
     twin["answer"]["effects"][0]["class"] = ["road_play", "drive_backlash"]
     text = page([twin], HEADER)
-    (row,) = [line for line in text.splitlines() if line.startswith("| " + tables.ROWS["x2"][0])]
-    cells = [c.strip() for c in row.strip("|").split("|")]
+    scores, how = [
+        line for line in text.splitlines() if line.startswith("| " + tables.ROWS["x2"][0])
+    ]
+    cells = [c.strip() for c in scores.strip("|").split("|")]
     assert cells[1].startswith("0/1") and cells[-1].startswith("1/1")
+    assert how.split("|")[2].strip() == "1"
     assert summary([twin])["x2"] | {"interval": None} == {
         "hits": 0, "trials": 1, "interval": None, "lenient": 1,
     }  # fmt: skip

@@ -16,6 +16,8 @@ from shapes import CONDITIONS, LONG, REPEATS, measured, shape
 from flatplank_analysis.discovery import decide, dispersion, floor, screen
 from flatplank_analysis.discovery.fit import Term
 from flatplank_analysis.discovery.gram import Gram, Metric, scatter_of, solve
+from flatplank_analysis.discovery.model import Form
+from flatplank_analysis.discovery.nextrun import weight_of
 from flatplank_analysis.discovery.noise import ChannelNoise, Whitener
 from flatplank_analysis.discovery.state import Candidate
 from flatplank_analysis.discovery.verdict import smallest
@@ -408,3 +410,11 @@ def test_a_size_at_an_end_that_is_not_its_null(low, null, high, value, edge):
     p = replace(effect.parameters()[0], lower=low, null=null, upper=high)
     effect.main_parameter = classmethod(lambda cls: p)
     assert decide.at_edge(Term(effect, np.array([value]))) is edge
+
+
+def test_a_channel_that_never_moves_asks_for_no_run():
+    """Fz of a table that was written by hand: no scatter, and nothing to divide by."""
+    model = SimpleNamespace(form=Form(mean=0.001, side=0.002), runs=SimpleNamespace())
+    model.runs.largest = np.array([2000.0, 3700.0])
+    state = SimpleNamespace(model=model, floors=[SimpleNamespace(floor=f) for f in (4.0, 0.0)])
+    np.testing.assert_allclose(weight_of(state).ravel(), [1 / np.hypot(4.0, 2.0), 1 / 7.4])

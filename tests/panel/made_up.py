@@ -23,7 +23,7 @@ def campaign(folder: Path, scatter: float = 0.0) -> Path:
             fx = 40_000 * kappa * (1 - np.exp(-np.clip(x - 1.5, 0, None) / 0.4)) * (x > 1.5)
             rolled = x + kappa * np.clip(x - 1.5, 0, None)
             # a pull at one place of the plank, in no library
-            fx += 120.0 * np.sign(kappa) * np.clip(1 - abs(x - 2.4) / 0.3, 0, None)
+            fx += 120.0 * np.clip(1 - abs(x - 2.4) / 0.3, 0, None)
             name = f"TOY_REL_LNG_{100 * kappa:g}perc_T_p25_Fz3700_{start}.parquet"
             columns = {
                 "time": t, "plank_position": x, "plank_velocity": np.full_like(t, 0.03092),

@@ -12,7 +12,7 @@ import numpy as np
 from flatplank_analysis.discovery.fit import Fit, Term, scale_of
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
-from flatplank_analysis.discovery.state import State
+from flatplank_analysis.discovery.state import State, channel_weights
 from flatplank_analysis.discovery.steps import Search
 
 NEEDED = 12.0
@@ -54,7 +54,7 @@ class Pair:
     """An effect of a fit, and a rival as it was fitted in its place, or the model without it."""
 
     def __init__(self, model: Model, fit: Fit, place: int, rival: Term | None, weight) -> None:
-        """weight (channels, 1, 1): one over the floors."""
+        """weight (channels, 1, 1): what each counts."""
         self.fit, self.place, self.term, self.weight = fit, place, rival, weight
         self.old = self.products(model)
 
@@ -80,8 +80,8 @@ class Pair:
 
 
 def weight_of(state: State) -> np.ndarray:
-    """One over the floor (channels, 1, 1)."""
-    return np.array([1.0 / f.floor for f in state.floors])[:, None, None]
+    """What every channel counts by its floor (channels, 1, 1)."""
+    return channel_weights(state.model, [f.floor for f in state.floors])
 
 
 def _contributions(
