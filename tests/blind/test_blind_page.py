@@ -33,7 +33,8 @@ def entry(group, hidden, named, verdict="found", outside=None, where=()):
         "case": {"group": group, "hidden": list(hidden), "world": "second", "factor": 2.0,
                  "rung": "x", "noise": "white", "scatter": 0.01},
         "diagnosis": {"verdict": verdict, "effects": effects, "floor_rmse": 10.0,
-                      "rmse_before": 25.0, "held_out_after": 10.5, "unexplained": {"where": list(where)}},
+                      "rmse_before": 25.0, "held_out_after": 10.5,
+                      "unexplained": {"where": list(where)}},
     }  # fmt: skip
 
 
