@@ -12,8 +12,7 @@ from flatplank_analysis.identify.mf.points import (
 )
 from flatplank_analysis.identify.mf.problem import OutputProblem
 from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.shipped import shipped_tir
-from flatplank_analysis.models.tir import TirFile
+from flatplank_analysis.models.tir import TirFile, shipped_tir
 
 TIR = shipped_tir()
 C = TIR.coefficients

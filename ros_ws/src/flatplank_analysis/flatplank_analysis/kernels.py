@@ -7,7 +7,7 @@ import numpy as np
 
 from flatplank_analysis.contact_patch import kernel as contact_patch
 from flatplank_analysis.effects import lost_motion
-from flatplank_analysis.models import kernel as models
+from flatplank_analysis.models.nonlinear import march
 
 
 def compile_all() -> None:
@@ -26,5 +26,4 @@ def compile_all() -> None:
         )  # fmt: skip
     cube = np.zeros((0, 1, 1))
     lost_motion.distance(cube, node, cube.copy())
-    if models.compiled is not None:
-        models.compiled(node, node, node, node, node, node, node, cube, 0.0, 1.0, cube, True)
+    march(node, node, node, node, node, cube, 0.0, 1.0, cube, True)

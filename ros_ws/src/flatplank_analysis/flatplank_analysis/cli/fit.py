@@ -13,9 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.identify.campaign import FITTERS, ConditionFits, carcass_fits, fit_campaign
+from flatplank_analysis.identify.campaign import (
+    FITTERS,
+    ConditionFits,
+    FitFile,
+    carcass_fits,
+    fit_campaign,
+    read_fit_file,
+)
 from flatplank_analysis.identify.carcass import CarcassFit
-from flatplank_analysis.identify.fit_file import FitFile, read_fit_file
 from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.parameters import general_start
 from flatplank_analysis.identify.repeats import LinearCondition

@@ -14,9 +14,9 @@ from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.figures.style import INK, PALETTE
 from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.magic_formula.structure import effective_radius
-from flatplank_analysis.post.settling import ExponentialFit
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.steady.rolling_radius import ExponentialFit
 from flatplank_data.condition import Condition
 
 

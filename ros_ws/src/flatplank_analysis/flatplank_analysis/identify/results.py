@@ -124,3 +124,16 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     return value
+
+
+def rmse(measured: np.ndarray, modelled: np.ndarray, mask: np.ndarray | None = None) -> float:
+    """Root-mean-square error [N] over the samples of the mask."""
+    error = np.asarray(measured, float) - np.asarray(modelled, float)
+    if mask is not None:
+        error = error[mask]
+    return float(np.sqrt(np.mean(error**2))) if error.size else float("nan")
+
+
+def relative_error(measured: np.ndarray, modelled: np.ndarray) -> float:
+    """Relative error e_r of (7.28) as a fraction."""
+    return float(np.sum(np.abs(measured - modelled)) / np.sum(np.abs(measured)))

@@ -10,8 +10,7 @@ import numpy as np
 
 from flatplank_analysis.identify.least_squares import Solution, solve
 from flatplank_analysis.identify.noise import fit_noise
-from flatplank_analysis.identify.quality import rmse
-from flatplank_analysis.identify.results import Estimate
+from flatplank_analysis.identify.results import Estimate, rmse
 
 Model = Callable[[np.ndarray], Mapping[str, np.ndarray]]
 """parameters (lanes, p) -> channel -> output (lanes, n)"""

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact length over load and pressure (7.20)-(7.22), and the patch's own relaxation length."""
+"""Vertical stiffness and contact length over load and pressure (7.20)-(7.22)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-
-LOWEST_SHARE = 0.01
-"""Lower limit of the adhering part m of the contact (section 7.2)."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +36,3 @@ class ContactGeometry:
 
 TOYO = ContactGeometry()
 """Only for studies on the simulated Toyo: a campaign's tire comes from its record."""
-
-
-def patch_relaxation(
-    slip: np.ndarray, theta: np.ndarray, a: np.ndarray, longitudinal: bool = True
-) -> np.ndarray:
-    """sigma_c [m] (7.17), (7.18) at contact-patch slip kappa' (or tan alpha' in y).
-
-    The adhering share shrinks with slip; theta [-] of (7.19), half contact length a [m].
-    """
-    base = np.maximum(1.0 + slip, 0.1) if longitudinal else 1.0
-    return np.maximum(1.0 - theta * np.abs(slip) / base, LOWEST_SHARE) * a / base

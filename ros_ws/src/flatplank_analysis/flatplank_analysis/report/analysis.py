@@ -17,6 +17,7 @@ from flatplank_analysis.models.contact import TOYO, ContactGeometry
 from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import open_executor
+from flatplank_analysis.post.motion import until_stop
 from flatplank_analysis.report.beside import Beside, beside, lateral_result
 from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.conditions import condition_result
@@ -33,7 +34,6 @@ from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
 from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.report.tire import record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
-from flatplank_analysis.steady.stopping import until_stop
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.linear import LinearFit, linear_run
-from flatplank_analysis.identify.mean_response import has_mean, mean_response
+from flatplank_analysis.identify.repeats import has_mean, mean_response
 from flatplank_analysis.identify.runs import StepRun
+from flatplank_analysis.post.gridding import bin_means
 from flatplank_analysis.steady.stiffness import static_longitudinal_stiffness
 from flatplank_analysis.steady.transmission import DriveState, drive_state
 from flatplank_data.condition import Condition

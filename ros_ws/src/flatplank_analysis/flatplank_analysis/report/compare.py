@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.identify.quality import is_transient, rmse
-from flatplank_analysis.post.filtering import low_pass
-from flatplank_analysis.post.gridding import SPACING
+from flatplank_analysis.identify.linear import is_transient
+from flatplank_analysis.identify.results import rmse
+from flatplank_analysis.post.gridding import SPACING, low_pass
 from flatplank_analysis.report.results import ConditionResult
 
 LEAD = 0.1

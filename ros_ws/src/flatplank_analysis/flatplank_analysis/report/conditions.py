@@ -10,9 +10,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from flatplank_analysis.identify.linear import LinearFit, linear_run
-from flatplank_analysis.post.filtering import low_pass
-from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of_starts, on_grid, repeat_std
-from flatplank_analysis.post.slip import StepFacts, step_facts
+from flatplank_analysis.post.gridding import (
+    SPACING,
+    Gridded,
+    low_pass,
+    mean_of_starts,
+    on_grid,
+    repeat_std,
+)
+from flatplank_analysis.post.motion import StepFacts, step_facts
 from flatplank_analysis.report.results import ConditionResult
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.identify.steering_zero import zero_warning
+from flatplank_analysis.identify.lateral import zero_warning
 from flatplank_analysis.report.beside import LateralResult
 from flatplank_analysis.report.results import CampaignResult, PointResult
 from flatplank_analysis.report.table import Cell, Table, point_table
+from flatplank_analysis.steady import Value, mean_value
 from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
-from flatplank_analysis.steady.value import Value, mean_value
 from flatplank_data.condition import Condition
 
 

@@ -13,8 +13,7 @@ from flatplank_analysis.identify.mf.parameters import general_start
 from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
 from flatplank_analysis.models.base import RunInputs, TransientModel, slip_inputs, stack_runs
 from flatplank_analysis.models.magic_formula import Coefficients
-from flatplank_analysis.models.mf_contact_point import ContactPointMF
-from flatplank_analysis.models.mf_tyre import MFTyre
+from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.report.compare import compared, positions
 from flatplank_analysis.report.results import ConditionResult, ModelCurves, PointResult

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.steps import slip_stiffness
 from flatplank_analysis.report.table import Table, point_table
-from flatplank_analysis.steady.value import Value, mean_value
+from flatplank_analysis.steady import Value, mean_value
 from flatplank_data.condition import Condition
 
 FLAT = 2e-4

@@ -12,7 +12,7 @@ from flatplank_analysis.report.machine_tables import MACHINE_TABLES
 from flatplank_analysis.report.radii import radius_table, source_table
 from flatplank_analysis.report.results import CampaignResult, ConditionResult
 from flatplank_analysis.report.table import POINT_COLUMNS, Cell, Table, point_cells, point_table
-from flatplank_analysis.steady.contact import friction
+from flatplank_analysis.steady.stiffness import friction
 
 
 def all_tables(result: CampaignResult) -> list[Table]:

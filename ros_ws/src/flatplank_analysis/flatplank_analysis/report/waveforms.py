@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.identify.least_squares import solve
-from flatplank_analysis.identify.quality import rmse
+from flatplank_analysis.identify.results import rmse
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.linear import LinearX
-from flatplank_analysis.post.filtering import low_pass
 from flatplank_analysis.post.frequency import frequency_response
+from flatplank_analysis.post.gridding import low_pass
 from flatplank_analysis.steady.rolling_radius import BRAKING
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...models.magic_formula import Coefficients, OperatingPoint, combined, moment, pure
+from ...models.magic_formula import Coefficients, OperatingPoint, combined, pure, steady
 from ...models.magic_formula import structure as shape
 from .points import SteadyPoints
 
 Predict = Callable[[Coefficients, OperatingPoint], np.ndarray]
-Select = Callable[[SteadyPoints, Coefficients], np.ndarray]
 
 SMALL_ANGLE = np.radians(0.3)
 SMALL_SLIP = 0.004
@@ -32,18 +31,10 @@ def predict_fy(c: Coefficients, o: OperatingPoint) -> np.ndarray:
     return py.fy0 * combined.weight_y(c, o) + combined.side_force_by_kappa(c, o, py.mu_y)
 
 
-def predict_mz(c: Coefficients, o: OperatingPoint) -> np.ndarray:
-    """Mz [Nm] at combined slip."""
-    px, py, g = pure.longitudinal(c, o), pure.lateral(c, o), combined.weight_y(c, o)
-    fx = px.fx0 * combined.weight_x(c, o)
-    fy = py.fy0 * g + combined.side_force_by_kappa(c, o, py.mu_y)
-    return moment.aligning(c, o, py, px.kxk, g, fx, fy)
-
-
 PREDICTIONS: dict[str, Predict] = {
     "fx": predict_fx,
     "fy": predict_fy,
-    "mz": predict_mz,
+    "mz": lambda c, o: steady(c, o).mz,
     "re": lambda c, o: shape.effective_radius(c, o, 0.0),
     "a": shape.contact_length,
     "b": shape.contact_width,
@@ -66,6 +57,15 @@ SCALE: dict[str, Callable[[SteadyPoints], np.ndarray]] = {
 """First guess of the scatter, which the fit then replaces by what it finds."""
 
 
+ONLY: dict[str, Callable[[SteadyPoints, Coefficients], np.ndarray]] = {
+    "straight": lambda p, c: np.abs(p.alpha) < SMALL_ANGLE,
+    "free": lambda p, c: np.abs(p.kappa) < SMALL_SLIP,
+    "upright": lambda p, c: np.abs(p.gamma) < SMALL_ANGLE,
+    "nominal": lambda p, c: np.abs(p.pressure / c.NOMPRES - 1.0) < SMALL_PRESSURE,
+}
+"""Points without side slip, slip, camber, or at the nominal pressure."""
+
+
 @dataclass(frozen=True)
 class Stage:
     """Coefficients that are free together, the outputs and the points that they are fitted to."""
@@ -73,7 +73,8 @@ class Stage:
     name: str
     outputs: dict[str, str]
     """Output -> its free coefficients."""
-    select: Select
+    only: tuple[str, ...] = ()
+    """Names of `ONLY`: the points that count."""
     needs: tuple[str, ...] = ()
     """Axes of which the data must hold more than one level."""
     each: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -82,33 +83,9 @@ class Stage:
     """Coefficient -> axis and number of its levels without which it stays as it is. Outputs of
     such a stage are told by one point."""
 
-
-def _nominal(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return np.abs(p.pressure / c.NOMPRES - 1.0) < SMALL_PRESSURE
-
-
-def _upright(p: SteadyPoints) -> np.ndarray:
-    return np.abs(p.gamma) < SMALL_ANGLE
-
-
-def _pure_x(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return (np.abs(p.alpha) < SMALL_ANGLE) & _upright(p) & _nominal(p, c)
-
-
-def _pure_y(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return (np.abs(p.kappa) < SMALL_SLIP) & _upright(p) & _nominal(p, c)
-
-
-def _combined(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return _upright(p) & _nominal(p, c)
-
-
-def _pressure(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return _upright(p)
-
-
-def _all(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return np.ones(len(p), bool)
+    def select(self, points: SteadyPoints, c: Coefficients) -> np.ndarray:
+        """Mask of the points that count (n,)."""
+        return np.all([np.ones(len(points), bool), *(ONLY[n](points, c) for n in self.only)], 0)
 
 
 STAGES: dict[str, Stage] = {
@@ -117,19 +94,19 @@ STAGES: dict[str, Stage] = {
         Stage(
             "pure_x",
             {"fx": "PCX1 PDX1 PDX2 PEX1 PEX2 PEX3 PEX4 PKX1 PKX2 PKX3 PHX1 PHX2 PVX1 PVX2"},
-            _pure_x,
+            ("straight", "upright", "nominal"),
             ("kappa",),
         ),
         Stage(
             "pure_y",
             {"fy": "PCY1 PDY1 PDY2 PEY1 PEY2 PEY3 PKY1 PKY2 PHY1 PHY2 PVY1 PVY2"},
-            _pure_y,
+            ("free", "upright", "nominal"),
             ("alpha",),
         ),
         Stage(
             "aligning",
             {"mz": "QBZ1 QBZ2 QCZ1 QDZ1 QDZ2 QEZ1 QEZ2 QHZ1 QHZ2 QDZ6 QDZ7"},
-            _pure_y,
+            ("free", "upright", "nominal"),
             ("alpha",),
         ),
         Stage(
@@ -139,13 +116,13 @@ STAGES: dict[str, Stage] = {
                 "fy": "RBY1 RBY2 RBY3 RCY1 RHY1",
                 "mz": "SSZ1 SSZ2",
             },
-            _combined,
+            ("upright", "nominal"),
             ("kappa", "alpha"),
         ),
         Stage(
             "pressure",
             {"fx": "PPX1 PPX2 PPX3 PPX4", "fy": "PPY1 PPY2 PPY3 PPY4", "mz": "PPZ1"},
-            _pressure,
+            ("upright",),
             ("pressure",),
             {"fx": ("kappa",), "fy": ("alpha",), "mz": ("alpha",)},
         ),
@@ -156,10 +133,9 @@ STAGES: dict[str, Stage] = {
                 "fy": "PDY3 PEY4 PEY5 PKY3 PKY5 PKY6 PKY7 PVY3 PVY4",
                 "mz": "QBZ5 QDZ3 QDZ4 QDZ8 QDZ9 QHZ3",
             },
-            _all,
-            ("gamma",),
+            needs=("gamma",),
         ),
-        Stage("radius", {"re": "BREFF DREFF FREFF Q_REA Q_REG"}, _all),
+        Stage("radius", {"re": "BREFF DREFF FREFF Q_REA Q_REG"}),
         Stage(
             "stiffness",
             {
@@ -169,7 +145,6 @@ STAGES: dict[str, Stage] = {
                 "cx": "LONGITUDINAL_STIFFNESS PCFX1 PCFX2 PCFX3",
                 "cy": "LATERAL_STIFFNESS PCFY1 PCFY2 PCFY3",
             },
-            _all,
             levels={
                 f"PCF{axis}{number}": need
                 for axis in "XY"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What really happened in a step: actual slip, load change, road speed (Table 6.3, figure 6.5)."""
+"""Slip, load and road speed before and after a step (Table 6.3, figure 6.5), and its stop."""
 
 from __future__ import annotations
 
@@ -77,3 +77,22 @@ def _mean(values: np.ndarray, mask: np.ndarray) -> float:
     chosen = values[mask]
     chosen = chosen[np.isfinite(chosen)]
     return float(chosen.mean()) if chosen.size else math.nan
+
+
+WINDOW = 0.1
+"""half the time over which the plank's speed is taken [s]"""
+FULL = 0.97
+"""share of the usual speed from which on the plank has not begun to stop [-]"""
+
+
+def until_stop(table: MeasurementTable) -> MeasurementTable:
+    """The run up to the last moment at its usual speed; as it is where it does not stop."""
+    time, position = table["time"], table["plank_position"]
+    if len(time) < 3 or time[-1] - time[0] < 10.0 * WINDOW:
+        return table
+    before, after = (np.clip(time + d, time[0], time[-1]) for d in (-WINDOW, WINDOW))
+    way = np.abs(np.interp(after, time, position) - np.interp(before, time, position))
+    speed = way / (after - before)
+    usual = float(np.median(speed[speed > 0.5 * speed.max()]))
+    full = np.flatnonzero(speed >= FULL * usual)
+    return table if full[-1] == len(time) - 1 else table.rows(slice(0, int(full[-1]) + 1))

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which parameters the data determine, which they cannot tell apart, and which run would.
+"""Which coefficients the data determine, which they cannot tell apart, and which run would.
 
 The Jacobian is scaled twice: rows by the scatter of a measurement, columns by the change of a
 parameter that matters. A direction whose error is then larger than UNDETERMINED is not determined.
+Runs that the bench could make beside those of the data give one axis at a time a new level.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from .results import Confusion
+from ..results import Confusion
+from .points import SteadyPoints
 
 UNDETERMINED = 0.5
 """Error of a direction in sizes that matter, above which it is not determined."""
@@ -68,24 +71,24 @@ def confusions(
     """
     found: list[Confusion] = []
     open_mask = np.zeros(len(names), bool)
-    offers: Sequence[Candidate] | None = None
+    offers = cache(candidates)
+
+    def stated(index: np.ndarray, correlation: float, direction: np.ndarray) -> Confusion:
+        return _statement(names, index, correlation, direction, sizes, offers(), jacobian)
+
     for direction in _sparse(undetermined(jacobian, sizes)):
         index = members(direction)
         open_mask[index] = True
-        offers = candidates() if offers is None else offers
-        found.append(_statement(names, index, 1.0, direction, sizes, offers, jacobian))
+        found.append(stated(index, 1.0, direction))
     wide = np.zeros(len(names), bool) if errors is None else (errors > sizes) & ~open_mask
     for i in np.flatnonzero(wide):
         open_mask[i] = True
-        offers = candidates() if offers is None else offers
-        alone = np.eye(len(names))[i]
-        found.append(_statement(names, np.array([i]), 1.0, alone, sizes, offers, jacobian))
+        found.append(stated(np.array([i]), 1.0, np.eye(len(names))[i]))
     found = _merged(found)
     for i, j in _pairs(correlation, open_mask):
-        offers = candidates() if offers is None else offers
-        index, value = np.array([i, j]), float(correlation[i, j])
+        index = np.array([i, j])
         weak = _weakest(jacobian, sizes, index)
-        found.append(_statement(names, index, value, weak, sizes, offers, jacobian))
+        found.append(stated(index, float(correlation[i, j]), weak))
     return found, open_mask
 
 
@@ -173,3 +176,76 @@ def _best_run(
 
 def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:-1]) + f" and {names[-1]}" if len(names) > 1 else names[0]
+
+
+GRAIN = {
+    "fz": 200.0,
+    "kappa": 0.005,
+    "alpha": np.radians(0.5),
+    "gamma": np.radians(0.5),
+    "pressure": 5e3,
+}
+"""Levels closer than this are one level."""
+REACH = {
+    "fz": (1000.0, 2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0, 8000.0),
+    "kappa": (-0.15, -0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1, 0.15),
+    "alpha": tuple(np.radians((-10.0, -5.0, -2.0, -1.0, 0.0, 1.0, 2.0, 5.0, 10.0, 15.0))),
+    "gamma": tuple(np.radians((-5.0, -2.5, 0.0, 2.5, 5.0))),
+    "pressure": (150e3, 180e3, 200e3, 220e3, 250e3, 280e3, 300e3, 330e3),
+}
+"""What the flat plank bench can set."""
+SHOW: dict[str, Callable[[float], str]] = {
+    "fz": lambda v: f"a load of {v:.0f} N",
+    "kappa": lambda v: f"a slip of {100 * v:+.0f} %",
+    "alpha": lambda v: f"a slip angle of {np.degrees(v):+.0f} deg",
+    "gamma": lambda v: f"a camber of {np.degrees(v):+.1f} deg",
+    "pressure": lambda v: f"a pressure of {v / 1e5:.1f} bar",
+}
+LEVEL: dict[str, tuple[str, Callable[[float], str]]] = {
+    "fz": ("load", lambda v: f"{round(v, -1):.0f} N"),
+    "kappa": ("slip", lambda v: f"{100 * v:+.0f} %"),
+    "alpha": ("slip angle", lambda v: f"{np.degrees(v):+.0f} deg"),
+    "gamma": ("camber", lambda v: f"{np.degrees(v):+.0f} deg"),
+    "pressure": ("pressure", lambda v: f"{v / 1e5:.1f} bar"),
+}
+"""Name of a level, and its value in words."""
+
+
+def levels_of(points: SteadyPoints, axis: str) -> np.ndarray:
+    """Distinct settings of one axis in the data, increasing."""
+    values = np.sort(getattr(points, axis))
+    if not len(values):
+        return values
+    breaks = np.flatnonzero(np.diff(values) > GRAIN[axis]) + 1
+    return np.array([group.mean() for group in np.split(values, breaks)])
+
+
+def describe_levels(points: SteadyPoints, axis: str) -> str:
+    """What the data have of one axis, in words: "2 pressures (2.0 bar, 2.5 bar)"."""
+    levels = levels_of(points, axis)
+    name, told = LEVEL[axis]
+    shown = f" ({', '.join(told(v) for v in levels)})" if len(levels) <= 5 else ""
+    return f"{len(levels)} {name}{'s' * (len(levels) != 1)}{shown}"
+
+
+def proposals(points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]) -> list[Candidate]:
+    """Every new level of one axis, measured at the points that the data already have."""
+    base = _representative(points)
+    found = []
+    for axis, reach in REACH.items():
+        have, told = levels_of(points, axis), describe_levels(points, axis)
+        for value in reach:
+            if np.any(np.abs(have - value) < 2.0 * GRAIN[axis]):
+                continue
+            moved = {name: getattr(base, name) for name in GRAIN}
+            moved[axis] = np.full(len(base), value)
+            new = SteadyPoints(**moved, run=base.run, measured={})
+            found.append(Candidate(SHOW[axis](value), told, rows(new)))
+    return found
+
+
+def _representative(points: SteadyPoints, most: int = 400) -> SteadyPoints:
+    """One point per distinct setting (repeats add nothing to a proposal), at most `most`."""
+    keys = np.column_stack([np.round(getattr(points, a) / GRAIN[a]) for a in GRAIN])
+    first = np.sort(np.unique(keys, axis=0, return_index=True)[1])
+    return points.rows(first[:: max(1, len(first) // most)])
