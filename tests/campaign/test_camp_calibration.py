@@ -16,11 +16,9 @@ from flatplank_control.calibration.parasitic import amplitudes, difference, stil
 from flatplank_control.calibration.sheet import LINES, blank, starting_values
 from flatplank_control.cli.calibrate import main
 from flatplank_control.cli.tune import main as tune
-from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.standstill import Standstill
-from flatplank_control.runner.turn_watch import TurnWatch
 from flatplank_data.campaign import Campaign
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters

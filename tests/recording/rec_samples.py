@@ -11,7 +11,7 @@ from rosbags.highlevel import AnyReader
 
 from flatplank_control.recording import CdrLayout, TopicSpec
 from flatplank_control.recording.cdr_layout import set_stamps, to_bytes
-from flatplank_control.recording.qos import LATCHED
+from flatplank_control.recording.topics import LATCHED
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.run_record import RunRecord, record_from_dict
 

@@ -16,7 +16,7 @@ from rosbags.highlevel import AnyReader
 
 from flatplank_control.recording import BagWriter, TopicSpec
 from flatplank_control.recording.mcap_file import McapFile
-from flatplank_control.recording.qos import LATCHED, REFERENCE, Qos, qos_text
+from flatplank_control.recording.topics import LATCHED, REFERENCE, Qos, qos_text
 from flatplank_control.recording.typestore import message_definition, type_hash
 from flatplank_data.errors import RecordingError
 

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flatplank_control.calibration.fit_check import MISMATCH, still_fits
-from flatplank_control.turning import turning_amplitude
+from flatplank_control.calibration.fits import MISMATCH, still_fits, turning_amplitude
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.machine import COUNTS_PER_TURN

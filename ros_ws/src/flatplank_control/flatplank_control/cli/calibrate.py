@@ -14,7 +14,7 @@ import yaml
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, Book, Entry
-from flatplank_control.calibration.line import Line, fit_line
+from flatplank_control.calibration.fits import Line, fit_line
 from flatplank_control.calibration.sheet import blank, starting_values
 from flatplank_data.arguments import Parser
 from flatplank_data.params import from_mapping
@@ -99,8 +99,8 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
 def filter_effect(o: argparse.Namespace, book: Book) -> int:
     """What the parasitic filter leaves under load and slip: two equal runs, or --sim."""
 
-    from flatplank_control.bench.judging import read
-    from flatplank_control.calibration.fit_check import text, under_load
+    from flatplank_control.bench.results import read
+    from flatplank_control.calibration.fits import text, under_load
 
     if o.sim:
         setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")

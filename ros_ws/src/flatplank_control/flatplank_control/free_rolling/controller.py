@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from flatplank_control.free_rolling.design import Gains, design
 from flatplank_control.free_rolling.params import FreeRollingParameters
-from flatplank_control.free_rolling.start import OVER, Start
-from flatplank_control.free_rolling.stiffness_estimator import UNKNOWN, Tire
+from flatplank_control.free_rolling.start import OVER, UNKNOWN, Start, Tire
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "free_rolling"

@@ -6,8 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_control.bench.judging import outcome_of
-from flatplank_control.bench.listing import list_kept
+from flatplank_control.bench.results import list_kept, outcome_of
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.campaign import (
     SUFFIX,
@@ -17,13 +16,11 @@ from flatplank_control.runner.campaign import (
     Outcome,
     plan_from_text,
 )
-from flatplank_control.runner.campaign.adopting import unwritten
-from flatplank_control.runner.campaign.dry_run import dry_run
-from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.campaign.conductor import unwritten
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
+from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.plans import axes_of
-from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.steps import Manual, PlanFailed
-from flatplank_control.runner.turn_watch import TurnWatch
 
 WISHES = ("skip", "repeat", "discard")
 """what an operator may want of the run under way, beside seeing enough of it"""

@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
-
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.nodes.source import SourceNode
 from flatplank_hw.nodes import convert
@@ -22,7 +20,6 @@ class FreeRollingControllerNode(SourceNode):
 
     PARAMETERS = FreeRollingParameters
     MODE = "free_rolling"
-    KINDS = ("encoders", "contact")
 
     def configure(self, parameters: FreeRollingParameters) -> None:
         self.core = FreeRollingController(parameters)
@@ -31,14 +28,7 @@ class FreeRollingControllerNode(SourceNode):
         super().connect()
         self.state = ControllerState()
         self.publish_state = self.add_publisher(ControllerState, "~/state", STREAM)
-        self.add_subscription(
-            WrenchStamped, "/measurement_hub/wrench_contact", self.on_contact, STREAM
-        )
         self.listen_to_mode()
-
-    def on_contact(self, msg: WrenchStamped) -> None:
-        if self.active:
-            self.join.put("contact", convert.stamp_ns(msg.header), convert.wrench_from_msg(msg))
 
     def compute(self, latest: Mapping[str, Any]) -> Reference:
         encoders = latest["encoders"]

@@ -18,13 +18,13 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.calibration.book import Book
-from flatplank_control.nodes.in_force import Asked, clients
-from flatplank_control.recording.arrivals import Arrivals
+from flatplank_control.nodes.asking import Asked, clients
+from flatplank_control.recording.bus_cycles import Arrivals
 from flatplank_control.recording.filled import in_words, told
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.session import RecordingSession, State
+from flatplank_control.recording.topics import RECORDED, at_every_cycle
 from flatplank_control.runner.provenance import InForce, complete, software_version
-from flatplank_control.topics import RECORDED, at_every_cycle
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
 from flatplank_hw.nodes import convert

@@ -21,6 +21,7 @@ class SlipSequencerNode(SourceNode):
 
     PARAMETERS = SequencerParameters
     MODE = "slip"
+    KINDS = ("encoders",)
 
     def configure(self, parameters: SequencerParameters) -> None:
         self.core = SlipSequencer(parameters)

@@ -10,7 +10,7 @@ from dataclasses import MISSING, asdict, dataclass, field, fields
 from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS, RECORDED, Limit
 from flatplank_data.machine import FAST as SPEED
 from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS

@@ -9,17 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from flatplank_control.runner.campaign.tires import TireEntry
-from flatplank_control.runner.measurement import (
-    DRAGGED,
-    PROFILED,
-    ROAD_LENGTH,
-    Measurement,
-)
-from flatplank_control.runner.plans import PLANS
-from flatplank_control.runner.standing import CLEAT_AT, STANDS_AT
+from flatplank_control.runner.measurement import DRAGGED, PROFILED, ROAD_LENGTH, Measurement
+from flatplank_control.runner.plans import CLEAT_AT, PLANS, STANDS_AT
 from flatplank_control.sequencer.waveforms import WAVEFORMS
 from flatplank_control.sequencer.waveforms.base import LENGTH
-from flatplank_control.steering_hold.profiles import PROFILES, Profile
+from flatplank_control.steering_hold import PROFILES, Profile
 from flatplank_data.limits import LIMITS
 from flatplank_data.params import ParameterError, from_mapping, nearest
 
