@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.calibration import Book, Entry, fit_line
+from flatplank_control.calibration.book import Book, Entry
+from flatplank_control.calibration.fits import fit_line
 from flatplank_control.calibration.parasitic import amplitudes, difference, still_fits
 from flatplank_control.calibration.sheet import LINES, blank, starting_values
 from flatplank_control.cli.calibrate import main

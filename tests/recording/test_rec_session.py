@@ -8,10 +8,10 @@ import pytest
 import rec_samples as samples
 import yaml
 
-from flatplank_control.recording import BagWriter, RecordingSession
+from flatplank_control.recording.bag_writer import BagWriter
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
 from flatplank_control.recording.cdr_layout import to_bytes
-from flatplank_control.recording.session import State
+from flatplank_control.recording.session import RecordingSession, State
 from flatplank_control.recording.topics import RUN_TOPIC
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.errors import RecordingError

@@ -33,39 +33,51 @@ class Profile(Params):
     def largest(self) -> float:
         """Of |angle| [rad]."""
         p: Any = self
-        return abs(p.amplitude) + abs(getattr(p, "offset", 0.0))
+        return abs(p.amplitude)
 
     def shown_after(self) -> float:
         """When it has reached its largest angle, or is over where it has an end [s]."""
-        p: Any = self
-        return 0.25 * p.period
+        raise TypeError(f"{type(self).__name__} must define shown_after")
+
+
+def _triangle(turns: float) -> float:
+    """Triangle of period 1 between -1 and 1 that starts upwards from 0."""
+    return 1.0 - 4.0 * abs((turns + 0.25) % 1.0 - 0.5)
 
 
 @dataclass(frozen=True)
-class Sine(Profile):
+class Wave(Profile):
+    """An angle that goes to and fro for ever."""
+
+    amplitude: float = param(0.0, "of the angle", unit="rad", bounds=ANGLE)
+    period: float = param(10.0, "of the wave", unit="s", bounds=TIME)
+    offset: float = param(0.0, "mean angle", unit="rad", bounds=ANGLE)
+
+    def largest(self) -> float:
+        return abs(self.amplitude) + abs(self.offset)
+
+    def shown_after(self) -> float:
+        return 0.25 * self.period
+
+
+@dataclass(frozen=True)
+class Sine(Wave):
     """offset + amplitude sin(2 pi t / period)."""
 
     name = "sine"
-    amplitude: float = param(0.0, "of the angle", unit="rad", bounds=ANGLE)
-    period: float = param(10.0, "of the sine", unit="s", bounds=TIME)
-    offset: float = param(0.0, "mean angle", unit="rad", bounds=ANGLE)
 
     def angle(self, t: float) -> float:
         return self.offset + self.amplitude * math.sin(math.tau * t / self.period)
 
 
 @dataclass(frozen=True)
-class Triangle(Profile):
+class Triangle(Wave):
     """offset + amplitude times a triangle that starts upwards from 0."""
 
     name = "triangle"
-    amplitude: float = param(0.0, "of the angle", unit="rad", bounds=ANGLE)
-    period: float = param(10.0, "of the triangle", unit="s", bounds=TIME)
-    offset: float = param(0.0, "mean angle", unit="rad", bounds=ANGLE)
 
     def angle(self, t: float) -> float:
-        quarter = (t / self.period + 0.25) % 1.0
-        return self.offset + self.amplitude * (1.0 - 4.0 * abs(quarter - 0.5))
+        return self.offset + self.amplitude * _triangle(t / self.period)
 
 
 @dataclass(frozen=True)
@@ -80,9 +92,7 @@ class Parking(Profile):
     def angle(self, t: float) -> float:
         if t >= self.shown_after():
             return 0.0
-        period = self.shown_after() / self.cycles
-        quarter = (t / period + 0.25) % 1.0
-        return self.amplitude * (1.0 - 4.0 * abs(quarter - 0.5))
+        return self.amplitude * _triangle(t / (self.shown_after() / self.cycles))
 
     def shown_after(self) -> float:
         return self.cycles * 4.0 * abs(self.amplitude) / self.rate

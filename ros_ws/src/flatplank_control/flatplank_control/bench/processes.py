@@ -53,7 +53,7 @@ class Start:
     def __init__(self, names: Collection[str], now: float, stall_s: float = STALL_TIMEOUT_S):
         """`now`: wall clock [s], as in all methods."""
         self.up_at: dict[str, float] = {}
-        """when the nodes that are up were first heard to be [s]"""
+        """when the nodes that are up first said so [s]"""
         self._lacks: dict[str, str | None] = dict.fromkeys(names)
         self._cpu = dict.fromkeys(names, 0.0)
         self._progress_at = now
@@ -96,18 +96,15 @@ class Start:
         return f"{hangs}; nothing has changed for {self._stall_s:.0f} s, {self}"
 
     def _hangs(self, name: str, seen: Vitals | None) -> str:
-        lacks = self._lacks[name]
-        if lacks:
+        if lacks := self._lacks[name]:
             return f"{name} waits: {lacks}"
-        return f"{name} {_why_silent(seen)}"
-
-
-def _why_silent(seen: Vitals | None) -> str:
-    if seen is None:
-        return "does not answer; is the bench running?"
-    if seen.started:
-        return "runs, but its services are not heard"
-    return "is stopped" if seen.state in "Tt" else "hangs before it is made, and uses no processor"
+        if seen is None:
+            return f"{name} does not answer; is the bench running?"
+        if seen.started:
+            return f"{name} runs, but its services are not heard"
+        if seen.state in "Tt":
+            return f"{name} is stopped"
+        return f"{name} hangs before it is made, and uses no processor"
 
 
 GRACE = 30.0
@@ -133,11 +130,8 @@ class BenchProcesses:
         """
         self.setup = setup
         self.running: dict[str, subprocess.Popen] = {}
-        self._environment = {
-            **os.environ,
-            END_WITH_PARENT: str(os.getpid()),
-            **(environment or {}),
-        }
+        ours = {END_WITH_PARENT: str(os.getpid())}
+        self._environment = {**os.environ, **ours, **(environment or {})}
         self.log = log
         self._log = open(log, "ab") if log else None  # noqa: SIM115  open as long as the nodes
         self._without = without
@@ -152,20 +146,12 @@ class BenchProcesses:
     def start_node(self, name: str) -> None:
         """Start one node of the set-up, also again after it has ended."""
         node = next(n for n in self.setup.nodes() if n.name == name)
-        command = [
-            sys.executable,
-            "-m",
-            f"{node.package}.nodes.{node.executable}",
-            "--ros-args",
-            "-r",
-            f"__node:={node.name}",
-            "--params-file",
-            str(self._files[name]),
-        ]
+        program = [sys.executable, "-m", f"{node.package}.nodes.{node.executable}"]
+        given = ["-r", f"__node:={node.name}", "--params-file", str(self._files[name])]
         started = self._started(name)
         started.unlink(missing_ok=True)
         self.running[name] = subprocess.Popen(
-            command,
+            [*program, "--ros-args", *given],
             env={**self._environment, STARTED: str(started)},
             stdin=subprocess.DEVNULL,
             stdout=self._log,
@@ -179,7 +165,7 @@ class BenchProcesses:
         return {name: p.returncode for name, p in nodes if p.poll() is not None}
 
     def why_ended(self) -> str:
-        """Nodes that have ended by themselves, each with its exit code and last words."""
+        """Nodes that have ended by themselves, each with its exit code and last line."""
         return "; ".join(
             f"{name} ended by itself ({_ending(code)}): {self._last_words(name)}"
             for name, code in self.ended().items()
@@ -243,6 +229,4 @@ class BenchProcesses:
 
 
 def _ending(code: int) -> str:
-    if code < 0:
-        return f"killed by {signal.Signals(-code).name}"
-    return f"exit code {code}"
+    return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

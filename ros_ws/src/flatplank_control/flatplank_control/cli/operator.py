@@ -9,7 +9,6 @@ import termios
 import time
 import tty
 from collections.abc import Callable, Mapping
-from types import TracebackType
 from typing import Any, NamedTuple
 
 from flatplank_control.runner.campaign import CampaignPlan, Journal
@@ -25,9 +24,7 @@ class Keys:
             tty.setcbreak(sys.stdin)
         return self
 
-    def __exit__(
-        self, kind: type | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._terminal:
             termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
 
@@ -69,7 +66,7 @@ OF_A_CAMPAIGN = {
 
 
 def tell(client: Any, wishes: Mapping[str, Wish], key: str) -> None:
-    """Pass the wish of a key on, and say what came of it; other keys are none."""
+    """Call the service of a key and print what came of it; other keys do nothing."""
     if key not in wishes:
         return
     from std_srvs.srv import Trigger

@@ -142,7 +142,7 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
 
 
 def on_key(keys: Keys, client: Any, journal: Path) -> None:
-    """One key is one wish."""
+    """One key is one request."""
     key = keys.pressed()
     if key == "n":
         note(journal, keys.line("note: "))

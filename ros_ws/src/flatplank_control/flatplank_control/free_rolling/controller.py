@@ -55,7 +55,7 @@ class FreeRollingController:
 
     @property
     def tire(self) -> Tire:
-        """What the last start has told of the tire, in automatic mode."""
+        """Estimate of the last start, in automatic mode."""
         return self._tire
 
     def _set_gains(self, gains: Gains) -> None:

@@ -23,11 +23,10 @@ from flatplank_hw.samples import EncoderSample
 
 SIGMA = (0.05, 2.0)
 """relaxation lengths that are believed [m]"""
-_N = 4
 
 
 class Tire(NamedTuple):
-    """An estimate; NaN where the run did not tell."""
+    """An estimate; NaN where the run does not determine it."""
 
     stiffness: float
     """C_x [N/m]"""
@@ -45,51 +44,31 @@ class StiffnessEstimator:
 
     def __init__(self, radius: float) -> None:
         self._radius = radius
-        self._sums = [0.0] * 15
-        self._count = 0
+        self._sums = np.zeros((5, 5))
         self._integral = 0.0
         self._before: tuple[float, float] | None = None
 
     def add(self, x: float, angle: float, force: float) -> None:
-        """Travel [m], wheel angle [rad] and force [N] since the start; about 2 us."""
+        """Travel [m], wheel angle [rad] and force [N] since the start."""
         if self._before is not None:
             self._integral += 0.5 * (force + self._before[1]) * (x - self._before[0])
         self._before = (x, force)
         # metres times 1e3 and N m as they are: columns of one size
-        s, r, i = 1e3 * (self._radius * angle - x), 1e3 * x, self._integral
-        t = self._sums
-        t[0] += s * s
-        t[1] += s * r
-        t[2] += s * i
-        t[3] += s
-        t[4] += r * r
-        t[5] += r * i
-        t[6] += r
-        t[7] += i * i
-        t[8] += i
-        t[9] += s * force
-        t[10] += r * force
-        t[11] += i * force
-        t[12] += force
-        t[13] += force * force
-        self._count += 1
+        row = np.array([1e3 * (self._radius * angle - x), 1e3 * x, self._integral, 1.0, force])
+        self._sums += np.outer(row, row)
 
     def solve(self) -> Tire:
-        """The tire; UNKNOWN when the run was too quiet to tell."""
-        t, n = self._sums, self._count
-        if n <= 2 * _N:
+        """The tire; UNKNOWN when the run does not determine it."""
+        a, b = self._sums[:4, :4].copy(), self._sums[:4, 4].copy()
+        n, squares = a[3, 3], float(self._sums[4, 4])
+        if n <= 8:
             return UNKNOWN
-        a = np.array([
-            [t[0], t[1], t[2], t[3]], [t[1], t[4], t[5], t[6]],
-            [t[2], t[5], t[7], t[8]], [t[3], t[6], t[8], float(n)],
-        ])  # fmt: skip
-        b = np.array(t[9:13])
         try:
             inverse = np.linalg.inv(a)
         except np.linalg.LinAlgError:
             return UNKNOWN
         p = inverse @ b
-        variance = max(t[13] - float(p @ b), 0.0) / (n - _N)
+        variance = max(squares - float(p @ b), 0.0) / (n - 4.0)
         # s is made with a guess of r_e: C_x r_e / guess = p0 and C_x (r_e / guess - 1) = p1
         stiffness, error = 1e3 * (p[0] - p[1]), 1e3 * math.sqrt(max(variance * inverse[0, 0], 0.0))
         if not (stiffness > 0.0 and error < 0.2 * stiffness):
@@ -101,12 +80,12 @@ class StiffnessEstimator:
 
 
 LISTEN, CATCH, OVER = range(3)
-FELT = 25.0
-"""force change from which the tire is felt [N]"""
+NOTICED = 25.0
+"""force change from which samples count [N]"""
 ENOUGH_FORCE = 450.0
 """[N]"""
 ENOUGH_TRAVEL = 0.0012
-"""from the first felt sample on [m]"""
+"""from the first sample that counts [m]"""
 LONGEST = 0.004
 """road without any force, then it is given up [m]"""
 FEWEST = 5
@@ -116,11 +95,11 @@ CATCH_AT_LEAST = 0.25
 CATCH_AT_MOST = 0.05
 """[m] of road"""
 ESTIMATE_OVER = 0.05
-"""road from which the tire is told [m]"""
+"""road over which the tire is estimated [m]"""
 
 
 class Start:
-    """One start; `stiffness` is NaN until it was felt."""
+    """One start; `stiffness` is NaN until it is estimated."""
 
     def __init__(self, p: FreeRollingParameters) -> None:
         self._p = p
@@ -132,7 +111,7 @@ class Start:
         self.travel = 0.0
         """of the road since the start [m]"""
         self.tire: Tire | None = None
-        """what the first centimetres have told, once they are over"""
+        """estimate of the first centimetres, once they are over"""
         self._estimator = StiffnessEstimator(p.effective_radius)
         self._zero: tuple[float, float] | None = None
         self._position = 0.0
@@ -170,7 +149,7 @@ class Start:
         return self.travel
 
     def _listen(self, x: float, force: float) -> None:
-        if -force < FELT:
+        if -force < NOTICED:
             if x > LONGEST:
                 self.phase = CATCH
             return

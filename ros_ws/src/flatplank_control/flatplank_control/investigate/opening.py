@@ -60,12 +60,7 @@ def conductor_of(folder: Path, plan: CampaignPlan) -> Conductor:
 
 
 def on_twin(
-    folder: Path,
-    preset: str,
-    plant: str,
-    seed: int,
-    jobs: int | None,
-    say: Callable[[str], None],
+    folder: Path, preset: str, plant: str, seed: int, jobs: int | None, say: Callable[[str], None]
 ) -> Execute:
     """Every batch with the same plant."""
     setup = BenchSetup(

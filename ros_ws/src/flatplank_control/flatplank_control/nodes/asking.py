@@ -27,7 +27,7 @@ class Asking:
     """Waits for answers as long as those who were asked are there; `look` now and then.
 
     A node that ends says so, one that is killed leaves the graph when its lease is over
-    (20 s with Fast DDS). One of the same name that is started meanwhile has not heard the
+    (20 s with Fast DDS). One of the same name that is started meanwhile has not received the
     question: servers are told apart by the identity of their writer, not by their name.
     """
 

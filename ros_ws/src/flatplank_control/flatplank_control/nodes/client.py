@@ -8,7 +8,7 @@ import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any
 
 import rclpy
@@ -45,9 +45,7 @@ class Interrupt:
             signal.signal(signal.SIGINT, self._on_signal)
         return self
 
-    def __exit__(
-        self, kind: type | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -118,19 +116,15 @@ class BenchClient:
         self._interrupt.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown()
-        self._interrupt.__exit__(kind, value, trace)
+        self._interrupt.__exit__()
 
     def call(self, kind: type, name: str, /, timeout: float = 10.0, **fields: Any) -> Any:
         """Call a service; BenchError when it does not answer in time [s of wall clock]."""
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = self.node.create_client(kind, name)
+        client = self._client(kind, name)
         if not client.wait_for_service(timeout_sec=timeout):
             raise BenchError(f"{name}: not there after {timeout:g} s; is the bench running?")
         future = client.call_async(kind.Request(**fields))
@@ -138,6 +132,11 @@ class BenchClient:
         if not future.done():
             raise BenchError(f"{name}: no answer within {timeout:g} s")
         return future.result()
+
+    def _client(self, kind: type, name: str) -> Any:
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        return self._clients[name]
 
     def wait_connected(
         self,
@@ -173,11 +172,9 @@ class BenchClient:
     def _ask_connected(
         self, name: str, asked: dict[str, tuple[Future | None, float]], start: Start
     ) -> None:
-        """Ask a node that is there, hear its answer, ask again when it went astray or was no."""
+        """Ask a node that is there, take its answer, ask again when that was lost or was no."""
         service = f"/{name}/connected"
-        client = self._clients.get(service)
-        if client is None:
-            client = self._clients[service] = self.node.create_client(Trigger, service)
+        client = self._client(Trigger, service)
         now = time.monotonic()
         future, since = asked.get(name, (None, -math.inf))
         if future is not None and future.done():

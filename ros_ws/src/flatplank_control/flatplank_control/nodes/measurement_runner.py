@@ -20,7 +20,7 @@ from flatplank_control.runner.dry_run import Progress, on_paper
 from flatplank_control.runner.plans import axes_of, mapping_of, measurement_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.params import Params, param
-from flatplank_hw.nodes.support import BenchNode, run
+from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_msgs.action import RunMeasurement
 
 OFTEN = 1.0
@@ -30,7 +30,7 @@ SHARE = 0.05
 
 
 class Feedback:
-    """The feedback of one goal, kept from word to word."""
+    """The feedback message of one goal, filled bit by bit."""
 
     def __init__(self, goal: Any) -> None:
         self.message = RunMeasurement.Feedback(measurements=1, measurement=1)
@@ -113,26 +113,23 @@ class MeasurementRunnerNode(BenchNode):
     def on_confirm(
         self, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        response.success, self.asking = self.asking, False
-        response.message = "" if response.success else "nothing is being asked"
-        return response
+        asking, self.asking = self.asking, False
+        return answer(response, asking, "" if asking else "nothing is being asked")
 
     def on_enough(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """The road under way ends here; the run is kept."""
-        response.success = self.bench is not None
-        response.message = "" if response.success else "no measurement is under way"
-        if self.bench is not None:
-            self.bench.enough = True
-        return response
+        if self.bench is None:
+            return answer(response, False, "no measurement is under way")
+        self.bench.enough = True
+        return answer(response, True, "")
 
     def on_wish(
         self, wish: str, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        response.success = self.campaign is not None
-        response.message = "" if response.success else "no campaign is under way"
-        if self.campaign is not None:
-            self.campaign.wish = wish
-        return response
+        if self.campaign is None:
+            return answer(response, False, "no campaign is under way")
+        self.campaign.wish = wish
+        return answer(response, True, "")
 
     async def execute(self, goal: ServerGoalHandle) -> RunMeasurement.Result:
         self.busy = True
@@ -174,7 +171,7 @@ class MeasurementRunnerNode(BenchNode):
         return result
 
     async def stopped(self, bench: RosBench, error: Exception, simulated: bool) -> str:
-        """The bench is left safe when it was asked for anything; what the client is told."""
+        """Leave the bench safe when it was asked for anything; the reason for the client."""
         reason = " ".join(str(error).split()) or type(error).__name__
         if not bench.begun:
             self.troubles.happened("refused", f"/run_measurement: {reason}")

@@ -124,7 +124,6 @@ class RosBench:
             S.MoveTo: lambda s: call(MoveTo, "/wheel_drive/move_to", angle_deg=s.angle_deg),
             S.SlipWaveform: self._waveform,
             S.Arm: lambda _s: call(Trigger, "/encoders/arm"),
-            S.Tare: lambda _s: call(Trigger, "/measurement_hub/tare"),
             S.Record: self._record,
             S.StopRecord: self._stop_record,
             S.Quick: self._quick,
@@ -171,7 +170,7 @@ class RosBench:
 
     # waiting
     async def until(self, said: Callable[[], bool]) -> None:
-        """As long as it takes, whether or not the bench speaks; interrupted like every wait."""
+        """As long as it takes, with or without samples; interrupted like every wait."""
         while not said():
             self.interrupt()
             await self.samples.arrival(listening=False)
@@ -184,7 +183,7 @@ class RosBench:
         """Let a held bus make cycles, and see the samples of the last one.
 
         Samples are lost only until a node and this one have found each other, and a held bus makes
-        no more of them by itself: one more cycle then. Of whoever was heard before all arrive.
+        no more of them by itself: one more cycle then. Later ones all arrive.
         """
         cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
         for _ in range(ATTEMPTS):

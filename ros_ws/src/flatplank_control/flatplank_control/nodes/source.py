@@ -22,10 +22,11 @@ class SourceNode(BenchNode):
     """Joins the samples of a cycle, asks its core, and publishes the reference of its drive.
 
     A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs, and
-    `compute(latest)`; `show()` publishes the inside of the core.
+    `compute(latest)`. Where it has `STATE`, that message shows the `state` of its core.
     """
 
     MODE: str
+    STATE: type | None = None
     KINDS: tuple[str, ...] = ("encoders", "contact")
     drive = "wheel_drive"
 
@@ -39,6 +40,9 @@ class SourceNode(BenchNode):
         if "contact" in self.KINDS:
             topic = "/measurement_hub/wrench_contact"
             self.add_subscription(WrenchStamped, topic, self.on_contact, STREAM)
+        if self.STATE is not None:
+            self.state = self.STATE()
+            self.publish_state = self.add_publisher(self.STATE, "~/state", STREAM)
 
     def listen_to_mode(self) -> None:
         """The last of `connect`: what a node hears first is called back first, so samples of the
@@ -67,10 +71,12 @@ class SourceNode(BenchNode):
         reference: Reference = self.compute(latest)
         convert.reference_to_msg(reference, self.message)
         self.publish(self.message)
-        self.show(reference)
-
-    def show(self, reference: Reference) -> None:
-        """Nothing is published beside the reference."""
+        if self.STATE is not None:
+            convert.set_stamp(self.state.header, reference.stamp_ns)
+            self.state.cycle = reference.cycle
+            for name, value in self.core.state._asdict().items():
+                setattr(self.state, name, value)
+            self.publish_state(self.state)
 
 
 class FollowerNode(SourceNode):

@@ -159,7 +159,7 @@ class BagWriter:
         if schema is None:
             schema = self._schemas[spec.type] = self._file.add_schema(spec.type, definition)
         information = {
-            "offered_qos_profiles": qos_text([spec.qos]),
+            "offered_qos_profiles": qos_text(spec.qos),
             "topic_type_hash": type_hash(spec.type),
         }
         self._channels[spec.name] = self._file.add_channel(spec.name, schema, information)

@@ -31,17 +31,11 @@ class TopicBlock(NamedTuple):
     """array of N CDR messages: structured (`CdrLayout`) or uint8 [N, size]"""
 
 
-class MergedChunk(NamedTuple):
-    """Arguments of `McapFile.add_chunk`."""
-
-    data: bytes
-    start_ns: int
-    end_ns: int
-    entries: dict[int, bytes]
-
-
-def merge_blocks(blocks: Sequence[TopicBlock], channels: Mapping[str, int]) -> MergedChunk | None:
-    """Messages of one stamp keep the order of `blocks`; None when there is no message."""
+def merge_blocks(
+    blocks: Sequence[TopicBlock], channels: Mapping[str, int]
+) -> tuple[bytes, int, int, dict[int, bytes]] | None:
+    """Arguments of `McapFile.add_chunk`; messages of one stamp keep the order of `blocks`. None
+    when there is no message."""
     blocks = [block for block in blocks if len(block.stamps_ns)]
     if not blocks:
         return None
@@ -64,7 +58,7 @@ def merge_blocks(blocks: Sequence[TopicBlock], channels: Mapping[str, int]) -> M
     packed = {
         channel: np.concatenate(parts).astype("<u8").tobytes() for channel, parts in index.items()
     }
-    return MergedChunk(data.tobytes(), int(stamps.min()), int(stamps.max()), packed)
+    return data.tobytes(), int(stamps.min()), int(stamps.max()), packed
 
 
 def unroll(blocks: Sequence[TopicBlock]) -> Iterator[tuple[str, bytes, int]]:

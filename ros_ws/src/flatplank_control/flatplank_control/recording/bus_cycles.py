@@ -146,7 +146,7 @@ class CycleCount:
 
 
 BEHIND_NS = 500_000_000
-"""whoever speaks at every cycle is never so far behind the bus"""
+"""a topic that is published at every cycle is never so far behind the bus"""
 
 
 class Arrivals:
@@ -171,9 +171,9 @@ class Arrivals:
         return stamp_ns
 
     def behind(self, stamp_ns: int, topics: Iterable[str]) -> list[str]:
-        """Those of some topics that speak at every cycle and were not heard up to a stamp: a
-        message was lost on its way and comes again, or two nodes that have only just come do not
-        hear each other yet. Without a stamp (0): not heard beside the bus.
+        """Those of some topics, published at every cycle, that have not come up to a stamp: a
+        message was lost and comes again, or two nodes that have just started have not found each
+        other yet. Without a stamp (0): that are behind the bus.
         """
         wanted = stamp_ns or self.bus_ns - BEHIND_NS
         return [t for t in topics if self._last.get(t, -1) < wanted]

@@ -113,7 +113,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _readable_record(path: Path, found: Scan) -> tuple[RunRecord | None, bool, str]:
-    """The messages are worth saving even when the run record cannot be read."""
+    """Messages are saved even when the run record cannot be read."""
     try:
         return *_record(path, found), ""
     except (RecordingError, SerdeError) as error:

@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import yaml
 
@@ -46,27 +45,20 @@ def _duration(ns: int) -> dict[str, int]:
     return {"sec": ns // 1_000_000_000, "nsec": ns % 1_000_000_000}
 
 
-def qos_list(profiles: Sequence[Qos]) -> list[dict[str, Any]]:
-    """Profiles as in `metadata.yaml`, version 9."""
-    return [
-        {
-            "history": qos.history,
-            "depth": qos.depth,
-            "reliability": qos.reliability,
-            "durability": qos.durability,
-            "deadline": _duration(qos.deadline_ns),
-            "lifespan": _duration(_INFINITE_NS),
-            "liveliness": "automatic",
-            "liveliness_lease_duration": _duration(_INFINITE_NS),
-            "avoid_ros_namespace_conventions": False,
-        }
-        for qos in profiles
-    ]
-
-
-def qos_text(profiles: Sequence[Qos]) -> str:
-    """Profiles as in the metadata of an MCAP channel."""
-    return yaml.safe_dump(qos_list(profiles), sort_keys=False).strip()
+def qos_text(qos: Qos) -> str:
+    """The offered profile as in the metadata of an MCAP channel."""
+    profile = {
+        "history": qos.history,
+        "depth": qos.depth,
+        "reliability": qos.reliability,
+        "durability": qos.durability,
+        "deadline": _duration(qos.deadline_ns),
+        "lifespan": _duration(_INFINITE_NS),
+        "liveliness": "automatic",
+        "liveliness_lease_duration": _duration(_INFINITE_NS),
+        "avoid_ros_namespace_conventions": False,
+    }
+    return yaml.safe_dump([profile], sort_keys=False).strip()
 
 
 class BenchTopic(NamedTuple):
@@ -76,7 +68,7 @@ class BenchTopic(NamedTuple):
     rate: str
     says: str
     modes: tuple[str, ...] = ()
-    """operation modes of the wheel drive in which it speaks at every cycle, and only in them"""
+    """operation modes of the wheel drive in which it is published at every cycle, and only then"""
 
 
 def _row(name: str, kind: str, rate: str, says: str, qos=STREAM, modes=()) -> BenchTopic:
@@ -121,7 +113,7 @@ RECORDED = tuple(row.spec for row in TABLE)
 
 
 def at_every_cycle(mode: str) -> list[str]:
-    """Topics that speak at every cycle in an operation mode of the wheel drive."""
+    """Topics that are published at every cycle in an operation mode of the wheel drive."""
     return [row.spec.name for row in TABLE if row.rate == "cycle" or mode in row.modes]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a plan waits for, told from the measured samples alone; what an operator sets by hand."""
+"""What a plan waits for, judged by the measured samples alone; what an operator sets by hand."""
 
 from __future__ import annotations
 

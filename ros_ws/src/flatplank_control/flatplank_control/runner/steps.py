@@ -90,11 +90,6 @@ class Arm:
 
 
 @dataclass(frozen=True)
-class Tare:
-    """Zero the hub."""
-
-
-@dataclass(frozen=True)
 class Constants:
     """Constants of the set-up at a node: parameter -> value."""
 
@@ -177,7 +172,7 @@ class Say:
 
 
 Step = (
-    Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord
+    Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Record | StopRecord
     | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile | Constants
 )  # fmt: skip
 
@@ -225,17 +220,10 @@ class Patience:
         if snapshot is not None and elapsed >= step.at_least and step.until(snapshot):
             return True
         if elapsed > step.timeout:
+            stop = snapshot.drive.stop_reason if snapshot else 0
+            drive = f" (drive: {REASONS[stop]})" if stop else ""
             raise PlanFailed(
                 f"waited {step.timeout:g} s of bench time and it is not true that {step.what}"
-                + (
-                    f" (drive: {stop_text(snapshot)})"
-                    if snapshot and snapshot.drive.stop_reason
-                    else ""
-                )
+                f"{drive}"
             )
         return False
-
-
-def stop_text(snapshot: Snapshot) -> str:
-    """Why the drive holds the wheel."""
-    return REASONS[snapshot.drive.stop_reason]

@@ -74,16 +74,10 @@ class SequencerParameters(Params):
         USABLE_ROAD, "usable travel of the plank", unit="m", bounds=(0.1, 100.0)
     )
     radius_min: float = param(
-        RADIUS.low,
-        "smallest effective rolling radius",
-        unit="m",
-        bounds=(0.01, 2.0),
+        RADIUS.low, "smallest effective rolling radius", unit="m", bounds=(0.01, 2.0)
     )
     radius_max: float = param(
-        RADIUS.high,
-        "largest effective rolling radius",
-        unit="m",
-        bounds=(0.01, 2.0),
+        RADIUS.high, "largest effective rolling radius", unit="m", bounds=(0.01, 2.0)
     )
 
     def check(self) -> str | None:

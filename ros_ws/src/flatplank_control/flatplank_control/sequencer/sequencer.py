@@ -155,16 +155,11 @@ class SlipSequencer:
             self._follower.parameters = p
 
     def set_slip_step(
-        self,
-        kappa: float,
-        start_position: float,
-        effective_rolling_radius: float,
-        at_cycle: int | None = None,
+        self, kappa: float, start_position: float, effective_rolling_radius: float
     ) -> Answer:
         """A step to `kappa` at a plank position [m] with an effective rolling radius [m]."""
-        values = {"kappa": kappa}
         return self.set_waveform(
-            "step", values, start_position, effective_rolling_radius, at_cycle
+            "step", {"kappa": kappa}, start_position, effective_rolling_radius
         )
 
     def set_waveform(
@@ -173,9 +168,9 @@ class SlipSequencer:
         values: Mapping[str, float],
         start_position: float,
         effective_rolling_radius: float,
-        at_cycle: int | None = None,
     ) -> Answer:
-        """A waveform by name with its parameters; refused as a whole when anything is wrong."""
+        """A waveform by name with its parameters, from the next cycle on; refused as a whole when
+        anything is wrong."""
         kind = WAVEFORMS.get(name)
         if kind is None:
             return refused(f"unknown waveform '{name}'{nearest(name, WAVEFORMS)}")
@@ -191,7 +186,7 @@ class SlipSequencer:
             self._wave, self._start = wave, float(start_position)
             self._radius = float(effective_rolling_radius)
 
-        return self._agenda.accept(act, at_cycle)
+        return self._agenda.accept(act)
 
     def reset(self) -> None:
         """Forget where the plank was; the waveform stays."""

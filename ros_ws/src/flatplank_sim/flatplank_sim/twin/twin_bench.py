@@ -55,7 +55,6 @@ class TwinBench:
             S.MoveTo: lambda s: _need(twin.move_to(math.radians(s.angle_deg))),
             S.SlipWaveform: self._waveform,
             S.Arm: lambda _s: _need(twin.encoders.arm()),
-            S.Tare: lambda _s: _need(twin.hub.tare()),
             S.Record: self._record,
             S.StopRecord: self._stop_record,
             S.Quick: self._quick,

@@ -40,7 +40,7 @@ class Outcome:
     file: str
     verdict: Verdict
     facts: Mapping[str, Any] = field(default_factory=dict)
-    """radius, profile, zeros, warnings, what a standing tire told"""
+    """radius, profile, zeros, warnings, stiffness or friction of a standing tire"""
 
     def text(self) -> str:
         """One line: the verdict and what the operator must know beside it."""

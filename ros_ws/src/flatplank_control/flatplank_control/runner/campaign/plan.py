@@ -12,12 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, refuse
-from flatplank_control.runner.campaign.order import (
-    RADIUS,
-    PlannedRun,
-    with_radius,
-    with_reference,
-)
+from flatplank_control.runner.campaign.order import RADIUS, PlannedRun, with_radius, with_reference
 from flatplank_control.runner.campaign.quality import Limits
 from flatplank_control.runner.campaign.reading import Located, Reading, load, plain
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires

@@ -19,7 +19,7 @@ BRAKING = 0.02
 BEGINS = 0.3
 """the tire rolls freely from here on [m]"""
 LEAST_TURN = 0.6
-"""turns of the wheel that tell an amplitude"""
+"""turns of the wheel from which an amplitude is determined"""
 LOADED = 300.0
 """more than the spurious force of an unloaded wheel [N]"""
 GRID = np.arange(0.0, 4.15, 0.05)
@@ -228,15 +228,11 @@ def judge(
         if q.needs(m) <= end
     ]
     if earlier:
-        findings.append(
-            Finding(
-                "repeatability", repeatability(profile(columns), earlier), limits.repeatability
-            )
-        )
+        scatter = repeatability(profile(columns), earlier)
+        findings.append(Finding("repeatability", scatter, limits.repeatability))
     return Verdict(tuple(findings), farthest, left_out)
 
 
-Columns = Mapping[str, np.ndarray]
 SHARE = (0.05, 0.2)
 """of Fz: tangential forces in which a tire that hardly slides is linear"""
 VERTICAL = (0.35, 0.95)

@@ -10,18 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from flatplank_control.calibration.fits import turning_amplitude
+from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import QUICK, Plan
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.steps import (
-    Enable,
-    Manual,
-    MoveTo,
-    PlanFailed,
-    Quick,
-    Snapshot,
-    Wait,
-)
 
 LOOKS = 20
 MAX_NOISE = 60.0
@@ -37,10 +29,10 @@ class Standstill:
         self.fx: list[float] = []
         self.fz: list[float] = []
 
-    def __call__(self, s: Snapshot) -> bool:
+    def __call__(self, s: S.Snapshot) -> bool:
         if s.hub.saturated:
             channels = [f"C{i + 1}" for i in range(6) if s.hub.saturated >> i & 1]
-            raise PlanFailed(
+            raise S.PlanFailed(
                 f"{', '.join(channels)} at the limit {self.when}: check amplifier and cables"
             )
         self.filter_on = s.hub.filter_on
@@ -50,7 +42,7 @@ class Standstill:
             return False
         noise = max(_spread(self.fx), _spread(self.fz))
         if noise > MAX_NOISE:
-            raise PlanFailed(
+            raise S.PlanFailed(
                 f"noise at rest is {noise:.0f} N {self.when}, at most {MAX_NOISE:g} N: "
                 "look for loose cables"
             )
@@ -64,11 +56,8 @@ class Standstill:
     def facts(self) -> dict[str, float]:
         """For the journal."""
         fx, fz = self.zero
-        return {
-            "zero_fx": round(fx, 2),
-            "zero_fz": round(fz, 2),
-            "noise": round(_spread(self.fz), 2),
-        }
+        noise = _spread(self.fz)
+        return {"zero_fx": round(fx, 2), "zero_fz": round(fz, 2), "noise": round(noise, 2)}
 
 
 def _mean(values: list[float]) -> float:
@@ -94,10 +83,10 @@ class TurnWatch:
         self.filter_on = False
         self._rows: list[tuple[float, float, float]] = []
 
-    def watching(self, until: Callable[[Snapshot], bool]) -> Callable[[Snapshot], bool]:
+    def watching(self, until: Callable[[S.Snapshot], bool]) -> Callable[[S.Snapshot], bool]:
         """The same condition, with a look at every sample."""
 
-        def check(s: Snapshot) -> bool:
+        def check(s: S.Snapshot) -> bool:
             self.filter_on = s.hub.filter_on
             self._rows.append((s.encoders.wheel_angle, s.hub.contact.fx, s.hub.contact.fz))
             return until(s)
@@ -125,20 +114,20 @@ def supervised(
     """The plan of a measurement with both looks; `turn` sees the unloaded wheel on its way."""
     turning = False
     for step in plan_of(m):
-        if turn is not None and turning and isinstance(step, Wait):
+        if turn is not None and turning and isinstance(step, S.Wait):
             step = replace(step, until=turn.watching(step.until))
-        turning = isinstance(step, MoveTo)
-        if isinstance(step, Manual) and step.quantity == "load":
+        turning = isinstance(step, S.MoveTo)
+        if isinstance(step, S.Manual) and step.quantity == "load":
             yield from _look(before)
-            yield Quick(QUICK)
+            yield S.Quick(QUICK)
             # the wheel stands at this angle: the spurious force of the preloaded shaft is known
             step = replace(step, zero=before.zero[1])
         yield step
-    yield Enable(False)
-    yield Manual("unload", 0.0)
+    yield S.Enable(False)
+    yield S.Manual("unload", 0.0)
     yield from _look(after)
 
 
 def _look(standstill: Standstill) -> Plan:
-    yield Quick(1)
-    yield Wait(f"the hub is quiet {standstill.when}", standstill, LOOK, at_least=0.5)
+    yield S.Quick(1)
+    yield S.Wait(f"the hub is quiet {standstill.when}", standstill, LOOK, at_least=0.5)
