@@ -96,13 +96,12 @@ def learn(
     stiffness: float,
     relaxation: float,
     *,
-    scale: float = 1.0,
     pitch_radius: float = 0.05,
-    tooth: float = 0.01571,
 ) -> RoadMap:
-    """The map from runs made with `scale`, for C_x [N/m] and sigma [m]; tooth and radius in m."""
+    """The map from runs that follow the encoder, for C_x [N/m] and sigma [m]; radius in m."""
     if not runs or not (stiffness > 0.0 and relaxation > 0.0):
         raise ValueError("speed map: give kappa = 0 runs and a tire with C_x and sigma above 0")
+    tooth = RoadMap.tooth_pitch
     waves = (1.0 / pitch_radius, 2.0 * math.pi / tooth)
     rows, forces = [], []
     for run in runs:
@@ -123,7 +122,7 @@ def learn(
     left = float(np.sqrt(np.mean((f - a @ p) ** 2)))
     turn_cos, turn_sin, tooth_cos, tooth_sin = (float(v) for v in p[1:5])
     return RoadMap(
-        float(scale / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, tooth, left
+        float(1.0 / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, tooth, left
     )
 
 

@@ -20,7 +20,6 @@ class Line(NamedTuple):
     offset_error: float
     residual: float
     """rms of what is left, in the unit of y"""
-    points: int
 
 
 def fit_line(pairs: Sequence[tuple[float, float]], reading: float = 0.0) -> Line:
@@ -43,7 +42,7 @@ def fit_line(pairs: Sequence[tuple[float, float]], reading: float = 0.0) -> Line
     return Line(
         slope, offset, sigma / math.sqrt(spread),
         sigma * math.sqrt(1.0 / x.size + x.mean() ** 2 / spread),
-        float(np.sqrt(np.mean(left**2))), int(x.size),
+        float(np.sqrt(np.mean(left**2))),
     )  # fmt: skip
 
 

@@ -23,17 +23,6 @@ from flatplank_hw.samples import EncoderSample, Reference
 class Follower:
     """One run; `correction` [rad/s] is added to the speed of the sequencer."""
 
-    __slots__ = (
-        "_angle",
-        "_error",
-        "_meshed",
-        "_position",
-        "_wanted",
-        "lost",
-        "parameters",
-        "travel",
-    )
-
     def __init__(self, p: SequencerParameters) -> None:
         self.parameters = p
         parts = (p.mesh_turn_cos, p.mesh_turn_sin, p.mesh_tooth_cos, p.mesh_tooth_sin)
