@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_control.bench.node_specs import DRIVEN, NODES
-from flatplank_control.topics import TABLE
+from flatplank_control.bench.setup import DRIVEN, NODES
+from flatplank_control.recording.topics import TABLE
 from flatplank_hw.drive.modes import MODES
 
 ROOT = Path(__file__).resolve().parents[2]

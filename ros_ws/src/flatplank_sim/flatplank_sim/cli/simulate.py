@@ -12,8 +12,7 @@ from pathlib import Path
 
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.bench.judging import read
-from flatplank_control.bench.listing import write_tire
+from flatplank_control.bench.results import read, write_tire
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.cli.run import main as run_plan
 from flatplank_control.runner.campaign.tires import tire_on

@@ -6,8 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import AXIS_NODES, DRIVEN, BenchSetup
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_data.params import Params, from_mapping

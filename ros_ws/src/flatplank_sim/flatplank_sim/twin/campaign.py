@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from flatplank_analysis.parallel import worker_pool
-from flatplank_control.bench.listing import write_campaign
+from flatplank_control.bench.results import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
 from flatplank_control.runner.plans import plan_of

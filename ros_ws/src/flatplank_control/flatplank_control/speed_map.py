@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A map of the rack mesh and the mean error of the encoder, from the force of kappa = 0 runs.
+"""Travel of the road that the pinion encoder does not see, learnt from runs without slip.
 
-The tire is the sensor: Fx = C_Fk kappa in the mean, and de/dx = -(dFx/dx + Fx/sigma)/C_x for an
-error e of the travel. C_x is about 200 N/mm, so 10 um is 2 N.
-"""
+A map has the rack mesh and the mean error of the encoder, from the force of kappa = 0 runs. The
+tire is the sensor: Fx = C_Fk kappa in the mean, and de/dx = -(dFx/dx + Fx/sigma)/C_x for an
+error e of the travel. C_x is about 200 N/mm, so 10 um is 2 N."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
+from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.sequencer import SequencerParameters
 from flatplank_data.params import Params, from_mapping, param
 from flatplank_data.yaml_text import load_yaml
@@ -95,13 +96,12 @@ def learn(
     stiffness: float,
     relaxation: float,
     *,
-    scale: float = 1.0,
     pitch_radius: float = 0.05,
-    tooth: float = 0.01571,
 ) -> RoadMap:
-    """The map from runs made with `scale`, for C_x [N/m] and sigma [m]; tooth and radius in m."""
+    """The map from runs that follow the encoder, for C_x [N/m] and sigma [m]; radius in m."""
     if not runs or not (stiffness > 0.0 and relaxation > 0.0):
         raise ValueError("speed map: give kappa = 0 runs and a tire with C_x and sigma above 0")
+    tooth = RoadMap.tooth_pitch
     waves = (1.0 / pitch_radius, 2.0 * math.pi / tooth)
     rows, forces = [], []
     for run in runs:
@@ -122,7 +122,7 @@ def learn(
     left = float(np.sqrt(np.mean((f - a @ p) ** 2)))
     turn_cos, turn_sin, tooth_cos, tooth_sin = (float(v) for v in p[1:5])
     return RoadMap(
-        float(scale / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, tooth, left
+        float(1.0 / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, tooth, left
     )
 
 
@@ -147,3 +147,21 @@ def check_follows(run: Run, radius: float, where: str) -> None:
             f"{where}: the wheel rolled {part:.4f} of the encoder's travel; "
             "a map is learnt from runs that were made with --road follow"
         )
+
+
+FOLLOW = "follow"
+WHOLE_RUN = 100.0
+"""[m]"""
+NODE = "slip_sequencer"
+
+
+def with_road(setup: BenchSetup, road: str) -> BenchSetup:
+    """`road`: empty for constant speed, `follow` for the encoder's travel, else the file of a
+    map."""
+    if not road:
+        return setup
+    values: dict[str, Any] = {"follow_until": WHOLE_RUN}
+    if road != FOLLOW:
+        values |= RoadMap.load(Path(road)).parameters()
+    own = {**setup.parameters.get(NODE, {}), **values}
+    return replace(setup, parameters={**setup.parameters, NODE: own})

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many messages of many topics into one chunk of an MCAP file, in time order, without a loop."""
+"""Many messages of many topics, as the twin makes them, in time order and without a loop."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+
+from flatplank_control.recording.cdr_layout import CdrLayout, set_stamps
+from flatplank_data.errors import RecordingError
 
 _HEAD = np.dtype(
     {
@@ -28,17 +31,11 @@ class TopicBlock(NamedTuple):
     """array of N CDR messages: structured (`CdrLayout`) or uint8 [N, size]"""
 
 
-class MergedChunk(NamedTuple):
-    """Arguments of `McapFile.add_chunk`."""
-
-    data: bytes
-    start_ns: int
-    end_ns: int
-    entries: dict[int, bytes]
-
-
-def merge_blocks(blocks: Sequence[TopicBlock], channels: Mapping[str, int]) -> MergedChunk | None:
-    """Messages of one stamp keep the order of `blocks`; None when there is no message."""
+def merge_blocks(
+    blocks: Sequence[TopicBlock], channels: Mapping[str, int]
+) -> tuple[bytes, int, int, dict[int, bytes]] | None:
+    """Arguments of `McapFile.add_chunk`; messages of one stamp keep the order of `blocks`. None
+    when there is no message."""
     blocks = [block for block in blocks if len(block.stamps_ns)]
     if not blocks:
         return None
@@ -61,7 +58,7 @@ def merge_blocks(blocks: Sequence[TopicBlock], channels: Mapping[str, int]) -> M
     packed = {
         channel: np.concatenate(parts).astype("<u8").tobytes() for channel, parts in index.items()
     }
-    return MergedChunk(data.tobytes(), int(stamps.min()), int(stamps.max()), packed)
+    return data.tobytes(), int(stamps.min()), int(stamps.max()), packed
 
 
 def unroll(blocks: Sequence[TopicBlock]) -> Iterator[tuple[str, bytes, int]]:
@@ -102,3 +99,55 @@ def _scatter(data: np.ndarray, where: np.ndarray, record: np.ndarray) -> None:
         target[...] = record
         return
     data[where[:, None] + np.arange(size)] = record
+
+
+class BlockSink(Protocol):
+    """A BagWriter or a RecordingSession."""
+
+    def write_blocks(self, blocks: Sequence[TopicBlock]) -> None: ...
+
+
+class TwinWriter:
+    """Collects chunks of a run per topic; `flush` writes what has come since the last one.
+
+    Messages of one stamp follow the order of `layouts`. A second or so of bench time per
+    flush is quick; memory is what lies between two flushes.
+    """
+
+    def __init__(self, sink: BlockSink, layouts: Mapping[str, CdrLayout]) -> None:
+        self._sink = sink
+        self._layouts = dict(layouts)
+        self._blocks: dict[str, list[TopicBlock]] = {topic: [] for topic in layouts}
+
+    def add(
+        self,
+        topic: str,
+        stamps_ns: np.ndarray,
+        columns: Mapping[str, Any],
+        layout: CdrLayout | None = None,
+    ) -> None:
+        """N messages: `stamps_ns` int64 [N] [ns] go into the header, `columns` into the rest.
+
+        Columns are named as in `CdrLayout.dtype`; [N], [N, n] or one value for all. Messages
+        whose texts are other ones than the topic's have a `layout` of their own.
+        """
+        if topic not in self._layouts:
+            raise RecordingError(f"{topic}: not a topic of this writer; give its layout")
+        layout = layout or self._layouts[topic]
+        stamps_ns = np.asarray(stamps_ns, np.int64)
+        messages = layout.new(len(stamps_ns))
+        names = layout.dtype.names or ()
+        if "header.stamp.sec" in names:
+            set_stamps(messages, stamps_ns)
+        for name, values in columns.items():
+            if name not in names:
+                raise RecordingError(f"{topic}: no column {name!r} in {layout.msgtype}")
+            messages[name] = values
+        self._blocks[topic].append(TopicBlock(topic, stamps_ns, messages))
+
+    def flush(self) -> None:
+        """Write all that was added."""
+        blocks = [block for added in self._blocks.values() for block in added]
+        for added in self._blocks.values():
+            added.clear()
+        self._sink.write_blocks(blocks)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Axle speed from the error of Fz: the tire is the spring, so an integrating axis needs only P
-and a little I."""
+"""Constant vertical force on a driven vertical axis; off by default.
+
+Axle speed from the error of Fz: the tire is the spring, so an integrating axis needs only P and a
+little I."""
 
 from __future__ import annotations
 

@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bench of paper: performs the steps of a plan by kinematics alone and counts bench time."""
+"""A plan on paper: performed by kinematics alone, for bench time, progress, road and load."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.campaign.plan import CampaignPlan
+from flatplank_control.runner.conditions import QUANTITIES, condition_of
 from flatplank_control.runner.measurement import TRIGGER_AT
 from flatplank_control.runner.moves import SLOW, SPEED
-from flatplank_control.runner.performing import Patience
-from flatplank_control.runner.quantities import QUANTITIES, condition_of
+from flatplank_control.runner.plans import plan_of
+from flatplank_control.runner.steps import Patience, PlanFailed
 from flatplank_data.machine import ROAD_LENGTH
 from flatplank_hw.cia402 import State
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
@@ -122,3 +127,84 @@ class DryBench:
             cycle, stamp, state, 0, self.wheel, self._omega, 0.0, 0.0, 0.0, 0.0, 0, 0
         )
         return S.Snapshot(encoders, hub, drive)
+
+
+class Progress:
+    """`step` steps of the plan are done and the next one takes `seconds` so far."""
+
+    def __init__(self, ends: Sequence[float]) -> None:
+        """`ends`: bench time at the end of each step on paper [s]."""
+        self._ends = list(ends)
+        self.total = self._ends[-1] if self._ends else 0.0
+
+    def left(self, step: int, seconds: float = 0.0) -> float:
+        """Bench time to come [s]; a step that takes longer than on paper counts as done."""
+        begin = self._ends[step - 1] if step else 0.0
+        end = self._ends[min(step, len(self._ends) - 1)] if self._ends else 0.0
+        return self.total - min(begin + seconds, end)
+
+    def done(self, step: int, seconds: float = 0.0) -> float:
+        """Share that is done, 0 .. 1."""
+        return 1.0 - self.left(step, seconds) / self.total if self.total else 1.0
+
+
+def on_paper(plan: Iterable[S.Step]) -> Progress:
+    """Perform a plan on paper; what waits for something that paper does not have takes no time."""
+    bench, ends = DryBench(), []
+    for step in plan:
+        with suppress(PlanFailed):
+            bench.perform([step])
+        ends.append(bench.time)
+    return Progress(ends)
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """What a campaign will take."""
+
+    durations: dict[str, float]
+    """bench time of each run by its key [s]"""
+    kinds: dict[str, int]
+    """runs per kind of measurement and role"""
+    road: float
+    """farthest position of the plank [m]"""
+    largest_load: float
+    """[N]"""
+    prompts: int
+    """things that an operator sets by hand"""
+
+    @property
+    def total(self) -> float:
+        """[s]"""
+        return sum(self.durations.values())
+
+    def lines(self, plan: CampaignPlan) -> list[str]:
+        """For people."""
+        kinds = ", ".join(f"{n} {kind}" for kind, n in self.kinds.items())
+        hours = self.total / 3600.0
+        return [
+            f"plan {plan.name}: {len(plan.runs)} runs ({kinds}) with the {plan.tire.name}",
+            f"bench time {hours:.1f} h without repeats ({self.total / len(plan.runs):.0f} s each)",
+            f"road {self.road:.2f} m of {ROAD_LENGTH:.2f} m, up to {self.largest_load:.0f} N, "
+            f"{self.prompts} settings by hand",
+        ]
+
+
+def dry_run(plan: CampaignPlan) -> DryRun:
+    """Perform every run on paper, one after the other; PlanFailed names line and reason."""
+    bench = DryBench()
+    durations: dict[str, float] = {}
+    for run in plan.runs:
+        before = bench.time
+        try:
+            bench.perform(plan_of(run.measurement))
+        except (PlanFailed, ValueError) as error:
+            raise PlanFailed(f"{plan.where}:{run.line}: {error}") from None
+        durations[run.key] = bench.time - before
+    kinds = Counter(
+        run.measurement.measurement if run.role == "run" else f"{run.role} run"
+        for run in plan.runs
+    )
+    by_hand = [step for step in bench.steps if isinstance(step, S.Manual)]
+    loads = [step.value for step in by_hand if step.quantity == "load"]
+    return DryRun(durations, dict(kinds), bench.road_used, max(loads, default=0.0), len(by_hand))

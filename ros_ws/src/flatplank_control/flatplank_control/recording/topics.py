@@ -1,12 +1,64 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of the bench that go into a bag: one table for recorder, twin and documentation."""
+"""The topics of the bench that go into a bag, for recorder, twin and documentation."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from flatplank_control.recording import TopicSpec
-from flatplank_control.recording.qos import HEALTH, LATCHED, REFERENCE, STREAM
+import yaml
+
+from flatplank_control.recording.typestore import typestore
+from flatplank_data.run_record import RunRecord
+
+_INFINITE_NS = 2**63 - 1
+
+
+@dataclass(frozen=True)
+class Qos:
+    """Offered profile; the words are those of `ros2 topic info --verbose` in lower case."""
+
+    depth: int = 10
+    reliability: str = "reliable"
+    durability: str = "volatile"
+    history: str = "keep_last"
+    deadline_ns: int = _INFINITE_NS
+    """[ns]"""
+
+
+STREAM = Qos(depth=2000)
+LATCHED = Qos(depth=1, durability="transient_local")
+REFERENCE = Qos(depth=2000, deadline_ns=100_000_000)
+HEALTH = Qos(depth=10)
+
+
+class TopicSpec(NamedTuple):
+    """A topic to record."""
+
+    name: str
+    type: str
+    """package/msg/Type"""
+    qos: Qos = STREAM
+
+
+def _duration(ns: int) -> dict[str, int]:
+    return {"sec": ns // 1_000_000_000, "nsec": ns % 1_000_000_000}
+
+
+def qos_text(qos: Qos) -> str:
+    """The offered profile as in the metadata of an MCAP channel."""
+    profile = {
+        "history": qos.history,
+        "depth": qos.depth,
+        "reliability": qos.reliability,
+        "durability": qos.durability,
+        "deadline": _duration(qos.deadline_ns),
+        "lifespan": _duration(_INFINITE_NS),
+        "liveliness": "automatic",
+        "liveliness_lease_duration": _duration(_INFINITE_NS),
+        "avoid_ros_namespace_conventions": False,
+    }
+    return yaml.safe_dump([profile], sort_keys=False).strip()
 
 
 class BenchTopic(NamedTuple):
@@ -16,7 +68,7 @@ class BenchTopic(NamedTuple):
     rate: str
     says: str
     modes: tuple[str, ...] = ()
-    """operation modes of the wheel drive in which it speaks at every cycle, and only in them"""
+    """operation modes of the wheel drive in which it is published at every cycle, and only then"""
 
 
 def _row(name: str, kind: str, rate: str, says: str, qos=STREAM, modes=()) -> BenchTopic:
@@ -61,5 +113,23 @@ RECORDED = tuple(row.spec for row in TABLE)
 
 
 def at_every_cycle(mode: str) -> list[str]:
-    """Topics that speak at every cycle in an operation mode of the wheel drive."""
+    """Topics that are published at every cycle in an operation mode of the wheel drive."""
     return [row.spec.name for row in TABLE if row.rate == "cycle" or mode in row.modes]
+
+
+RUN_TOPIC = TopicSpec("/run", "flatplank_msgs/msg/Run", LATCHED)
+
+
+def run_message(record: RunRecord, stamp_ns: int) -> bytes:
+    """Serialised flatplank_msgs/Run; `stamp_ns` is the time of the bench [ns]."""
+    store = typestore()
+    make = store.types
+    stamp = make["builtin_interfaces/msg/Time"](*divmod(stamp_ns, 1_000_000_000))
+    message = make[RUN_TOPIC.type](
+        header=make["std_msgs/msg/Header"](stamp, ""),
+        uuid=record.uuid,
+        name=record.name,
+        status=record.status,
+        record=record.to_yaml(),
+    )
+    return bytes(store.serialize_cdr(message, RUN_TOPIC.type))

@@ -1,26 +1,38 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads back what was recorded and says what it is worth."""
+"""What a campaign leaves beside its data: verdicts of runs, campaign.yaml and tire.yaml."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import yaml
+
+from flatplank_analysis.models.tire_record import FILE as RECORD
+from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.calibration.fit_check import still_fits
-from flatplank_control.runner.campaign.conductor import Job, Outcome
-from flatplank_control.runner.campaign.quality import Finding, Limits, judge, profile, travel
-from flatplank_control.runner.campaign.stiffness import EVALUATIONS
+from flatplank_control.calibration.fits import still_fits
+from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
+from flatplank_control.runner.campaign.quality import (
+    EVALUATIONS,
+    Finding,
+    Limits,
+    judge,
+    profile,
+    travel,
+)
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch
 from flatplank_control.runner.conditions import PRELOAD
 from flatplank_control.runner.moves import ENOUGH
-from flatplank_control.runner.standstill import Standstill
-from flatplank_control.runner.turn_watch import TurnWatch
-from flatplank_data.campaign import Run
+from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT, Run
+from flatplank_data.files import write_atomic
 from flatplank_data.readers import describe
 from flatplank_data.run_record import RunRecord
 from flatplank_data.store import open_store
 from flatplank_data.table import MeasurementTable
+from flatplank_data.yaml_text import load_yaml
 
 COLUMNS = [
     "time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fy", "fz",
@@ -72,3 +84,45 @@ def outcome_of(
         found = radius_of_run(table)
         facts |= {"radius": found.radius, "radius_force": found.force}
     return Outcome(path.name, replace(verdict, findings=(*verdict.findings, *zeros)), facts)
+
+
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+
+def list_kept(conductor: Conductor, folder: Path) -> None:
+    """List what the journal kept; a crash between the two is made up at the next start."""
+    kept = conductor.kept()
+    counting = {done.counts for done in kept}
+    others = {file for done in conductor.journal.done.values() for file in done.files} - counting
+    if kept or (folder / CAMPAIGN_FILE).exists():
+        write_tire(folder, conductor.plan.tire.record)
+        runs = [(done.record, done.counts) for done in kept if done.record]
+        write_campaign(folder, conductor.plan.tire.name, runs, others)
+
+
+def write_tire(folder: Path, record: TireRecord) -> None:
+    """The record of the mounted tire beside the runs; one that is there stays."""
+    path = folder / RECORD
+    if not path.exists():
+        write_atomic(path, record.to_yaml())
+
+
+def write_campaign(
+    folder: Path,
+    tire: str,
+    runs: Sequence[tuple[Mapping[str, Any], str]],
+    others: Collection[str] = (),
+) -> None:
+    """Put records and files of runs into the folder's campaign.yaml, and take `others` out."""
+    path = folder / CAMPAIGN_FILE
+    old = load_yaml(path.read_bytes(), path) if path.exists() else {}
+    names = {file for _, file in runs}.union(others)
+    kept = [run for run in old.get("runs", []) if run["file"] not in names]
+    new = [_entry(record, file) for record, file in runs]
+    content = {"format": FORMAT, "tire": tire, "runs": [*kept, *new]}
+    write_atomic(path, yaml.dump(content, Dumper=_DUMPER, sort_keys=False))
+
+
+def _entry(record: Mapping[str, Any], file: str) -> dict:
+    said = {k: v for k, v in record.items() if v not in (None, "", {}) and k != "name"}
+    return {"file": file, **said}

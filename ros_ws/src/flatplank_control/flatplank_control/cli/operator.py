@@ -1,12 +1,79 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `run` says while a campaign is made and at its end, on the twin as on a bench."""
+"""What the operator of `run`, `slip` and `investigate` reads and presses."""
 
 from __future__ import annotations
 
+import select
+import sys
+import termios
 import time
-from collections.abc import Callable
+import tty
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from flatplank_control.runner.campaign import CampaignPlan, Journal
+
+
+class Keys:
+    """A context manager; without a terminal no key ever comes."""
+
+    def __enter__(self) -> Keys:
+        self._terminal = sys.stdin.isatty()
+        if self._terminal:
+            self._before = termios.tcgetattr(sys.stdin)
+            tty.setcbreak(sys.stdin)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._terminal:
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+
+    def pressed(self) -> str:
+        """A key that was pressed, or an empty text."""
+        if not self._terminal or not select.select([sys.stdin], [], [], 0.0)[0]:
+            return ""
+        return sys.stdin.read(1)
+
+    def line(self, prompt: str) -> str:
+        """A whole line, with echo."""
+        if not self._terminal:
+            return ""
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+        try:
+            return input(prompt)
+        finally:
+            tty.setcbreak(sys.stdin)
+
+
+class Wish(NamedTuple):
+    """What a key is for."""
+
+    text: str
+    service: str
+    """of the runner"""
+
+
+OF_A_RUN = {
+    "c": Wish("confirm what was asked for", "confirm"),
+    "e": Wish("enough: this run ends here and is kept", "enough"),
+}
+OF_A_CAMPAIGN = {
+    **OF_A_RUN,
+    "r": Wish("repeat this run from its beginning", "repeat"),
+    "d": Wish("discard this run and go on", "discard"),
+    "s": Wish("skip this run", "skip"),
+}
+
+
+def tell(client: Any, wishes: Mapping[str, Wish], key: str) -> None:
+    """Call the service of a key and print what came of it; other keys do nothing."""
+    if key not in wishes:
+        return
+    from std_srvs.srv import Trigger
+
+    answer = client.call(Trigger, f"/measurement_runner/{wishes[key].service}")
+    print(wishes[key].text if answer.success else answer.message, flush=True)
+
 
 NOT_ALL_GOOD = 3
 """exit code"""
