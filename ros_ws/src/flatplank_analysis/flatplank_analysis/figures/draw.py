@@ -15,8 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import MaxNLocator
 
-from flatplank_analysis.figures.spec import Figure, Panel, Series
-from flatplank_analysis.figures.style import INK, MUTED, PALETTE, RC
+from flatplank_analysis.figures.spec import INK, MUTED, PALETTE, Figure, Panel, Series
 
 MAX_POINTS = 700
 """per line in a picture; the CSV has them all"""
@@ -26,6 +25,38 @@ WIDTH, HEIGHT = 6.4, 3.7
 """of one panel [inch]"""
 CONSTANT = 2e-3
 """share of the largest value that an axis spans at least"""
+
+RC = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e8ed",
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "none",
+    "axes.unicode_minus": True,
+}
 
 #: keyword arguments of `plot` per style
 STYLES: dict[str, dict] = {

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -35,8 +35,6 @@ from flatplank_data.table import MeasurementTable
 
 Found = dict[str, Any]
 Extra = Callable[[Campaign, list[MeasurementTable], Mapping[str, Any]], Found]
-#: kind of measurement -> what is made of it, in this order
-EXTRAS: dict[str, Extra] = {}
 STANDING: dict[str, tuple[str, Callable[[MeasurementTable], float]]] = {
     "stiffness_longitudinal": ("C_x", static_longitudinal_stiffness),
     "stiffness_lateral": ("C_y", standing_lateral_stiffness),
@@ -54,16 +52,6 @@ RUN_BY_RUN: dict[str, Callable[[MeasurementTable], Any]] = {
 """kind of measurement -> what a run of it tells by itself"""
 
 
-def extra(measurement: str) -> Callable[[Extra], Extra]:
-    """Register the evaluation of a kind of measurement."""
-
-    def register(function: Extra) -> Extra:
-        EXTRAS[measurement] = function
-        return function
-
-    return register
-
-
 def other_measurements(
     campaign: Campaign, kinds: Sequence[str] = (), free_radius: float = math.nan
 ) -> Found:
@@ -78,8 +66,7 @@ def other_measurements(
         if kinds and kind not in kinds:
             continue
         runs = campaign.where(partial(_is_of, kind))
-        tables = list(runs.tables())
-        if tables:
+        if tables := list(runs.tables()):
             found |= function(campaign, tables, known | found)
     return found
 
@@ -95,56 +82,59 @@ def kind_of(info: RunRecord) -> str:
     return KINDS.get(info.measurement, info.measurement)
 
 
-def _each(
-    campaign: Campaign,
-    tables: Iterable[MeasurementTable],
-    function: Callable[[MeasurementTable], Any],
-) -> list[tuple[MeasurementTable, Any]]:
-    out = []
-    for table in tables:
-        try:
-            out.append((table, function(table)))
-        except FlatplankError as error:
-            campaign.note(problem_of(error, table.info.file))
-    return out
+def _rows(name: str, tell: Callable[[MeasurementTable], Any]) -> Extra:
+    """A result under `name` with a row per run; a run that cannot be told is noted."""
+
+    def evaluate(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+        rows = []
+        for table in tables:
+            try:
+                rows.append(tell(table))
+            except FlatplankError as error:
+                campaign.note(problem_of(error, table.info.file))
+        return {name: rows} if rows else {}
+
+    return evaluate
 
 
-@extra("stiffness")
-def _stiffness(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-    runs = [
-        {
-            "run": table.info.name,
-            "pressure": table.info.pressure,
-            "loading": c.loading,
-            "unloading": c.unloading,
-            "mean": c.mean,
-            "window": c.window,
-            "loaded_radius": table["loaded_radius"][:: max(len(table) // 800, 1)],
-            "fz": table["fz"][:: max(len(table) // 800, 1)],
-        }
-        for table, c in _each(campaign, tables, vertical_stiffness)
-    ]
-    return {"vertical_stiffness": runs} if runs else {}
+def _stiffness(table: MeasurementTable) -> dict[str, Any]:
+    c = vertical_stiffness(table)
+    thin = slice(None, None, max(len(table) // 800, 1))
+    return {
+        "run": table.info.name,
+        "pressure": table.info.pressure,
+        "loading": c.loading,
+        "unloading": c.unloading,
+        "mean": c.mean,
+        "window": c.window,
+        "loaded_radius": table["loaded_radius"][thin],
+        "fz": table["fz"][thin],
+    }
 
 
-@extra("standing")
-def _standing(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-    """C_x, C_y, friction of the standing tire, one row per run."""
+def inside_window(run: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, float]:
+    """Loaded radii [m] and loads [N] of a vertical stiffness run inside its window, and r_0 [m].
 
-    def one(table: MeasurementTable) -> dict[str, Any]:
-        quantity, tell = STANDING[table.info.measurement]
-        value = tell(table)
-        if not np.isfinite(value):
-            what = f"{quantity} cannot be told: the force hardly changes over the travel"
-            raise FlatplankError(what, table.info.file, "let the road go on until the tire slides")
-        facts = {n: getattr(table.info, n) for n in ("name", "fz", "pressure", "gamma_deg")}
-        return {"quantity": quantity, "value": value} | facts
-
-    rows = [value for _, value in _each(campaign, tables, one)]
-    return {"standing": rows} if rows else {}
+    r_0 is where the run's own line reaches Fz = 0: 1 mm of a radius from elsewhere would be 6 % of
+    the stiffness.
+    """
+    radius, force = np.asarray(run["loaded_radius"]), np.asarray(run["fz"])
+    inside = (radius >= run["window"][0]) & (radius <= run["window"][1]) & (force > 0.0)
+    radius, force = radius[inside], force[inside]
+    return radius, force, float(np.mean(radius + force / run["mean"]))
 
 
-@extra("footprint")
+def _standing(table: MeasurementTable) -> dict[str, Any]:
+    """C_x, C_y or friction of the standing tire."""
+    quantity, tell = STANDING[table.info.measurement]
+    value = tell(table)
+    if not np.isfinite(value):
+        what = f"{quantity} cannot be told: the force hardly changes over the travel"
+        raise FlatplankError(what, table.info.file, "let the road go on until the tire slides")
+    facts = {n: getattr(table.info, n) for n in ("name", "fz", "pressure", "gamma_deg")}
+    return {"quantity": quantity, "value": value} | facts
+
+
 def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mapping) -> Found:
     """a over load; (7.20) is fitted where the vertical stiffness of that pressure is known."""
     stiffness = {r["pressure"]: r["mean"] for r in found.get("vertical_stiffness", [])}
@@ -172,69 +162,50 @@ def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mappin
     return out
 
 
-@extra("unloaded_turn")
 def _unloaded(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
     try:
-        curve = friction_torque(tables)
+        return {"friction_torque": friction_torque(tables)}
     except FlatplankError as error:
         campaign.note(problem_of(error, tables[0].info.file))
         return {}
-    return {
-        "friction_torque": {
-            "speed": curve.speed,
-            "torque": curve.torque,
-            "scatter": curve.scatter,
-        }
-    }
 
 
-@extra("free_rolling")
-def _settling(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+def _free_rolling(table: MeasurementTable) -> dict[str, Any]:
     """Settling distance (Appendix E) and steady error over the last 1.5 m (section 5.6).
 
     A wheel without flexplates has no controller: its force is that of its own resistance.
     """
-
-    def one(table: MeasurementTable) -> dict[str, Any]:
-        grid = on_grid(until_stop(table), ["fx"])
-        fit = fit_exponential(grid.position, grid["fx"])
-        force = grid["fx"][np.isfinite(grid["fx"])]
-        last = force[-round(1.5 / SPACING) :]
-        free = table.info.r_e_source == FREE_WHEEL
-        reference = math.nan if free else REFERENCE_FORCE
-        return {
-            "run": table.info.name,
-            "fz": table.info.fz,
-            "reference": reference,
-            "settling_distance": math.nan if free else fit.settles_at(reference),
-            "p1": fit.p1,
-            "p2": fit.p2,
-            "p3": fit.p3,
-            "steady_force": float(last.mean()),
-            "steady_error": float(last.mean()) / reference - 1.0,
-            "position": grid.position[::20],
-            "fx": grid["fx"][::20],
-        }
-
-    return {"free_rolling": [value for _, value in _each(campaign, tables, one)]}
+    grid = on_grid(until_stop(table), ["fx"])
+    fit = fit_exponential(grid.position, grid["fx"])
+    force = grid["fx"][np.isfinite(grid["fx"])]
+    steady = float(force[-round(1.5 / SPACING) :].mean())
+    free = table.info.r_e_source == FREE_WHEEL
+    reference = math.nan if free else REFERENCE_FORCE
+    return {
+        "run": table.info.name,
+        "fz": table.info.fz,
+        "reference": reference,
+        "settling_distance": math.nan if free else fit.settles_at(reference),
+        "p1": fit.p1,
+        "p2": fit.p2,
+        "p3": fit.p3,
+        "steady_force": steady,
+        "steady_error": steady / reference - 1.0,
+        "position": grid.position[::20],
+        "fx": grid["fx"][::20],
+    }
 
 
-@extra("waveform")
-def _waveforms(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-    return {"waveforms": [value for _, value in _each(campaign, tables, waveform_run)]}
+def _by_itself(tell: Callable[[MeasurementTable], Any], table: MeasurementTable) -> Found:
+    return {"run": table.info.name, "condition": table.info.condition, "found": tell(table)}
 
 
-def _run_by_run(kind: str, tell: Callable[[MeasurementTable], Any]) -> Extra:
-    """One row per run: its name, its condition, and what was found."""
-
-    def evaluate(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-        rows = [
-            {"run": table.info.name, "condition": table.info.condition, "found": found}
-            for table, found in _each(campaign, tables, tell)
-        ]
-        return {kind: rows} if rows else {}
-
-    return evaluate
-
-
-EXTRAS |= {kind: _run_by_run(kind, tell) for kind, tell in RUN_BY_RUN.items()}
+EXTRAS: dict[str, Extra] = {
+    "stiffness": _rows("vertical_stiffness", _stiffness),
+    "standing": _rows("standing", _standing),
+    "footprint": _footprint,
+    "unloaded_turn": _unloaded,
+    "free_rolling": _rows("free_rolling", _free_rolling),
+    "waveform": _rows("waveforms", waveform_run),
+} | {kind: _rows(kind, partial(_by_itself, tell)) for kind, tell in RUN_BY_RUN.items()}
+"""kind of measurement -> what is made of it, in this order"""

@@ -48,14 +48,13 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
         c = stiffness.get(point, math.nan)
         if not math.isfinite(c) and known:
             c = sum(known) / len(known)
+        starts = [r.start for r in runs]
+        measured = mean_value(_per_start([r.radius for r in runs], starts))
         corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
-        force = mean_value(_per_start([r.force for r in runs], [r.start for r in runs])).value
         note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
-        angles = [r.start for r in runs]
-        measured = mean_value(_per_start([r.radius for r in runs], angles))
-        known_c = mean_value(_per_start(corrected, angles), note)
-        starts = len({r.start for r in runs})
-        out.append(RadiusValue(point, source, measured, known_c, force, c, starts))
+        at_zero = mean_value(_per_start(corrected, starts), note)
+        force = mean_value(_per_start([r.force for r in runs], starts)).value
+        out.append(RadiusValue(point, source, measured, at_zero, force, c, len(set(starts))))
     return out
 
 

@@ -18,9 +18,9 @@ from flatplank_analysis.identify.quality import is_transient
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.post.slip import StepFacts
-from flatplank_analysis.report.beside import Beside
-from flatplank_analysis.report.geometry import Geometry
+from flatplank_analysis.report.tire import Geometry
 from flatplank_analysis.steady.rolling_radius import RadiusRun
+from flatplank_analysis.steady.transmission import DriveState
 from flatplank_data.condition import Condition
 from flatplank_data.problem import Problem
 
@@ -88,6 +88,39 @@ class ConditionResult:
             "linear": self.linear.to_json(),
             "run_fits": {name: fit.to_json() for name, fit in self.run_fits.items()},
         }
+
+
+@dataclass(frozen=True)
+class LateralResult:
+    """Start of rolling at a slip angle, mean of the runs of an operating point."""
+
+    fit: LinearFit
+    """of -Fy over tan(alpha): sigma_y [m], cornering stiffness at this angle [N]"""
+    std_error: Sequence[float]
+    """of sigma and force from the scatter of the runs, NaN for one run"""
+    runs: int
+    distance: np.ndarray
+    """road since the start [m]"""
+    force: np.ndarray
+    """Fy [N]"""
+
+
+@dataclass(frozen=True)
+class DriveRun:
+    """Torque of the wheel drive at the end of a run."""
+
+    condition: Condition
+    state: DriveState
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What the slip runs of one operating point tell beside the slip response."""
+
+    rest_stiffness: Sequence[float] = ()
+    """C_x of the standing tire per run [N/m]"""
+    drive: Sequence[DriveRun] = ()
+    lateral: LateralResult | None = None
 
 
 @dataclass(frozen=True)

@@ -53,9 +53,8 @@ def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     """Write the report of results; returns the page."""
     # matplotlib and jinja2 load here, so that a fit does not wait for them
     from flatplank_analysis.figures.draw import save
-    from flatplank_analysis.figures.registry import make_figures
     from flatplank_analysis.report.tables import all_tables
-    from flatplank_analysis.report_files.page import render
+    from flatplank_analysis.report_files.page import make_figures, render
 
     out = Path(out_dir)
     out.mkdir(parents=True, exist_ok=True)

@@ -62,7 +62,8 @@ def in_iso(columns: Mapping[str, np.ndarray], wanted: str | None, where: str) ->
     Raises:
         FlatplankError: no system has these signs, or the wanted one has others.
     """
-    load = int(np.sign(np.median(_loaded(columns["fz"]))))
+    fz = columns["fz"]
+    load = int(np.sign(np.median(fz[np.abs(fz) > UP * np.abs(fz).max()])))
     side = _slope_sign(columns, "fy", "alpha", SMALL_ALPHA)
     drive = _slope_sign(columns, "fx", "kappa", SMALL_KAPPA)
     if drive < 0:
@@ -76,13 +77,11 @@ def in_iso(columns: Mapping[str, np.ndarray], wanted: str | None, where: str) ->
         if system.load == load and side in (0, system.side)
     ]
     seen = f"Fz {'< 0' if load < 0 else '> 0'}"
-    seen += {1: ", Fy rises with the slip angle", -1: ", Fy falls with the slip angle", 0: ""}[
-        side
-    ]
+    seen += ("", ", Fy rises with the slip angle", ", Fy falls with the slip angle")[side]
     if wanted is not None and wanted not in fitting:
         raise FlatplankError(
             f"the signs are not those of {SYSTEMS[wanted].title}: {seen}", where,
-            _advice(fitting),
+            f"leave --axes out, or say --axes {fitting[0]}" if fitting else "turn a column's sign",
         )  # fmt: skip
     if not fitting:
         raise FlatplankError(
@@ -90,23 +89,15 @@ def in_iso(columns: Mapping[str, np.ndarray], wanted: str | None, where: str) ->
             "turn the sign of the column of the slip angle, or of Fy",
         )  # fmt: skip
     system = wanted or fitting[0]
-    turned = SYSTEMS[system].turned
+    title, _, _, turned = SYSTEMS[system]
     out = {k: -v if k in turned else v for k, v in columns.items()}
-    said = f"axes: {SYSTEMS[system].title}, by {seen}"
+    said = f"axes: {title}, by {seen}"
     others = [name for name in fitting if name != system]
     if wanted:
-        said = f"axes: {SYSTEMS[system].title}, as asked for"
+        said = f"axes: {title}, as asked for"
     elif others:
         said += f"; nothing tells it from {' or '.join(others)} (--axes NAME)"
     return Axes(system, said, out)
-
-
-def _advice(fitting: list[str]) -> str:
-    return f"leave --axes out, or say --axes {fitting[0]}" if fitting else "turn a column's sign"
-
-
-def _loaded(fz: np.ndarray) -> np.ndarray:
-    return fz[np.abs(fz) > UP * np.abs(fz).max()]
 
 
 def _slope_sign(columns: Mapping[str, np.ndarray], force: str, slip: str, small: float) -> int:
