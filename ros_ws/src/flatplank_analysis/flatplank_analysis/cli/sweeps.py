@@ -10,7 +10,7 @@ import numpy as np
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.models.tir import TirFile, read_tir
-from flatplank_analysis.slip_sweeps.axes import SYSTEMS
+from flatplank_analysis.slip_sweeps.channels import SYSTEMS
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
 from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
 from flatplank_analysis.slip_sweeps.study import FAILS, Study, by_level, study

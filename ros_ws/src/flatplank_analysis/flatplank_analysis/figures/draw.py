@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from pathlib import Path
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import MaxNLocator
 
 from flatplank_analysis.figures.spec import INK, MUTED, PALETTE, Figure, Panel, Series
+from flatplank_analysis.report.table import csv_text
 
 MAX_POINTS = 700
 """per line in a picture; the CSV has them all"""
@@ -219,17 +219,11 @@ def _inline(text: str, name: str) -> str:
 
 def table_of(figure: Figure) -> str:
     """All points of a figure as CSV: panel, series, x, y, error."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["panel", "series", "x", "y", "error"])
+    rows: list[list] = [["panel", "series", "x", "y", "error"]]
     for number, panel in enumerate(figure.panels, start=1):
-        writer.writerow([f"# {number}", panel.title, panel.x_label, panel.y_label, ""])
+        rows.append([f"# {number}", panel.title, panel.x_label, panel.y_label, ""])
         for series in panel.series:
             error = series.error if series.error is not None else [""] * len(series.x)
-            for x, y, e in zip(series.x, series.y, error, strict=True):
-                writer.writerow([number, series.label, f"{x:.10g}", f"{y:.10g}", _cell(e)])
-    return stream.getvalue()
-
-
-def _cell(value: object) -> str:
-    return value if isinstance(value, str) else f"{value:.10g}"
+            points = zip(series.x, series.y, error, strict=True)
+            rows += [[number, series.label, *point] for point in points]
+    return csv_text(rows)

@@ -52,13 +52,10 @@ class Missing(Effect):
         dataclasses.dataclass(frozen=True)(cls)
         words = re.sub(r"\s+", " ", cls.__doc__ or "").strip()
         title, _, rest = words.partition(". ")
-        cls.identifier = vars(cls).get("identifier") or _snake(cls.__name__)
+        snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        cls.identifier = vars(cls).get("identifier") or snake
         cls.title = vars(cls).get("title") or title.rstrip(".")
         cls.what = vars(cls).get("what") or rest or words
-
-
-def _snake(name: str) -> str:
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
 
 
 class Motion:

@@ -7,6 +7,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from flatplank_analysis.identify.carcass import fit_carcass
 from flatplank_analysis.identify.mf.points import points_from_runs
@@ -29,10 +30,9 @@ from flatplank_analysis.report.results import (
     PointResult,
 )
 from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
-from flatplank_analysis.report.steps import extras_as_points
+from flatplank_analysis.report.steps import extras_as_points, problems_of
 from flatplank_analysis.report.tire import geometry_of, record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
-from flatplank_analysis.steady.stopping import until_stop
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
@@ -135,7 +135,8 @@ def analyse_point(job: PointJob) -> PointResult:
         groups.setdefault(run.info.condition, []).append(run)
     more: tuple[list, list, list] = ([], [], [])
     for condition, runs in groups.items():
-        tables = _tables(runs, problems)
+        tables: list[MeasurementTable] = []
+        problems += problems_of(runs, partial(_keep, tables), COLUMNS)
         rolled = [t for t in tables if t.has("wheel_angle") or t.has("motor_velocity")]
         found_radii = _told(problems, radius_of_run, rolled)
         radii += [r for r in found_radii if math.isfinite(r.radius)]
@@ -162,14 +163,8 @@ def analyse_point(job: PointJob) -> PointResult:
     )
 
 
-def _tables(runs: Sequence[Run], problems: list[Problem]) -> list[MeasurementTable]:
-    tables = []
-    for run in runs:
-        found = _guarded(problems, run.read, COLUMNS, file=run.info.file)
-        if found is not None:
-            tables.append(until_stop(found[0]))
-            problems.extend(found[1])
-    return tables
+def _keep(tables: list[MeasurementTable], _: Run, table: MeasurementTable) -> None:
+    tables.append(table)
 
 
 def _guarded(problems: list[Problem], function: Callable, *args: object, file: str = ""):

@@ -52,6 +52,11 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
     facts = mean_facts([step_facts(t) for t in tables], starts)
     kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else condition.kappa
     good = np.isfinite(mean["fx"])
+    tail = mean["fy"][np.isfinite(mean["fy"])] if "fy" in mean.columns else np.zeros(0)
+    tail = tail[-round(TAIL / SPACING) :]
+    scatter = None
+    if len(repeats) > 1:
+        scatter = repeat_std([g.map(low_pass, ["fx"]) for g in repeats], "fx")[::THIN]
     thin = slice(None, None, THIN)
     return ConditionResult(
         condition,
@@ -60,11 +65,11 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
         step,
         mean.position[thin],
         {name: values[thin] for name, values in mean.columns.items()},
-        _scatter(repeats),
+        scatter,
         len(repeats) < len(gridded) or len(set(starts)) == 1,
         linear_run(mean.position[good] - step, mean["fx"][good], kappa),
         {t.info.name: _run_fit(t, step) for t in tables},
-        _tail(mean),
+        float(tail.mean()) if tail.size else math.nan,
         sum(lost_samples(t).lost for t in tables),
     )
 
@@ -81,20 +86,6 @@ def _repeats(runs: Sequence[Gridded], starts: Sequence[int]) -> list[Gridded]:
     most = max(counts, key=lambda s: counts[s])
     uneven = counts[most] > 2 and len(set(counts.values())) > 1
     return [r for r, s in zip(runs, starts, strict=True) if s == most or not uneven]
-
-
-def _scatter(gridded: Sequence[Gridded]) -> np.ndarray | None:
-    if len(gridded) < 2:
-        return None
-    smooth = [g.map(low_pass, ["fx"]) for g in gridded]
-    return repeat_std(smooth, "fx")[::THIN]
-
-
-def _tail(mean: Gridded) -> float:
-    if "fy" not in mean.columns:
-        return math.nan
-    last = mean["fy"][np.isfinite(mean["fy"])][-round(TAIL / SPACING) :]
-    return float(last.mean()) if last.size else math.nan
 
 
 def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:

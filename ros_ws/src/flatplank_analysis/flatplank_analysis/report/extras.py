@@ -1,24 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results of the measurements that are no slip steps: stiffness, footprints, unloaded turns."""
+"""Results of the measurements that are no slip steps: stiffness, footprints, unloaded turns, free
+rolling, and waveforms: the linear model driven by the measured slip, frequency response.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.identify.least_squares import solve
+from flatplank_analysis.identify.quality import rmse
+from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.kinds.camber_sweep import camber_sweep
 from flatplank_analysis.kinds.cleat import cleat
 from flatplank_analysis.kinds.parking import parking
 from flatplank_analysis.kinds.turning import turning
+from flatplank_analysis.models.linear import LinearX
+from flatplank_analysis.post.filtering import low_pass
+from flatplank_analysis.post.frequency import frequency_response
 from flatplank_analysis.post.gridding import SPACING, on_grid
 from flatplank_analysis.post.settling import REFERENCE_FORCE, fit_exponential
-from flatplank_analysis.report.waveforms import waveform_run
 from flatplank_analysis.steady.contact import fit_contact_length
-from flatplank_analysis.steady.rolling_radius import FREE_WHEEL
+from flatplank_analysis.steady.rolling_radius import BRAKING, FREE_WHEEL
 from flatplank_analysis.steady.stiffness import (
     locked_friction,
     standing_lateral_stiffness,
@@ -32,6 +40,16 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.problem import problem_of
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
+
+PERIODIC = ("sine", "triangle")
+WAVE_SPACING = 0.005
+"""grid of the fit [m]"""
+SLIP_CUTOFF = 40.0
+"""low-pass of the slip, which is a derivative of encoder counts [1/m]"""
+SHORT_WAVE = 3.0
+"""2 pi sigma over the wavelength from which on a wave tells C/sigma only: |1 + i 3| is 3 to 5 %"""
+WAVE_START = np.array([0.4, 9e4])
+WAVE_LOWER, WAVE_UPPER = np.array([0.005, 0.0]), np.array([5.0, 1e7])
 
 Found = dict[str, Any]
 Extra = Callable[[Campaign, list[MeasurementTable], Mapping[str, Any]], Found]
@@ -193,6 +211,64 @@ def _free_rolling(table: MeasurementTable) -> dict[str, Any]:
         "steady_error": steady / reference - 1.0,
         "position": grid.position[::20],
         "fx": grid["fx"][::20],
+    }
+
+
+def waveform_run(table: MeasurementTable) -> dict[str, Any]:
+    """Linear model of any waveform: sigma [m] and C [N] by least squares over the whole run."""
+    run = _until_braking(step_run(table))
+    first = float(np.mean(run.fx[run.distance < 0.0])) if np.any(run.distance < 0.0) else 0.0
+    inputs = run.inputs(WAVE_SPACING, first)
+    x, (force,) = run.grid(WAVE_SPACING, run.fx[None])
+
+    def residuals(lanes: np.ndarray) -> np.ndarray:
+        return LinearX().simulate(lanes, inputs)[:, 0] - force
+
+    found = solve(residuals, WAVE_START, WAVE_LOWER, WAVE_UPPER, WAVE_START)
+    modelled = force + found.residual
+    # the slip over distance: derivative of the rim's slip travel, low-passed
+    travel = np.interp(x, run.distance, run.slip)
+    slip = low_pass(np.gradient(travel, x), WAVE_SPACING, SLIP_CUTOFF)
+    waveform = dict(table.info.waveform or {})
+    out = {
+        "run": table.info.name,
+        "waveform": str(waveform.get("name", "")),
+        "fz": table.info.fz,
+        "sigma": float(found.x[0]),
+        "slip_stiffness": float(found.x[1]),
+        "rmse": rmse(force, modelled),
+        "distance": x,
+        "slip": slip,
+        "fx": force,
+        "model": modelled,
+    }
+    if out["waveform"] not in PERIODIC:
+        return out | {"determined": True}
+    out |= _frequency(out)
+    longest = float(np.min(out.get("frequency", np.inf)))
+    return out | {"determined": 2.0 * np.pi * longest * out["sigma"] < SHORT_WAVE}
+
+
+def _until_braking(run: StepRun) -> StepRun:
+    """Without the end, where plank and wheel stop one after the other: a slip nobody asked for."""
+    keep = run.distance <= run.distance[-1] - BRAKING
+    names = ("distance", "fx", "fy", "mz", "fz", "slip")
+    return replace(run, **{name: getattr(run, name)[keep] for name in names})
+
+
+def _frequency(found: dict[str, Any]) -> dict[str, Any]:
+    skip = min(3.0 * found["sigma"], 0.4 * float(np.ptp(found["distance"])))
+    try:
+        response = frequency_response(found["distance"], found["slip"], found["fx"], skip)
+    except FlatplankError as error:
+        return {"why_no_frequency_response": error.what}
+    sigma, stiffness = response.first_order()
+    return {
+        "frequency": response.frequency,
+        "gain": response.gain,
+        "phase_deg": response.phase_deg,
+        "sigma_by_frequency": sigma,
+        "slip_stiffness_by_frequency": stiffness,
     }
 
 

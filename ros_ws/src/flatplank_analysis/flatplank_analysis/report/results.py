@@ -182,9 +182,9 @@ class CampaignResult:
         points = [p for p in self.points if p.conditions]
         if not points:
             return None
-        load, pressure = (
-            _middle({getattr(p.point, n) for p in points}) for n in ("fz", "pressure")
-        )
+        # the middle level; the upper one of two
+        levels = [sorted({getattr(p.point, n) for p in points}) for n in ("fz", "pressure")]
+        load, pressure = (values[len(values) // 2] for values in levels)
         return max(
             points,
             key=lambda p: (
@@ -222,8 +222,3 @@ class CampaignResult:
             "why_no_mf": self.why_no_magic,
             "problems": [str(p) for p in self.problems],
         }
-
-
-def _middle(levels: set[float]) -> float:
-    """The middle level; the upper one of two."""
-    return sorted(levels)[len(levels) // 2]

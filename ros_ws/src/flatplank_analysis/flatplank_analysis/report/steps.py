@@ -40,14 +40,16 @@ COLUMNS = (
 Group = tuple[list[StepRun], list[RadiusRun], list[Problem]]
 
 
-def _problems_of(
-    runs: Sequence[Run], take: Callable[[Run, MeasurementTable], None]
+def problems_of(
+    runs: Sequence[Run],
+    take: Callable[[Run, MeasurementTable], None],
+    columns: Sequence[str] = COLUMNS,
 ) -> list[Problem]:
-    """Give every run and its table to `take`; why some could not be used."""
+    """Give every run and its table, up to the stop, to `take`; why some could not be used."""
     problems: list[Problem] = []
     for run in runs:
         try:
-            table, remarks = run.read(COLUMNS)
+            table, remarks = run.read(columns)
             table = until_stop(table)
             problems += remarks
             take(run, table)
@@ -64,7 +66,7 @@ def read_lateral(runs: Sequence[Run]) -> Group:
         if table.has("fy"):
             starts.append(lateral_run(table))
 
-    problems = _problems_of([run for run in runs if run.info.measurement == "slip"], take)
+    problems = problems_of([run for run in runs if run.info.measurement == "slip"], take)
     return starts, [], problems
 
 
@@ -78,7 +80,7 @@ def read_group(runs: Sequence[Run]) -> Group:
         if run.info.is_step:
             steps.append(step_run(table))
 
-    problems = _problems_of(runs, take)
+    problems = problems_of(runs, take)
     return steps, [r for r in radii if math.isfinite(r.radius)], problems
 
 

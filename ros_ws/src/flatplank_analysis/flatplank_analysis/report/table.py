@@ -31,12 +31,15 @@ class Table:
 
     def csv(self) -> str:
         """All digits."""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(self.header)
-        for row in self.rows:
-            writer.writerow([f"{c:.10g}" if isinstance(c, float) else c for c in row])
-        return stream.getvalue()
+        return csv_text([self.header, *self.rows])
+
+
+def csv_text(rows: Iterable[Sequence[Cell]]) -> str:
+    """Rows as CSV, numbers with ten digits."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerows([f"{c:.10g}" if isinstance(c, float) else c for c in row] for row in rows)
+    return stream.getvalue()
 
 
 def point_cells(point: Condition) -> list[Cell]:

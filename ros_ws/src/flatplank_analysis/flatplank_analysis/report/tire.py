@@ -9,7 +9,7 @@ import dataclasses
 import math
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -65,14 +65,17 @@ def _of_folders(campaigns: Sequence[Campaign]) -> TireRecord | None:
 def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
     """Nominal load and pressure of most runs; R0 by what was measured, best source first."""
     runs = [run for c in campaigns for run in c.runs]
-    load, bar = (_usual([getattr(r.info, n) for r in runs]) for n in ("fz", "pressure"))
-    unknown = [n for n, v in zip(UNTOLD, (load, bar), strict=True) if not math.isfinite(v)]
-    load, bar = (
-        v if math.isfinite(v) else u for v, u in zip((load, bar), UNTOLD.values(), strict=True)
+    usual = {"nominal_load": _usual(r.info.fz for r in runs)}
+    usual |= {"nominal_pressure": _usual(r.info.pressure for r in runs)}
+    unknown = [name for name, value in usual.items() if not math.isfinite(value)]
+    load, bar = (UNTOLD[n] if n in unknown else v for n, v in usual.items())
+    radius, how = (
+        _by_record(runs)
+        or _by_stiffness(campaigns, bar)
+        or _by_loaded_radius(runs, load, bar)
+        or _by_rolling_radius(runs)
+        or (0.3, "a placeholder: not measured")
     )
-    sources = (_by_print, _by_stiffness, _by_loaded_radius, _by_rolling_radius)
-    found = (source(campaigns, runs, load, bar) for source in sources)
-    radius, how = next((f for f in found if f is not None), (0.3, "a placeholder: not measured"))
     names = tires_of(campaigns)
     origin = f"made from the data: load and pressure of most runs, R0 {how}"
     if unknown:
@@ -81,7 +84,7 @@ def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
     return TireRecord(name, round(radius, 5), load, bar, placeholder=tuple(unknown), origin=origin)
 
 
-def _usual(values: Sequence[float]) -> float:
+def _usual(values: Iterable[float]) -> float:
     """The value of most runs; of several the middle one, the upper of two."""
     counts = Counter(v for v in values if math.isfinite(v) and v > 0.0)
     most = max(counts.values(), default=0)
@@ -90,16 +93,15 @@ def _usual(values: Sequence[float]) -> float:
 
 
 Radius = tuple[float, str]
+"""R0 [m], and how it was found"""
 
 
-def _by_print(campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float):
-    told = [run.info.extra.get("free_radius") for run in runs]
+def _by_record(runs: Sequence[Run]) -> Radius | None:
+    told = (run.info.extra.get("free_radius") for run in runs)
     return next(((float(v), "of a run record") for v in told if v), None)
 
 
-def _by_stiffness(
-    campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float
-) -> Radius | None:
+def _by_stiffness(campaigns: Sequence[Campaign], bar: float) -> Radius | None:
     """Where the line of a vertical stiffness run reaches Fz = 0."""
     found = [
         r
@@ -112,13 +114,11 @@ def _by_stiffness(
     return inside_window(run)[2], "where a stiffness run reaches Fz = 0"
 
 
-def _by_loaded_radius(
-    campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float
-) -> Radius | None:
+def _by_loaded_radius(runs: Sequence[Run], load: float, bar: float) -> Radius | None:
     """A line through the loaded radii of several loads; of one load with a usual deflection."""
     points = []
-    for fz in sorted({r.info.fz for r in runs if _plain(r.info, bar)}):
-        run = next(r for r in runs if _plain(r.info, bar) and r.info.fz == fz)
+    first = {r.info.fz: r for r in reversed(runs) if _plain(r.info, bar)}
+    for _, run in sorted(first.items(), key=lambda item: item[0]):
         try:
             table, _ = run.read(("fz", "loaded_radius"))
         except FlatplankError:
@@ -141,9 +141,7 @@ def _plain(info: RunRecord, bar: float) -> bool:
     return upright and info.pressure == bar and info.measurement in ("slip", "free_rolling")
 
 
-def _by_rolling_radius(
-    campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float
-) -> Radius | None:
+def _by_rolling_radius(runs: Sequence[Run]) -> Radius | None:
     told = [r.info.effective_rolling_radius for r in runs]
     known = [v for v in told if math.isfinite(v)]
     if not known:

@@ -76,17 +76,14 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: Condition) -> Curve:
     edges = np.linspace(slip.min(), slip.max(), BINS + 1)
     bins = np.clip(np.digitize(slip, edges) - 1, 0, BINS - 1)
     rising = np.gradient(median_filter(slip, min(SMOOTH, len(slip)), mode="nearest")) > 0.0
-    half = np.searchsorted(rows, _break(rows)) if condition.visits > 1 else len(rows)
-    first = np.arange(len(rows)) < half
+    first = None
+    if condition.visits > 1:
+        # the second visit begins where the numbers of the samples jump most
+        first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
     up, down = _means(bins, force, rising), _means(bins, force, ~rising)
-    floor, source = _floor(bins, force, up, down, first if condition.visits > 1 else None)
+    floor, source = _floor(bins, force, up, down, first)
     every = _means(bins, force, np.ones(len(rows), bool))
     return Curve(0.5 * (edges[1:] + edges[:-1]), every, up, down, floor, source)
-
-
-def _break(rows: np.ndarray) -> int:
-    """The sample with which the second visit begins."""
-    return int(rows[int(np.argmax(np.diff(rows))) + 1])
 
 
 def _means(bins: np.ndarray, values: np.ndarray, chosen: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.models.tir import TirFile
-from flatplank_analysis.slip_sweeps import axes, file
+from flatplank_analysis.slip_sweeps import channels, file
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD, Condition, cut
 from flatplank_analysis.slip_sweeps.curves import (
     Curve,
@@ -85,10 +85,10 @@ def study(path: str | Path, system: str | None = None) -> Study:
         FlatplankError: what is wrong with the file, and what to do.
     """
     recording = file.read(path)
-    if system is not None and system not in axes.SYSTEMS:
-        known = ", ".join(axes.SYSTEMS)
+    if system is not None and system not in channels.SYSTEMS:
+        known = ", ".join(channels.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
-    found = axes.in_iso(recording.columns, system, str(path))
+    found = channels.in_iso(recording.columns, system, str(path))
     conditions = tuple(cut(found.columns))
     if not conditions:
         raise FlatplankError(
