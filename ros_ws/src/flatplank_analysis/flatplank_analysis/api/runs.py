@@ -123,9 +123,7 @@ def warn(problems: Iterable[Problem]) -> None:
 
 
 def write_report(
-    runs: pd.DataFrame,
-    folder: str | os.PathLike[str],
-    tire: str | os.PathLike[str] | None = None,
+    runs: pd.DataFrame, folder: str | os.PathLike[str], tire: str | os.PathLike[str] | None = None
 ) -> Path:
     """Write the page of `flatplank report` with its figures and tables; returns the page.
 

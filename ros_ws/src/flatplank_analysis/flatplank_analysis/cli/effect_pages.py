@@ -121,10 +121,7 @@ def _thin(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Means of a few nodes, in the order of x; a wrapping angle is sorted."""
     order = np.argsort(x, kind="stable")
     groups = np.array_split(order, 110)
-    return (
-        np.array([x[g].mean() for g in groups]),
-        np.array([y[g].mean() for g in groups]),
-    )
+    return (np.array([x[g].mean() for g in groups]), np.array([y[g].mean() for g in groups]))
 
 
 def _svg(lines, across: str, up: str) -> str:

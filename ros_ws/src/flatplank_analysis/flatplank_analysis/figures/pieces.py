@@ -10,11 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
-from flatplank_analysis.models.magic_formula import (
-    Coefficients,
-    OperatingPoint,
-    operating_point,
-)
+from flatplank_analysis.models.magic_formula import Coefficients, OperatingPoint, operating_point
 from flatplank_analysis.report.results import CampaignResult, ConditionResult, PointResult
 
 ROAD = "road displacement [m]"

@@ -17,18 +17,8 @@ from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.conditions import beside, condition_result, lateral_result
 from flatplank_analysis.report.extras import other_measurements
-from flatplank_analysis.report.models import (
-    fit_points,
-    linear_curves,
-    mf_curves,
-    nonlinear_curves,
-)
-from flatplank_analysis.report.results import (
-    Beside,
-    CampaignResult,
-    ConditionResult,
-    PointResult,
-)
+from flatplank_analysis.report.models import fit_points, linear_curves, mf_curves, nonlinear_curves
+from flatplank_analysis.report.results import Beside, CampaignResult, ConditionResult, PointResult
 from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
 from flatplank_analysis.report.steps import extras_as_points, problems_of
 from flatplank_analysis.report.tire import geometry_of, record_for, tires_of
