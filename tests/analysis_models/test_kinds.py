@@ -8,8 +8,8 @@ import pytest
 
 from flatplank_analysis.kinds.camber_sweep import camber_sweep
 from flatplank_analysis.kinds.cleat import cleat, envelope
-from flatplank_analysis.kinds.lagged import relaxed
 from flatplank_analysis.kinds.parking import parking, twisted
+from flatplank_analysis.kinds.record_fit import relaxed
 from flatplank_analysis.kinds.turning import brush, turning
 from flatplank_analysis.report.extras import RUN_BY_RUN
 from flatplank_analysis.report_files.build import build

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from flatplank_analysis.api.runs import campaign_of, same_runs, warn
-from flatplank_analysis.api.shown import figure_of, page
+from flatplank_analysis.api.runs import campaign_of, figure_of, page, same_runs, warn
 from flatplank_analysis.cli import loop
 from flatplank_analysis.contact_patch import comparison
 from flatplank_analysis.contact_patch.session import Session

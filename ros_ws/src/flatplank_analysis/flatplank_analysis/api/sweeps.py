@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from flatplank_analysis.api.shown import page
+from flatplank_analysis.api.runs import page
 from flatplank_analysis.models.tir import TirFile, read_tir
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
 from flatplank_analysis.slip_sweeps.study import Study, study

@@ -11,7 +11,7 @@ mean of their heights, the slope their difference over their distance.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -96,11 +96,7 @@ def cleat(table: MeasurementTable) -> Cleat:
     level, drag = found["F_z0"].value, found["F_x0"].value
     at = x - found["x_0"].value
     near = np.abs(at) < 0.015
-    middle = found["x_0"]
-    place = Estimate(
-        "x_0", middle.value + _peak(table), "m", middle.std_error, middle.dof, middle.at_bound,
-        middle.determined, note=middle.note,
-    )  # fmt: skip
+    place = replace(found["x_0"], value=found["x_0"].value + _peak(table))
     return Cleat(
         height, found["C_z"], found["R_cam"], found["l_s"], place,
         float(np.max(fz) - level), float(np.max(fz) - level) / height,

@@ -7,12 +7,13 @@ import json
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.report.analysis import Progress, analyse
 from flatplank_analysis.report.results import CampaignResult
-from flatplank_analysis.report.sessions import Session, charts_of, session_of
+from flatplank_analysis.report.sessions import charts_of, session_of
 from flatplank_analysis.report.tire import record_for
 from flatplank_data.campaign import Campaign
 from flatplank_data.files import write_atomic
@@ -39,23 +40,18 @@ def build(
     record = record_for([campaign], tire)
     result = analyse(campaign, jobs=jobs, scheduler=scheduler, progress=progress, tire=record)
     if reference:
-        charts = charts_of([_session(c, jobs, scheduler) for c in reference])
+        less = partial(analyse, jobs=jobs, scheduler=scheduler, nonlinear=False, magic=False)
+        charts = charts_of([session_of(c, less(c)) for c in reference])
         result = replace(result, extras={**result.extras, "sessions": charts})
     return write(result, out_dir)
-
-
-def _session(campaign: Campaign, jobs: int | None, scheduler: str | None) -> Session:
-    found = analyse(campaign, jobs=jobs, scheduler=scheduler, nonlinear=False, magic=False)
-    return session_of(campaign, found)
 
 
 def write(result: CampaignResult, out_dir: str | os.PathLike[str]) -> Path:
     """Write the report of results; returns the page."""
     # matplotlib and jinja2 load here, so that a fit does not wait for them
     from flatplank_analysis.figures.draw import save
-    from flatplank_analysis.figures.registry import make_figures
     from flatplank_analysis.report.tables import all_tables
-    from flatplank_analysis.report_files.page import render
+    from flatplank_analysis.report_files.page import make_figures, render
 
     out = Path(out_dir)
     out.mkdir(parents=True, exist_ok=True)

@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment
 
+from flatplank_analysis.figures import chapter6, chapter7, machine, magic, other
 from flatplank_analysis.figures.spec import Figure
-from flatplank_analysis.identify.mf.fit import MFFit
-from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.table import Table
@@ -21,53 +20,90 @@ LONG_TABLE = 30
 """rows from which a table is folded"""
 FIGURE_WIDTH = 760
 
-SECTIONS: Mapping[str, tuple[str, str]] = {
-    "measurements": (
+
+class Section(NamedTuple):
+    """A part of the page; figures and tables that the data do not allow are left out."""
+
+    title: str
+    lead: str
+    makers: Sequence[Callable[[CampaignResult], Iterable[Figure]]]
+    """results -> figures, none without the data"""
+    tables: Sequence[str]
+    """by name"""
+
+
+SECTIONS = {
+    "measurements": Section(
         "Measurements",
         "Signals over road displacement: interpolated to a common grid, averaged over the runs of "
         "a condition, low-passed without phase at 323 1/m (10 Hz at 30.92 mm/s).",
+        (chapter6.nominal_forces, chapter6.road_speed, chapter6.varied_forces),
+        ("steps",),
     ),
-    "repeatability": ("Repeatability", ""),
-    "models": (
+    "repeatability": Section("Repeatability", "", (chapter6.repeatability,), ()),
+    "models": Section(
         "Models beside measurements",
         "The linear transient model is fitted to every step by itself; the nonlinear model has "
         "one carcass stiffness for all steps of an operating point; MF-Tyre has one set of "
         "coefficients for the whole campaign, behind a constant relaxation length or at a contact "
         "point on the carcass spring (Pacejka 2012, section 7.2).",
+        (chapter7.errors_beside_floor, chapter7.overlays),
+        ("rmse_linear", "rmse_nonlinear", "rmse_mf", "rmse_mf_contact_point", "rmse_floor"),
     ),
-    "waveforms": (
+    "waveforms": Section(
         "Other waveforms",
         "Runs whose slip is no step, with the linear model driven by the measured slip.",
+        (other.waveforms, other.frequency),
+        (),
     ),
-    "special": (
+    "special": Section(
         "Cleat, parking, turning, camber",
         "Measurements of one kind each, every run by itself beside its model.",
+        (other.cleats, other.parkings, other.over_travel),
+        ("cleat", "parking", "turning", "camber_sweep"),
     ),
-    "reference": (
+    "reference": Section(
         "Reference tire",
         "The same tire at the beginning of every session: does the machine measure today what it "
         "measured before?",
+        (other.control_charts,),
+        ("reference",),
     ),
-    "parameters": ("Parameters", ""),
-    "radius": ("Effective rolling radius", ""),
-    "machine": ("Tire at rest and machine", ""),
-}
-TABLES_OF = {
-    "measurements": ("steps",),
-    "models": ("rmse_linear", "rmse_nonlinear", "rmse_mf", "rmse_mf_contact_point", "rmse_floor"),
-    "parameters": (
-        "linear",
-        "model_parameters",
-        "carcass",
-        "lateral",
-        "magic_formula",
-        "relative_error",
+    "parameters": Section(
+        "Parameters",
+        "",
+        (
+            chapter7.lateral_starts, magic.magic_lateral, chapter7.linear_parameters,
+            chapter7.parameters_over_factor, chapter7.steady_curves, magic.magic_curves,
+            chapter7.carcass,
+        ),
+        ("linear", "model_parameters", "carcass", "lateral", "magic_formula", "relative_error"),
     ),
-    "reference": ("reference",),
-    "special": ("cleat", "parking", "turning", "camber_sweep"),
-    "radius": ("rolling_radius", "radius_sources", "settling"),
-    "machine": ("longitudinal_stiffness", "standing", "transmission", "friction_torque"),
-}
+    "radius": Section(
+        "Effective rolling radius",
+        "",
+        (
+            magic.modelled_radius_angles, machine.rolling_radius, magic.modelled_radius,
+            machine.settling,
+        ),
+        ("rolling_radius", "radius_sources", "settling"),
+    ),
+    "machine": Section(
+        "Tire at rest and machine",
+        "",
+        (machine.transmission, machine.vertical, machine.contact_length, machine.friction),
+        ("longitudinal_stiffness", "standing", "transmission", "friction_torque"),
+    ),
+}  # fmt: skip
+
+
+def make_figures(result: CampaignResult) -> dict[str, list[Figure]]:
+    """All figures that the results allow, by section."""
+    made = {
+        key: [figure for make in section.makers for figure in make(result)]
+        for key, section in SECTIONS.items()
+    }
+    return {key: figures for key, figures in made.items() if figures}
 
 
 def render(
@@ -84,9 +120,11 @@ def render(
         title=f"{tire}flat plank measurements",
         subtitle=result.path,
         tire_record=result.record.headline() if result.record else "",
-        sections=_sections(figures, pictures, tables),
+        sections=list(_sections(figures, tables)),
+        pictures=pictures,
+        long_table=LONG_TABLE,
         cards=_cards(result),
-        statements=_statements(result),
+        statements=dict.fromkeys(_statements(result)),
         problems=[str(p) for p in result.problems],
         figure_width=FIGURE_WIDTH,
         footer="SI units, ISO W axes; driving slip is positive. Numbers after ± are one standard "
@@ -95,54 +133,26 @@ def render(
 
 
 def _sections(
-    figures: Mapping[str, Sequence[Figure]],
-    pictures: Mapping[str, str],
-    tables: Sequence[Table],
-) -> list[dict[str, Any]]:
-    by_name = {t.name: t for t in tables}
-    out = []
-    for key, (title, lead) in SECTIONS.items():
-        shown = [_figure(f, pictures[f.name]) for f in figures.get(key, ())]
-        mine = [_table(by_name[n]) for n in TABLES_OF.get(key, ()) if n in by_name]
-        if shown or mine:
-            out.append(
-                {"key": key, "title": title, "lead": lead, "figures": shown, "tables": mine}
-            )
-    return out
+    figures: Mapping[str, Sequence[Figure]], tables: Sequence[Table]
+) -> Iterator[dict[str, Any]]:
+    """What there is to show; tables with their cells as texts."""
+    cells = {t.name: (t, _cells(t)) for t in tables}
+    for key, section in SECTIONS.items():
+        mine = [cells[name] for name in section.tables if name in cells]
+        if key in figures or mine:
+            said = {"key": key, "title": section.title, "lead": section.lead}
+            yield said | {"figures": figures.get(key, ()), "tables": mine}
 
 
-def _figure(figure: Figure, picture: str) -> dict[str, Any]:
-    return {
-        "name": figure.name,
-        "title": figure.title,
-        "caption": figure.caption,
-        "source": figure.source,
-        "wide": len(figure.panels) > 1 and not figure.stacked,
-        "svg": picture,
-    }
-
-
-def _table(table: Table) -> dict[str, Any]:
+def _cells(table: Table) -> list[list[str]]:
     digits = [2 if name.startswith("±") else 4 for name in table.header]
-    rows = [[_cell(c, d) for c, d in zip(row, digits, strict=True)] for row in table.rows]
-    return {
-        "name": table.name,
-        "title": table.title,
-        "header": table.header,
-        "rows": rows,
-        "note": table.note,
-        "long": len(rows) > LONG_TABLE,
-    }
+    return [[number(c, d) for c, d in zip(row, digits, strict=True)] for row in table.rows]
 
 
-def _cell(value: str | float, digits: int) -> str:
-    if not isinstance(value, str):
-        return number(value, digits)
-    return value.replace("-", "−") if value[:1] == "-" else value
-
-
-def number(value: float, digits: int = 4) -> str:
-    """A number for people: so many digits, a true minus, a dash for NaN."""
+def number(value: str | float, digits: int = 4) -> str:
+    """A number for people: so many digits, a true minus, a dash for NaN; a text as it is."""
+    if isinstance(value, str):
+        return value.replace("-", "−") if value[:1] == "-" else value
     if not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -154,74 +164,59 @@ def number(value: float, digits: int = 4) -> str:
     return text.replace("-", "−")
 
 
-def _cards(result: CampaignResult) -> list[dict[str, str]]:
+def _cards(result: CampaignResult) -> Iterator[tuple[str, str]]:
+    """The first numbers that a reader wants, each with its label."""
     runs = sum(len(c.names) for c in result.conditions)
-    cards = []
     if runs:
-        label = f"slip runs in {len(result.conditions)} conditions"
-        cards.append({"value": str(runs), "label": label})
+        yield str(runs), f"slip runs in {len(result.conditions)} conditions"
     if result.why_no_magic:
-        cards.append({"value": "no Magic Formula", "label": result.why_no_magic})
+        yield "no Magic Formula", result.why_no_magic
     nominal = result.nominal()
     radii = [v for v in radius_values(result) if nominal and v.point == nominal.point]
     if radii:
-        value = number(1e3 * radii[0].corrected.value)
-        cards.append({"value": f"{value} mm", "label": "effective rolling radius at Fx = 0"})
-    if nominal is not None:
-        cards.append(_small_slip(nominal))
-        if nominal.carcass is not None:
-            c_cx = nominal.carcass.without_bias()["c_cx"]
-            text = f"{number(1e-3 * c_cx.value)} ± {number(1e-3 * c_cx.std_error, 2)} kN/m"
-            label = "carcass stiffness c_cx, without the model's bias"
-            cards.append({"value": text, "label": label})
-        for model in nominal.models.values():
-            mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
-            cards.append({"value": f"{number(mean, 3)} N", "label": f"mean RMSE, {model.title}"})
-    return cards
-
-
-def _small_slip(nominal) -> dict[str, str]:
+        yield f"{number(1e3 * radii[0].corrected.value)} mm", "effective rolling radius at Fx = 0"
+    if nominal is None:
+        return
     known = [c for c in nominal.conditions if c.linear.sigma.determined]
     best = min(known, key=lambda c: (abs(c.condition.kappa), -c.condition.kappa), default=None)
     if best is None:
-        return {"value": "–", "label": "no slip step to fit"}
-    fit = best.linear
-    text = f"{number(fit.sigma.value, 3)} ± {number(fit.sigma.std_error, 2)} m"
-    return {"value": text, "label": f"σx at {100 * best.condition.kappa:+g} % slip"}
+        yield "–", "no slip step to fit"
+    else:
+        sigma = best.linear.sigma
+        value = f"{number(sigma.value, 3)} ± {number(sigma.std_error, 2)} m"
+        yield value, f"σx at {100 * best.condition.kappa:+g} % slip"
+    if nominal.carcass is not None:
+        c_cx = nominal.carcass.without_bias()["c_cx"]
+        value = f"{number(1e-3 * c_cx.value)} ± {number(1e-3 * c_cx.std_error, 2)} kN/m"
+        yield value, "carcass stiffness c_cx, without the model's bias"
+    for model in nominal.models.values():
+        mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
+        yield f"{number(mean, 3)} N", f"mean RMSE, {model.title}"
 
 
-def _statements(result: CampaignResult) -> list[str]:
-    """What fits say they cannot know, each once."""
-    out: dict[str, None] = {}
-    if result.record and result.tire and result.record.name != result.tire:
-        out[f"The tire record is of {result.record.name}, the runs are of {result.tire}."] = None
+def _statements(result: CampaignResult) -> Iterator[str]:
+    """What fits say they cannot know."""
+    record, magic = result.record, result.magic
+    if record and result.tire and record.name != result.tire:
+        yield f"The tire record is of {record.name}, the runs are of {result.tire}."
     if result.why_no_magic:
-        out[f"No Magic Formula: {result.why_no_magic}."] = None
-    if result.magic is not None:
-        out |= dict.fromkeys(_of_magic(result.magic, result.record))
-    for confusion in result.magic.confusions if result.magic else ():
-        out[f"Magic Formula: {confusion.statement}; {confusion.remedy}."] = None
+        yield f"No Magic Formula: {result.why_no_magic}."
+    if magic is not None:
+        yield f"MF-Tyre's C_x, and with it σx: {magic.cx_source}."
+        missing = [name for name in ("fx", "fy", "mz") if name not in magic.fits]
+        if missing and record is not None:
+            whose = record.start_file or "the general start values, which are those of no tire"
+            outputs = ", ".join(name.capitalize() for name in missing)
+            yield f"Magic Formula: {outputs} not fitted; fitted.tir has there {whose}."
+        for confusion in magic.confusions:
+            yield f"Magic Formula: {confusion.statement}; {confusion.remedy}."
     for point in result.points:
         where = point.point.label()
         if point.why_no_carcass:
-            out[f"{where}: no carcass stiffness: {point.why_no_carcass}"] = None
+            yield f"{where}: no carcass stiffness: {point.why_no_carcass}"
         for confusion in point.carcass.confusions if point.carcass else ():
-            out[f"{where}: {confusion.statement}; {confusion.remedy}."] = None
+            yield f"{where}: {confusion.statement}; {confusion.remedy}."
         for c in point.conditions:
             for confusion in c.linear.confusions:
-                text = f"{c.condition.label()}: {confusion.statement}"
-                out[f"{text} (correlation {confusion.correlation:.2f}); {confusion.remedy}."] = (
-                    None
-                )
-    return list(out)
-
-
-def _of_magic(fit: MFFit, record: TireRecord | None) -> list[str]:
-    """What of the fitted tire is not from these data."""
-    told = [f"MF-Tyre's C_x, and with it σx: {fit.cx_source}."]
-    missing = [name for name in ("fx", "fy", "mz") if name not in fit.fits]
-    if missing and record is not None:
-        whose = record.start_file or "the general start values, which are those of no tire"
-        outputs = ", ".join(name.capitalize() for name in missing)
-        told.append(f"Magic Formula: {outputs} not fitted; fitted.tir has there {whose}.")
-    return told
+                how = f"{confusion.statement} (correlation {confusion.correlation:.2f})"
+                yield f"{c.condition.label()}: {how}; {confusion.remedy}."

@@ -11,13 +11,11 @@ from matplotlib.figure import Figure
 
 from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
 from flatplank_analysis.slip_sweeps.conditions import FORCE
-from flatplank_analysis.slip_sweeps.failing import Failure
-from flatplank_analysis.slip_sweeps.levels import HELD
+from flatplank_analysis.slip_sweeps.curves import Failure
 from flatplank_analysis.slip_sweeps.study import Study
 
 MOST = 24
 """panels"""
-SLIP = {"alpha": ("slip angle [deg]", 180.0 / math.pi), "kappa": ("slip [%]", 100.0)}
 
 
 def curves(study: Study, found: Sequence[Failure] = ()) -> Figure:
@@ -41,8 +39,8 @@ def curves(study: Study, found: Sequence[Failure] = ()) -> Figure:
 
 def _panel(panel, study: Study, k: int, found: Sequence[Failure]) -> None:
     condition, curve, formula = study.conditions[k], study.curves[k], study.formulas[k]
-    title, scale = SLIP[condition.swept]
-    x = scale * curve.slip
+    slip = condition.slip
+    x = slip.scale * curve.slip
     panel.fill_between(
         x, np.fmin(curve.up, curve.down), np.fmax(curve.up, curve.down), color=GREY, alpha=0.35,
         lw=0, label="measured, up and down",
@@ -52,13 +50,9 @@ def _panel(panel, study: Study, k: int, found: Sequence[Failure]) -> None:
         panel.plot(x, formula(curve.slip), lw=1, color=BLUE, label="B, C, D, E of this sweep")
     if found:
         panel.plot(x, found[k].modelled, lw=1.5, color=ORANGE, label="tire file")
-    levels = [
-        h.word(condition.held[h.name])
-        for h in HELD
-        if h.name in condition.held and h.name in condition.told
-    ]
+    levels = [h.word(condition.held[h.name]) for h in condition.levels()]
     panel.set_title(", ".join(levels[:4]), fontsize=7)
-    panel.set_xlabel(title, fontsize=7)
+    panel.set_xlabel(f"{slip.title} [{slip.unit}]", fontsize=7)
     panel.set_ylabel(f"{FORCE[condition.swept].capitalize()} [N]", fontsize=7)
     panel.tick_params(labelsize=7)
     panel.spines[["top", "right"]].set_visible(False)

@@ -12,11 +12,16 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.models.tir import TirFile
-from flatplank_analysis.slip_sweeps import axes, file
-from flatplank_analysis.slip_sweeps.conditions import FORCE, Condition, cut
-from flatplank_analysis.slip_sweeps.curves import Curve, Formula, curve_of, fit_formula
-from flatplank_analysis.slip_sweeps.failing import Failure, failures
-from flatplank_analysis.slip_sweeps.levels import HELD
+from flatplank_analysis.slip_sweeps import channels, file
+from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD, Condition, cut
+from flatplank_analysis.slip_sweeps.curves import (
+    Curve,
+    Failure,
+    Formula,
+    curve_of,
+    failures,
+    fit_formula,
+)
 from flatplank_data.errors import FlatplankError
 
 FAILS = 1.5
@@ -80,10 +85,10 @@ def study(path: str | Path, system: str | None = None) -> Study:
         FlatplankError: what is wrong with the file, and what to do.
     """
     recording = file.read(path)
-    if system is not None and system not in axes.SYSTEMS:
-        known = ", ".join(axes.SYSTEMS)
+    if system is not None and system not in channels.SYSTEMS:
+        known = ", ".join(channels.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
-    found = axes.in_iso(recording.columns, system, str(path))
+    found = channels.in_iso(recording.columns, system, str(path))
     conditions = tuple(cut(found.columns))
     if not conditions:
         raise FlatplankError(
@@ -109,17 +114,7 @@ def by_level(conditions: Sequence[Condition], found: Sequence[Failure]) -> Itera
                 f"{100.0 * float(np.mean(v)):.0f} % at {level}"
                 for level, v in sorted(shares.items(), key=lambda s: float(s[0].split()[0]))
             )
-            yield f"by {TITLES[held.name]}: {each}"
-
-
-TITLES = {
-    "fz": "load",
-    "gamma": "camber",
-    "pressure": "pressure",
-    "speed": "speed",
-    "alpha": "slip angle",
-    "kappa": "slip",
-}
+            yield f"by {held.title}: {each}"
 
 
 def _json(c: Condition, curve: Curve, formula: Formula | None, found: Failure | None):
