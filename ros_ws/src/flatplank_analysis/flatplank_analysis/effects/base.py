@@ -119,3 +119,20 @@ class TireEffect(Effect):
     def overrides(cls, hook: str) -> bool:
         """True when the effect uses a hook."""
         return getattr(cls, hook) is not getattr(TireEffect, hook)
+
+
+@dataclass(frozen=True)
+class Wave(TireEffect):
+    """Base of effects with a parameter `cos` and one `sin`; the size is their amplitude."""
+
+    @classmethod
+    def size(cls, values: dict[str, float]) -> float:
+        return float(np.hypot(values["cos"], values["sin"]))
+
+
+@dataclass(frozen=True)
+class TireProperty(TireEffect):
+    """Base of effects that belong to the tire itself."""
+
+    kind = "tire"
+    removes = "Nothing: it belongs to the tire."

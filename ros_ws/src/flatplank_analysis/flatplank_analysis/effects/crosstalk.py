@@ -42,11 +42,9 @@ class CrosstalkIntoFx(TireEffect):
 
     share: float = param(0.0, unit="1/m", bounds=(-20.0, 20.0), screen=1.0, matters=0.5)
     tared: float = param(
-        0.0,
-        unit="1",
-        bounds=(0.0, 1.0),
+        0.0, unit="1", bounds=(0.0, 1.0),
         note="1: the channel was set to zero at the start of each run",
-    )
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -116,17 +114,23 @@ class CrosstalkMz(CrosstalkIntoFx):
 
 
 @dataclass(frozen=True)
-class CrosstalkFxFy(TireEffect):
+class CrosstalkOfFx(TireEffect):
+    """A share of the longitudinal force appears in another channel."""
+
+    kind = "sensor"
+    coordinate = "slip level"
+    source = "thesis Appendix A: the calibration matrix of the hub"
+    removes = "A full calibration matrix of the hub."
+
+
+@dataclass(frozen=True)
+class CrosstalkFxFy(CrosstalkOfFx):
     """A share of the longitudinal force appears in the lateral force."""
 
     identifier = "crosstalk_fx_fy"
     title = "Crosstalk from Fx into Fy"
-    kind = "sensor"
-    coordinate = "slip level"
-    source = "thesis Appendix A: the calibration matrix of the hub"
     what = "The bridge of Fy also answers to Fx, or the hub is turned about the vertical axis."
     check = "Pull the standing wheel in x only and read Fy."
-    removes = "A full calibration matrix of the hub."
 
     share: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.005)
 
@@ -135,17 +139,13 @@ class CrosstalkFxFy(TireEffect):
 
 
 @dataclass(frozen=True)
-class CrosstalkFxFz(TireEffect):
+class CrosstalkFxFz(CrosstalkOfFx):
     """A share of the longitudinal force appears in the load channel."""
 
     identifier = "crosstalk_fx_fz"
     title = "Crosstalk from Fx into Fz"
-    kind = "sensor"
-    coordinate = "slip level"
-    source = "thesis Appendix A: the calibration matrix of the hub"
     what = "The bridges of Fz also answer to Fx."
     check = "Pull the standing wheel in x only and read Fz."
-    removes = "A full calibration matrix of the hub."
 
     share: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01)
 

@@ -22,7 +22,7 @@ from flatplank_data.params import alike
 
 GROUP = "flatplank.effects"
 _USER = "flatplank_user_effects_"
-_NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays"}
+_NOT_EFFECTS = {"base", "registry", "checks"}
 
 
 def effects_in(module: ModuleType) -> list[type[Effect]]:
