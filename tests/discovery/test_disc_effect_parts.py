@@ -13,7 +13,7 @@ import pytest
 from shapes import measured
 
 from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.references import References
+from flatplank_analysis.contact_patch.tire_runs import References
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.effects import checks, registry

@@ -11,10 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from flatplank_analysis.contact_patch import kernel
-from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.contact_patch.grid import SPEED
-from flatplank_analysis.contact_patch.parameters import base_parameters
-from flatplank_analysis.contact_patch.starts import other_starts
+from flatplank_analysis.contact_patch.parameters import base_parameters, other_starts
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import ask, fault
 from flatplank_analysis.discovery.model import Form, Lane
 from flatplank_analysis.discovery.runs import RunSet

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns, _grid_groups, _steps
+from flatplank_analysis.contact_patch.data import _grid_groups, _steps
 from flatplank_analysis.contact_patch.grid import SPEED, node_positions
 from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_data.machine import SLOW
 
@@ -115,17 +116,11 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
         turned=_steps(angle),
         step_time=_steps(time),
         load=load,
-        nominal=facts["nominal"],
-        radius=facts["radius"],
-        alpha=facts["alpha"],
-        gamma=facts["gamma"],
-        kappa=facts["kappa"],
-        pressure=facts["pressure"],
+        **{name: facts[name] for name in SETTINGS},
         since_step=position - s["step_position"],
         wheel_turn=angle + start,
         signals={k: np.broadcast_to(v.mean(axis=0)[:1], position.shape).copy()
                  for k, v in data.signals.items()},
-        load_mean=load,
         side_force=np.zeros(1),
         grids=_grid_groups([("planned",)]),
     )  # fmt: skip

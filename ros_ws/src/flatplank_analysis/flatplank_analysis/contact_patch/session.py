@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns, from_tables, load_runs
+from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.parameters import BASE, NAMES
 from flatplank_analysis.contact_patch.plans import plans_for
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery import invariants, nextrun, screen, verdict
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect

@@ -22,7 +22,6 @@ class Coordinate:
     bins: int = 24
     period: float = 0.0
     """the values wrap at this number (an angle), 0 when they do not"""
-    text: str = ""
     local: bool = False
     """a place (plank position): local events are looked for bin by bin"""
 

@@ -16,7 +16,7 @@ import numpy as np
 from flatplank_analysis.discovery.effect import Effect
 
 if TYPE_CHECKING:
-    from flatplank_analysis.contact_patch.data import TireRuns
+    from flatplank_analysis.contact_patch.tire_runs import TireRuns
 
 
 class Motion:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.further import coordinates_of
+from flatplank_analysis.contact_patch.tire_runs import coordinates_of
 from flatplank_analysis.discovery.effect import Effect, ask, variants_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.runs import Coordinate, RunSet

@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Signal, Tire, TireEffect
 
 if TYPE_CHECKING:
-    from flatplank_analysis.contact_patch.data import TireRuns
+    from flatplank_analysis.contact_patch.tire_runs import TireRuns
 
 LEAST = 100.0
 """[N] root mean square of the lateral force"""

@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decide import LAW, Decision
 from flatplank_analysis.discovery.fit import Fit, Fitter, Term, priors
 from flatplank_analysis.discovery.gram import Metric

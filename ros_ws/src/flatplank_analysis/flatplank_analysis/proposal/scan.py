@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import State

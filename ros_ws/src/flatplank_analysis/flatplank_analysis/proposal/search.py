@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decide import Decision, Judge
 from flatplank_analysis.discovery.dispersion import Usual
 from flatplank_analysis.discovery.fit import Term

@@ -9,8 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
-from flatplank_analysis.contact_patch.further import coordinates_of
+from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.proposal.hooks import HOOKS, NONE, Hook
 from flatplank_analysis.proposal.modulators import BY_NAME, Modulator
