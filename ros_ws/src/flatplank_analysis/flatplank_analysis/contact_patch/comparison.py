@@ -8,7 +8,7 @@ from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, where
-from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_data.wording import span, table
 

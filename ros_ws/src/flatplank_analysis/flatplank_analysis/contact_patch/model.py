@@ -21,6 +21,8 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
 CHUNK = 48
 """lanes computed at once"""
+BOTH = ("shape", "fall", "round", "tread", "memory", "combine", "swing", "rotate")
+"""numbers of the base that are the same along and across the wheel plane"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
@@ -148,7 +150,7 @@ class TireModel:
             p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
             p[..., kernel.PEAK] = peak * (get("grip_y") if end and "grip_y" in base else 1.0)
             p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
-            for name in (
+            for name in [
                 "shape",
                 "fall",
                 "round",
@@ -157,7 +159,7 @@ class TireModel:
                 "combine",
                 "swing",
                 "rotate",
-            ):
+            ]:
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
             p[..., kernel.FEEL] = get("feel") if "feel" in base else 1.0

@@ -151,11 +151,8 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
 def _beside(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
     """The fit in which nothing moves but the last term and the numbers of the base that the first
     channel does not feel: what acts across the wheel alone leaves Fx as it is."""
-    felt = {
-        name
-        for (term, name), column in zip(old.free, old.jacobian[:, 0], strict=True)
-        if term < 0 and np.any(column)
-    }
+    columns = zip(old.free, old.jacobian[:, 0], strict=True)
+    felt = {name for (term, name), column in columns if term < 0 and np.any(column)}
     model = copy(fitter.model)
     model.parameters = tuple(
         replace(p, screen=0.0) if p.name in felt else p for p in model.parameters

@@ -163,10 +163,7 @@ class Loop:
     @property
     def evidence(self) -> Evidence:
         """The product over all batches so far."""
-        found = Evidence()
-        for e in self._of(ANSWER):
-            found = found.times(e["log_e"], bool(e["bet"]))
-        return found
+        return Evidence.of(self._of(ANSWER))
 
     @property
     def spent(self) -> float:

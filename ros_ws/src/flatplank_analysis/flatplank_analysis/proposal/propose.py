@@ -72,7 +72,7 @@ class Proposal:
             "name": self.name,
             "sentence": s.words(),
             **_parts(s),
-            "numbers": {k: _six(v) for k, v in s.numbers.items()},
+            "numbers": {k: verdict.six_digits(v) for k, v in s.numbers.items()},
             "refit": self.numbers,
             "confused_with": [
                 {"sentence": t.sentence.words(), **_parts(t.sentence)}
@@ -89,10 +89,6 @@ def _parts(s: Sentence) -> dict[str, str]:
         "hook": site.hook.name, "family": site.hook.family, "coordinate": site.place.name,
         "modulator": site.modulator.name, "shape": s.shape.name,
     }  # fmt: skip
-
-
-def _six(value: float) -> float:
-    return float(f"{value:.6g}")
 
 
 def propose(
@@ -265,8 +261,8 @@ def _written(
     known = session.file_of(model or ModelFile(), step.state.fit)
     _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))
     numbers |= {
-        "held_out_level": _six(held_out_level(after.state)),
-        "acts_in": _six(_acting_in(after.state)),
+        "held_out_level": verdict.six_digits(held_out_level(after.state)),
+        "acts_in": verdict.six_digits(_acting_in(after.state)),
     }
     if numbers["rmse"] > invariants.limits(after.state).error:
         numbers["doubts"].append("the error is not at the floor: more is left than this")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -48,6 +48,11 @@ class Site:
     modulator: Modulator
 
     @property
+    def key(self) -> tuple[str, str, str]:
+        """Names of its three parts."""
+        return self.hook.name, self.place.name, self.modulator.name
+
+    @property
     def name(self) -> str:
         """For tables."""
         words = [self.hook.name, f"over {self.place.name}" if self.place.name else "constant"]
@@ -67,13 +72,11 @@ def places_of(data: TireRuns) -> list[Place]:
         twin = next((i for i, o in enumerate(out) if _same(o, place)), None)
         if twin is None:
             out.append(place)
-        elif (
-            name == "plank position"
-        ):  # the place itself is named, what follows the step beside it
-            out[twin] = Place(name, place.span, values, (out[twin].name, *out[twin].alias))
+        elif name == "plank position":
+            # the place itself is named, what follows the step beside it
+            out[twin] = replace(place, alias=(out[twin].name, *out[twin].alias))
         else:
-            kept = out[twin]
-            out[twin] = Place(kept.name, kept.span, kept.values, (*kept.alias, name))
+            out[twin] = replace(out[twin], alias=(*out[twin].alias, name))
     return out
 
 

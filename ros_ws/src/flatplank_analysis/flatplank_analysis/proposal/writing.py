@@ -176,10 +176,11 @@ def _fields(s: Sentence) -> list[str]:
         low, high = sorted(n.bounds(seen))
         unit = seen.unit if n.unit == "u" else n.unit
         value = min(max(float(s.numbers[n.name]), low), high)
+        low, value, high = (float(f"{v:.6g}") for v in (low, value, high))
         note = f', note="{n.note}"' if n.note else ""
         out.append(
             f'    {n.name}: float = param({value:.6g}, unit="{unit}", '
-            f"bounds=({_down(low, value):.6g}, {_up(high, value):.6g}){note})"
+            f"bounds=({min(low, value):.6g}, {max(high, value):.6g}){note})"
         )
     return [part for line in out for part in _param(line)]
 
@@ -190,14 +191,6 @@ def _param(line: str) -> list[str]:
         return [line]
     head, _, note = line.rpartition(", note=")
     return [f"{head},", f"{' ' * (head.index('(') + 1)}note={note}"] if head else [line]
-
-
-def _down(low: float, value: float) -> float:
-    return min(float(f"{low:.6g}"), float(f"{value:.6g}"))
-
-
-def _up(high: float, value: float) -> float:
-    return max(float(f"{high:.6g}"), float(f"{value:.6g}"))
 
 
 def _interval(s: Sentence) -> list[str]:

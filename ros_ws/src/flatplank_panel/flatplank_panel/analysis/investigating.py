@@ -14,8 +14,13 @@ import yaml
 
 from flatplank_analysis.investigation.evidence import times
 from flatplank_analysis.investigation.loop import Loop, decoy_words
-from flatplank_analysis.investigation.notebook import proposal_of, summary, verdict_of
-from flatplank_analysis.investigation.report import code_of, entries_of
+from flatplank_analysis.investigation.notebook import (
+    entries_of,
+    proposal_of,
+    summary,
+    verdict_of,
+)
+from flatplank_analysis.investigation.report import code_of
 from flatplank_control.investigate.bench import Execute
 from flatplank_control.investigate.executors import made_elsewhere, on_twin
 from flatplank_control.investigate.journal import DiskLog

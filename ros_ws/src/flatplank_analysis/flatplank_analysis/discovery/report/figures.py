@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.shortlist import negligible
-from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map

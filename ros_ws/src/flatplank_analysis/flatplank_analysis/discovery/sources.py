@@ -1,21 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sources of a floor by rank, and the best one that runs offer."""
+"""What gives a floor: ranked sources, each with the most that a verdict may say on it."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from flatplank_analysis.discovery.model import Model
+from flatplank_analysis.discovery.recurring import Pieces, Seen, laps, visits, ways
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.sources.base import (
-    FOUND,
-    PARTLY,
-    UNDECIDED,
-    Pieces,
-    Seen,
-    Source,
-)
-from flatplank_analysis.discovery.sources.recurring import laps, visits, ways
+
+FOUND, PARTLY, UNDECIDED = "found", "partly", "not decidable"
+CLAIMS = (FOUND, "found group", "tire law only")
+"""verdicts that say that everything is explained"""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Something that can give a floor."""
+
+    identifier: str
+    title: str
+    """in words, as it follows 'floor by'"""
+    at_most: str
+    """the strongest verdict that it allows"""
+    offered: Callable[[RunSet], bool | Pieces | None]
+    """whether runs have it; pieces, where their records must be cut for it"""
+    lower_bound: bool = False
+    """the scatter is no smaller, and may be larger"""
+    systematic: bool = False
+    """what differs between its repeats is ordered: an effect that shows there is the floor"""
+
+    def words(self) -> str:
+        return self.title + (" (lower bound)" if self.lower_bound else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """For programs: keys of the JSON of `diagnose` and `compare`."""
+        return {
+            "floor_from": self.words(),
+            "floor_is_lower_bound": self.lower_bound,
+            "verdict_at_most": self.at_most,
+        }
 
 
 def _repeats(runs: RunSet) -> bool:
@@ -24,17 +52,14 @@ def _repeats(runs: RunSet) -> bool:
     return any(len(np.unique(sessions[g])) < len(g) for g in runs.groups)
 
 
-def _said(values: tuple[float, ...]) -> bool:
-    return len(values) > 0 and min(values) > 0.0
-
-
 SOURCES = (
     Source("repeats", "repeats of a condition", FOUND, _repeats),
     Source("laps", "laps of a periodic input in one record", FOUND, laps),
     Source("visits", "a level visited twice", FOUND, visits),
     Source("ways", "up and down through the same values", PARTLY, ways, systematic=True),
     Source("sessions", "the same condition in other sessions", PARTLY, lambda r: r.repeated),
-    Source("rest", "noise at rest", PARTLY, lambda r: _said(r.rest), lower_bound=True),
+    Source("rest", "noise at rest", PARTLY, lambda r: min(r.rest, default=0.0) > 0.0,
+           lower_bound=True),
     Source("resolution", "resolution of what was recorded", PARTLY, lambda r: all(
         level_of(r, c) > 0.0 for c in range(len(r.channels))
     ), lower_bound=True),
@@ -79,3 +104,13 @@ def _best(runs: RunSet) -> tuple[Source, Pieces | None]:
         if offer:
             return source, offer if isinstance(offer, Pieces) else None
     raise AssertionError("the last source is always there")
+
+
+def capped(source: Source, verdict: str, reason: str) -> tuple[str, str]:
+    """Verdict and reason as the floor allows them; the reason names a floor that is no repeats."""
+    if source.at_most == FOUND:
+        return verdict, reason
+    told = f"{reason}; the floor is by {source.words()}"
+    if verdict not in CLAIMS:
+        return verdict, told
+    return PARTLY, f"{told}, which allows no more than '{PARTLY}': repeat the conditions"
