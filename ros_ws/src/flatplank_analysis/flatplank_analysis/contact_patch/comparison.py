@@ -60,7 +60,6 @@ def by_condition(session: Session, step: Step) -> list[dict[str, Any]]:
 
 
 def text_of(data: Mapping[str, Any]) -> str:
-    """The same in words."""
     rows = [("condition", "runs", "error [N]", "floor [N]", "beyond [N]")]
     rows += [
         (

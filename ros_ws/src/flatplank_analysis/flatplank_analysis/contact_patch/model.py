@@ -106,8 +106,8 @@ class TireModel:
         angle = d.alpha + base.get("angle_offset", zero)[:, None]
         # the road runs at an angle to the wheel plane
         along = np.cos(d.alpha)[:, None] * d.travel
-        motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, None)
-        motion.lateral = -np.tan(angle)[:, :, None] * along
+        lateral = -np.tan(angle)[:, :, None] * along
+        motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, lateral)
         if "slip_turned" in base:
             turned = base["slip_turned"][:, None] * (1.0 - np.cos(d.alpha))
             motion.rolled = rolled + turned[:, :, None] * along

@@ -13,7 +13,7 @@ import numpy as np
 from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.parameters import BASE, NAMES
-from flatplank_analysis.contact_patch.plans import plans_for
+from flatplank_analysis.contact_patch.plans import plans_for, usual_step
 from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery import invariants, nextrun, screen, verdict
 from flatplank_analysis.discovery.decide import Judge
@@ -96,7 +96,6 @@ class Session:
         return dict(model.parameters)
 
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
-        """Effects of a model file as terms."""
         where = model.path or "model file"
         pairs = [(self.effect_of(e.name, e.parameters, where, e.file), e) for e in model.effects]
         return tuple(Term(f, f.vector(dict(e.parameters)), f.held()) for f, e in pairs)
@@ -127,17 +126,17 @@ class Session:
     def fixed_proposal(self, result: Diagnosis) -> dict[str, Any]:
         """Without a pair to tell apart: the run that separates the coordinates."""
         steps = self.data.runs.facts["step"]
-        one = bool(np.ptp(steps[np.isfinite(steps)]) < 0.05) if np.isfinite(steps).any() else True
-        if result.verdict in (verdict.NONE, verdict.PARTLY) and one:
-            usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.5
-            worst = result.events[0].conditions if result.events else ()
-            return {
-                "what": "the conditions that show it, with a second step position",
-                "settings": {"step_position": round(usual + 0.7, 3), "conditions": list(worst)},
-                "repeats": 3,
-                "separates": [["plank position"], ["distance since the step"]],
-            }
-        return {}
+        several = np.isfinite(steps).any() and np.ptp(steps[np.isfinite(steps)]) >= 0.05
+        if several or result.verdict not in (verdict.NONE, verdict.PARTLY):
+            return {}
+        worst = list(result.events[0].conditions) if result.events else []
+        step = round(usual_step(self.data.runs) + 0.7, 3)
+        return {
+            "what": "the conditions that show it, with a second step position",
+            "settings": {"step_position": step, "conditions": worst},
+            "repeats": 3,
+            "separates": [["plank position"], ["distance since the step"]],
+        }
 
     def fit(
         self, model: ModelFile | None, extra: Sequence[Term] = (), before: Step | None = None
@@ -232,7 +231,6 @@ class Session:
         return made, step, numbers
 
     def file_of(self, model: ModelFile, fit: Fit) -> ModelFile:
-        """The model file with the fitted numbers."""
         names = [p.name for p in self.model.parameters]
         own = {e.name: e.file for e in model.effects}
         pairs = [(t, t.effect.identifier) for t in fit.terms]

@@ -86,7 +86,6 @@ class Decision:
 
     @property
     def accepted(self) -> bool:
-        """True when no test refused it."""
         return not self.reasons
 
     @property
@@ -107,7 +106,6 @@ class Decision:
 
     @property
     def p_value(self) -> float:
-        """The larger of the two p-values."""
         return max(self.p_repeats, self.p_conditions)
 
 

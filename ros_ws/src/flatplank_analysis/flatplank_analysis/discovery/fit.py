@@ -36,13 +36,11 @@ class Term:
     """parameters that are not fitted"""
 
     def named(self) -> dict[str, float]:
-        """Values by parameter name."""
         names = [p.name for p in self.effect.parameters()]
         return dict(zip(names, (float(v) for v in self.values), strict=True))
 
     @property
     def size(self) -> float:
-        """Reported size."""
         return float(self.effect.size(self.named()))
 
 
@@ -69,11 +67,9 @@ class Fit:
         return [i for i in range(len(self.free)) if i not in self.known]
 
     def residual(self, measured: np.ndarray) -> np.ndarray:
-        """Measured minus predicted."""
         return measured - self.predicted
 
     def lane(self) -> Lane:
-        """The lane that predicts this."""
         return Lane(self.base, tuple((t.effect, t.values) for t in self.terms))
 
 
@@ -166,7 +162,6 @@ class Fitter:
         return replace(fit, jacobian=self.columns(z, fit.predicted, task))
 
     def task(self, fit: Fit) -> Task:
-        """The numbers of a fit."""
         return Task(self, fit.base, fit.terms)
 
     def grown(self, fit: Fit, term: Term) -> Fit:
@@ -234,7 +229,6 @@ class Task:
         self._at = {p.name: i for i, p in enumerate(fitter.model.parameters)}
 
     def pack(self, base: np.ndarray, terms: Sequence[Term]) -> np.ndarray:
-        """Scaled numbers of a base and terms."""
         named = [t.named() for t in terms]
         first = dict(zip(self._at, base, strict=True))
         return np.array(
@@ -243,13 +237,11 @@ class Task:
         )  # fmt: skip
 
     def unpack(self, z: np.ndarray) -> tuple[np.ndarray, tuple[Term, ...]]:
-        """Base and terms of scaled numbers."""
         lane = self.lane(z)
         pairs = zip(self.terms, lane.effects, strict=True)
         return lane.base, tuple(replace(t, values=values) for t, (_, values) in pairs)
 
     def lane(self, z: np.ndarray) -> Lane:
-        """The lane of scaled numbers."""
         base = self.base.copy()
         named = [t.named() for t in self.terms]
         for value, e in zip(z, self.entries, strict=True):

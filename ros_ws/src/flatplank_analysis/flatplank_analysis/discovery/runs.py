@@ -78,12 +78,10 @@ class RunSet:
 
     @property
     def runs(self) -> int:
-        """Number of runs."""
         return len(self.names)
 
     @property
     def samples(self) -> int:
-        """Nodes per run."""
         return self.measured.shape[2]
 
     @cached_property

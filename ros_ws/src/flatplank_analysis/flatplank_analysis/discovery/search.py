@@ -389,12 +389,10 @@ class _Searcher:
 
 
 def _names(step: Step) -> frozenset[str]:
-    """The effects of a step."""
     return frozenset(f.decision.term.effect.identifier for f in step.found)
 
 
 def _by_drop(tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
-    """Refits, the largest gain first."""
     return sorted(tried, key=lambda pair: -pair[0].drop)
 
 

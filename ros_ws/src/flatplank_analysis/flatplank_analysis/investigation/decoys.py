@@ -39,7 +39,6 @@ class Decoys:
     accepted: tuple[str, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """For a journal."""
         return asdict(self) | {"accepted": list(self.accepted)}
 
 

@@ -149,7 +149,6 @@ class Loop:
 
     @property
     def ended(self) -> bool:
-        """Whether the end was written."""
         return bool(self.log.events[-1]["event"] == END)
 
     @property
@@ -172,7 +171,6 @@ class Loop:
 
     @property
     def left(self) -> float:
-        """Minutes of the budget."""
         return budget(self.log.events) - self.spent
 
     def _of(self, kind: str) -> list[dict[str, Any]]:
@@ -195,7 +193,6 @@ class Loop:
         return self.diagnosed[1:]
 
     def decide(self) -> None:
-        """Choose the next batch, or to end."""
         choice, verdict = self._choice()
         number = len(self._of(BATCH)) + 1
         if choice.candidate is None:

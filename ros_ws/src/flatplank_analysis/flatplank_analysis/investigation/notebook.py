@@ -79,7 +79,6 @@ def entries_of(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def text_of(events: Sequence[Event]) -> str:
-    """The notebook."""
     return "\n".join(_lines(events))
 
 

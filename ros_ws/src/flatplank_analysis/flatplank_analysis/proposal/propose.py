@@ -56,7 +56,6 @@ class Proposal:
 
     @property
     def name(self) -> str:
-        """Identifier of the proposed effect."""
         return self.sentence.identifier if self.sentence else ""
 
     def to_dict(self) -> dict[str, Any]:
@@ -189,15 +188,14 @@ def _cleaned(session: Session, step: Step) -> Step:
     ones = np.ones((1, *data.position.shape))
     steady = [acting(s, ones) for s in sites]
     fit = old.whitened.fit
-    responses = np.array(
-        [c.columns[0, 0] for c in make_candidates(old.model, fit, steady, old.residual)]
-    )
-    ordering = [
-        _centred(p.values)
-        for p in places
-        if exchange_test(data.runs, old.residual[0], responses, _centred(p.values).mean(axis=1))
-        < ORDERED
-    ]
+    made = make_candidates(old.model, fit, steady, old.residual)
+    responses = np.array([c.columns[0, 0] for c in made])
+
+    def orders(u: np.ndarray) -> bool:
+        p = exchange_test(data.runs, old.residual[0], responses, u.mean(axis=1))
+        return p < ORDERED
+
+    ordering = [u for u in (_centred(p.values) for p in places) if orders(u)]
     if not ordering:
         return step
     courses = [acting(s, (u**k)[None]) for s in sites for u in ordering for k in POWERS]
@@ -276,9 +274,7 @@ def _written(
         told=tuple(_told(session, numbers, outcome, after)),
     )
     reason = f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N"
-    return Proposal(
-        PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers
-    )  # fmt: skip
+    return Proposal(PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers)
 
 
 def _acting_in(state: State) -> float:
@@ -326,9 +322,8 @@ def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) ->
 def _short(s: Sentence) -> str:
     site = s.site
     over = f" over {site.place.name}" if site.place.name else ""
-    return f"{site.hook.words}{over}" + (
-        f", {site.modulator.words}" if site.modulator.words else ""
-    )
+    when = f", {site.modulator.words}" if site.modulator.words else ""
+    return f"{site.hook.words}{over}{when}"
 
 
 def held_out_level(state: State) -> float:

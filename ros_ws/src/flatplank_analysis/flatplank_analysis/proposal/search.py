@@ -144,7 +144,6 @@ class Proposer:
     progress: Progress | None = None
 
     def run(self) -> Outcome:
-        """All steps."""
         scanner = Scanner(self.state, self.data)
         places = [p for p in places_of(self.data) if self.only is None or p.name in self.only]
         sites = sites_of(self.data, places)
@@ -212,7 +211,6 @@ class Proposer:
         return [scanned[i] for e, i in sorted(worth, reverse=True) if e > 0.0]
 
     def worth(self, formed: Formed) -> float:
-        """For sorting, the best first."""
         return -formed.evidence(self.level, self.price)
 
     def refit(self, formed: Formed, looked: int) -> Tried:

@@ -49,12 +49,10 @@ class Site:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """Names of its three parts."""
         return self.hook.name, self.place.name, self.modulator.name
 
     @property
     def name(self) -> str:
-        """For tables."""
         words = [self.hook.name, f"over {self.place.name}" if self.place.name else "constant"]
         return ", ".join([*words, self.modulator.name] if self.modulator.name else words)
 

@@ -49,12 +49,10 @@ class Sentence:
 
     @property
     def size_names(self) -> list[str]:
-        """Names of the sizes."""
         names = ["cos", "sin", "second_cos", "second_sin"]
         return ["amount"] if len(self.shape.terms) == 1 else names[: len(self.shape.terms)]
 
     def words(self) -> str:
-        """The sentence, for people."""
         site = self.site
         over = f" over {site.place.name}" if site.place.name else ""
         when, _, meant = site.modulator.words.partition("; ")
@@ -126,7 +124,6 @@ def _body(s: Sentence) -> list[str]:
 
 
 def _factor(formula: str) -> str:
-    """In brackets where it is a sum."""
     return f"({formula})" if formula[0].isdigit() else formula
 
 
@@ -227,12 +224,10 @@ def renamed(text: str, name: str) -> str:
 
 
 def class_of(identifier: str) -> str:
-    """Name of the class of an effect."""
     return "".join(w.capitalize() for w in identifier.split("_"))
 
 
 def effect_of(text: str) -> type[Effect]:
-    """The effect of a file's text."""
     name = f"flatplank_proposed_{crc32(text.encode()):08x}"
     module = types.ModuleType(name)
     sys.modules[name] = module
