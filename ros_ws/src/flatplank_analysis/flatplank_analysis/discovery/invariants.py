@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What holds of every answer of the search, whatever the data.
 
-The verdict, the search and the verbs ask here; `broken` says what of it an answer does not keep.
+The verdict, the search and the verbs ask here; the tests ask it of every answer.
 
 1. One more effect never raises the fitted error.
 2. `found` and `found group`: the error is at the floor and nothing of consequence is left.
@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,9 +24,6 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.state import State
 from flatplank_data.wording import brief
-
-if TYPE_CHECKING:
-    from flatplank_analysis.discovery.verdict import Diagnosis
 
 AT_FLOOR = 1.1
 """error over floor and form band, at most, where an effect is said to be found"""
@@ -177,34 +173,6 @@ def at_null(term: Term) -> Term:
 def acts(term: Term) -> bool:
     """False where a term does nothing."""
     return any(term.named()[p.name] != p.null for p in term.effect.linear())
-
-
-def broken(result: Diagnosis) -> list[str]:
-    """What an answer does not keep, in words; empty when it keeps everything."""
-    search = result.search
-    if search is None:
-        return [] if not result.found else ["something is named without a search"]
-    out, last = [], search.last.state
-    errors = [s.state.runs.rmse(s.state.residual[0]) for s in search.steps]
-    for one, other, e, f in zip(search.steps, search.steps[1:], errors, errors[1:], strict=False):
-        grown = len(other.found) > len(one.found)
-        if grown and f > e * (1.0 + 1e-9):
-            out.append(f"the error rises from {e:.3f} to {f:.3f}")
-    if result.rmse_after > result.rmse_before * (1.0 + 1e-9):
-        out.append(f"the error rises from {result.rmse_before:.3f} to {result.rmse_after:.3f}")
-    if result.verdict.startswith("found"):
-        left = rest(last, True)
-        out += [f"{result.verdict}, and {left}"] if left else []
-    if result.verdict == "found" and any(f.alike for f in result.found):
-        out.append("found, and something could stand in for it")
-    if result.found and far_off(last):
-        out.append("something is named on a base that is far off everywhere")
-    claims = ("none of these", *(["partly"] if result.source.at_most == "found" else []))
-    if result.verdict in claims and not rest(last, bool(result.found)):
-        out.append(f"{result.verdict}, and nothing of consequence is left")
-    told = " ".join(result.notes)
-    ends = [t for f in (last.fit, last.whitened.fit) for t in at_ends(last.fitter, f)]
-    return out + [f"not told: {t}" for t in ends if t not in told]
 
 
 def at_ends(fitter: Fitter, fit: Fit) -> list[str]:
