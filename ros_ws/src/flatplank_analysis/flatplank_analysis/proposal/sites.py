@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -110,16 +109,11 @@ def event_place(data: TireRuns) -> Place:
     return Place(EVENT, _span(EVENT, c, c.values), c.values)
 
 
-@lru_cache(maxsize=256)
-def _code(formula: str):
-    return compile(formula, "<modulator>", "eval")
-
-
 def factor(modulator: Modulator, data: TireRuns) -> np.ndarray:
     """A modulator of these runs (runs, samples)."""
     if not modulator.formula:
         return np.ones(data.position.shape)
-    found = eval(_code(modulator.formula), {"np": np, "data": data})
+    found = eval(modulator.formula, {"np": np, "data": data})
     return np.broadcast_to(np.asarray(found, dtype=float), data.position.shape)
 
 

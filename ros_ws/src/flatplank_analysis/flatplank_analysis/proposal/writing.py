@@ -104,27 +104,20 @@ def _head(s: Sentence, body: Sequence[str]) -> list[str]:
 def _body(s: Sentence) -> list[str]:
     site = s.site
 
-    def write(number: str) -> str:
-        return f"self.{number}"
-
+    write = "self.{}".format
     formulas = s.shape.formulas(site.place.span, write)
     where = f"data.coordinate({_quoted(site.place.name)})"
     lines = [f"data = {site.hook.method}.data"]
     lines += [f"u = {where if site.place.name else 'np.zeros(data.position.shape)'}"]
     lines += ["time = data.runs.time"] if any("time" in f for f in formulas) else []
-    lines += [
-        f"{name} = {formula}" for name, formula in s.shape.named_parts(site.place.span, write)
-    ]
-    lines += _summed(
-        [f"self.{n} * {_factor(f)}" for n, f in zip(s.size_names, formulas, strict=True)]
-    )
+    parts = s.shape.named_parts(site.place.span, write)
+    lines += [f"{name} = {formula}" for name, formula in parts]
+    # a sum stands in brackets
+    factors = [f"({f})" if f[0].isdigit() else f for f in formulas]
+    lines += _summed([f"self.{n} * {f}" for n, f in zip(s.size_names, factors, strict=True)])
     if site.modulator.formula:
         lines.append(f"change = change * ({site.modulator.formula})")
     return [*lines, *site.hook.line.split("\n")]
-
-
-def _factor(formula: str) -> str:
-    return f"({formula})" if formula[0].isdigit() else formula
 
 
 def _summed(terms: Sequence[str]) -> list[str]:
@@ -132,9 +125,10 @@ def _summed(terms: Sequence[str]) -> list[str]:
     lines = [f"change = {terms[0]}"]
     for term in terms[1:]:
         longer = f"{lines[-1]} + {term}"
-        lines = (
-            [*lines[:-1], longer] if len(longer) <= 91 else [*lines, f"change = change + {term}"]
-        )
+        if len(longer) <= 91:
+            lines[-1] = longer
+        else:
+            lines.append(f"change = change + {term}")
     return lines
 
 
@@ -216,9 +210,8 @@ def check_of(s: Sentence) -> str:
 def renamed(text: str, name: str) -> str:
     """The file of a proposal with another identifier, and a class named after it."""
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise FlatplankError(
-            f"'{name}' is no identifier", "name", "small letters, digits and _ only"
-        )
+        what = f"'{name}' is no identifier"
+        raise FlatplankError(what, "name", "small letters, digits and _ only")
     text = re.sub('(?m)^    identifier = ".*"$', f'    identifier = "{name}"', text, count=1)
     return re.sub(r"(?m)^class \w+\(", f"class {class_of(name)}(", text, count=1)
 
