@@ -23,7 +23,6 @@ class CarcassCreep(TireProperty):
     source = "the tire itself, not the thesis's machine"
     what = "Rubber creeps: the deflection goes on under a constant force."
     check = "The same run at 0.0015 m/s; hold the standing tire under a force."
-    main = "share"
 
     share: float = param(
         0.0, unit="1", bounds=(-0.2, 2.0), screen=0.1, matters=0.05,

@@ -38,7 +38,6 @@ class CrosstalkIntoFx(TireEffect):
     source = "thesis 3.1 and Appendix A: the calibration matrix of the hub"
     check = "Load the standing wheel in that direction only and read Fx."
     removes = "A full calibration matrix of the hub."
-    main = "share"
 
     share: float = param(0.0, unit="1/m", bounds=(-20.0, 20.0), screen=1.0, matters=0.5)
     tared: float = param(

@@ -18,7 +18,6 @@ class Gap(TireEffect):
     """Free travel in the direction of the slip."""
 
     coordinate = "slip travel"
-    main = "gap"
 
     gap: float = param(
         0.0, unit="m", bounds=(0.0, 3e-3), screen=3e-4, matters=1e-4,
@@ -198,7 +197,6 @@ class SupportPlayY(TireEffect):
     )
     check = "Dial gauge at the support, push sideways."
     removes = "New bearings of the rotation support."
-    main = "gap"
 
     gap: float = param(0.0, unit="m", bounds=(0.0, 6e-3), screen=5e-4, matters=2e-4)
 

@@ -28,7 +28,6 @@ class LoadLossBraking(TireEffect):
     )
     check = "Read the load before and after a -10 % step; look at the loaded radius."
     removes = "Control the load instead of the height; or nothing, when the load is measured."
-    main = "loss"
 
     loss: float = param(
         0.0, unit="1", bounds=(-0.05, 0.2), screen=0.02, matters=0.01,

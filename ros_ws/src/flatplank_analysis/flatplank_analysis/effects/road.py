@@ -96,7 +96,6 @@ class WornPatch(TireEffect):
     what = "The sandpaper is worn or loose at one place of the plank."
     check = "Look at the place; move the step to another position: the dip stays on the plank."
     removes = "New sandpaper."
-    main = "depth"
     instances = 3
     local = True
 

@@ -22,7 +22,6 @@ class TurningForce(TireEffect):
     """Forces in x and z that wave over the wheel angle; the size is the amplitude in x."""
 
     coordinate = "wheel angle"
-    main = "fx_cos"
 
     fx_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
     fx_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
@@ -126,7 +125,6 @@ class RunOut(Wave):
     )
     check = "Dial gauge on the rim and on the tread over one turn."
     removes = "True the rim on its hub; measure at all start angles."
-    main = "cos"
 
     cos: float = param(
         0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5,
