@@ -36,7 +36,7 @@ from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
-"""channels that may speak over into Fx"""
+"""channels with possible crosstalk into Fx"""
 STIFFNESS = 1.9e5
 """[N/m] of a car tire in x for short waves: what a step of an encoder is worth"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5

@@ -112,7 +112,7 @@ def as_load(values: np.ndarray, common: Common) -> np.ndarray:
 
 
 def as_input(values: np.ndarray, common: Common) -> np.ndarray:
-    """A channel that may speak over into another one: what is common only."""
+    """A channel with possible crosstalk into another one: what is common only."""
     return common.level(values) + common.shape(values)
 
 

@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.parameters import Parameter
 BASE = "contact_patch"
 """the base by its name in a model file"""
 LEAST_LOAD = 5.0
-"""[N] root mean square of the load within a run below which it does not matter who feels it"""
+"""[N] root mean square of the load within a run below which it is of no consequence"""
 
 START_ROLLING = 0.3
 """[m] of free rolling before a step that tell how fast the wheel turned"""

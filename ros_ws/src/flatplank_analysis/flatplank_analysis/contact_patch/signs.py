@@ -15,7 +15,7 @@ import numpy as np
 from flatplank_data.table import MeasurementTable
 
 CLEAR = 0.8
-"""share of the runs, weighed by their force, that must speak against a sign"""
+"""share of the runs, weighed by their force, that must contradict a sign"""
 SLIP, ANGLE, CAMBER = 0.005, 0.4, 0.9
 """[1], [deg], [deg]: smaller ones say nothing about a sign"""
 SEEN = 0.03

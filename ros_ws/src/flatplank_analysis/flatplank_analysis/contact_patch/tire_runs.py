@@ -14,7 +14,7 @@ from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.errors import FlatplankError
 
 SIGNALS = {"fy": "N", "mx": "N m", "mz": "N m"}
-"""channels that are coordinates as well: one may speak over into another"""
+"""channels that are coordinates as well: there may be crosstalk between them"""
 FACTS = {"pressure": "bar", "alpha": "rad", "gamma": "rad", "speed": "m/s"}
 """facts of a run that are coordinates where they differ between runs"""
 SETTINGS = ("nominal", "radius", "alpha", "gamma", "kappa", "pressure")

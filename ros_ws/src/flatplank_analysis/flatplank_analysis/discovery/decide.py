@@ -30,7 +30,7 @@ FAMILY = 0.05
 FORM = 0.03
 """what the form of the model's law may be wrong by, relative to the whole of an effect"""
 FAINT = 0.05
-"""visible share of an effect below which it is asked whether the law could feign it by itself"""
+"""visible share of an effect below which it is asked whether the law could imitate it by itself"""
 LAW = 0.005
 """standard deviation of the model's law in a condition, relative to the force: no repeat shows it,
 and an effect that is a share of the force is known no better"""
@@ -95,7 +95,7 @@ class Decision:
 
     @property
     def misshapen(self) -> bool:
-        """True when nothing but its form speaks against it, and that by no more than it may."""
+        """True when only its form is wrong, and that by no more than it may be."""
         uneven = bool(self.reasons) and set(self.reasons) <= set(UNEVEN)
         return uneven and not self.term.effect.generic and self.unevenness < OTHER
 
@@ -158,7 +158,7 @@ class Judge:
         worth = 12.0 if term.effect.kind == "tire" else 6.0
         wide = 5.0 if term.effect.local else 1.0
         # the form of the law is not that of the tire: that is no noise, no repeat shows it, and
-        # the less of an effect is visible beside the law, the more of its size it can feign
+        # the less of an effect is visible beside the law, the more of its size it can imitate
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
         visible = _visible(gram, beside, base)
         if visible < FAINT:

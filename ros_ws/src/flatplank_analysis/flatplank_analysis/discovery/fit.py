@@ -3,7 +3,7 @@
 
 The fit that is drawn, with its error, is a plain least-squares fit; decisions and sizes come from
 the whitened one. Where runs scatter, the plain fit follows those with the largest forces; the
-whitened one gives every run the weight that it deserves, so its sizes are two to three times
+whitened one weighs every run by its scatter, so its sizes are two to three times
 sharper. One linear step from the plain fit finds its place only roughly: as many units of chi2 off
 as weak effects bring.
 """

@@ -124,8 +124,8 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
     """The best of some fits with one term more than `old`, whose first channel it does not raise.
 
     When all of them do, the fit goes on from the old one with the term at its null, the other
-    channels weighing less and less; then with those numbers alone that the first one does not
-    feel; at last that is the answer as it is.
+    channels weighing less and less; then with those numbers alone that do not change the first
+    one; at last that is the answer as it is.
     """
     best = min(fits, key=lambda f: f.chi2)
     limit = error_of(fitter, old)
@@ -146,12 +146,12 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
 
 def _beside(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
     """The fit in which nothing moves but the last term and the numbers of the base that the first
-    channel does not feel: what acts across the wheel alone leaves Fx as it is."""
+    channel does not depend on: what acts across the wheel alone leaves Fx as it is."""
     columns = zip(old.free, old.jacobian[:, 0], strict=True)
-    felt = {name for (term, name), column in columns if term < 0 and np.any(column)}
+    used = {name for (term, name), column in columns if term < 0 and np.any(column)}
     model = copy(fitter.model)
     model.parameters = tuple(
-        replace(p, screen=0.0) if p.name in felt else p for p in model.parameters
+        replace(p, screen=0.0) if p.name in used else p for p in model.parameters
     )
     held = [replace(t, fixed=tuple(t.named())) for t in terms[:-1]]
     fit = Fitter(model, fitter.weight).fit(old.base, [*held, terms[-1]])

@@ -404,7 +404,7 @@ def _needed(one: Found, found: Sequence[Found]) -> bool:
 
 
 def _nearly(decision: Decision) -> bool:
-    """Good enough after the first refit to deserve the full one."""
+    """Good enough after the first refit for the full one."""
     hard = {"present, negligible", "at the end of its physical range"}
     return not hard & set(decision.reasons) and decision.p_repeats < 0.02
 

@@ -54,8 +54,8 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
 
 
 def unshown(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
-    """Effects that the residual asks for, within their range, though the tire can feign nearly all
-    of them, so that these runs cannot name them; those that it asks for most."""
+    """Effects that the residual asks for most, within their range, though the tire can imitate
+    nearly all of them, so that these runs cannot name them."""
     level = max(ranking.usual.dispersion, 1.0)
     return [
         item.identifier
