@@ -71,7 +71,7 @@ class Session:
         known = library() if effects is None else effects
         return cls(Campaign("made", []), data, TireModel(data), dict(known), tuple(files))
 
-    def effect(
+    def effect_of(
         self, name: str, numbers: Iterable[str], where: str, file: str = ""
     ) -> type[Effect]:
         """An effect; FlatplankError when it, or one of these numbers of it, is not there."""
