@@ -149,7 +149,6 @@ class Loop:
 
     @property
     def ended(self) -> bool:
-        """Whether the end was written."""
         return bool(self.log.events[-1]["event"] == END)
 
     @property
@@ -163,10 +162,7 @@ class Loop:
     @property
     def evidence(self) -> Evidence:
         """The product over all batches so far."""
-        found = Evidence()
-        for e in self._of(ANSWER):
-            found = found.times(e["log_e"], bool(e["bet"]))
-        return found
+        return Evidence.of(self._of(ANSWER))
 
     @property
     def spent(self) -> float:
@@ -175,7 +171,6 @@ class Loop:
 
     @property
     def left(self) -> float:
-        """Minutes of the budget."""
         return budget(self.log.events) - self.spent
 
     def _of(self, kind: str) -> list[dict[str, Any]]:
@@ -198,7 +193,6 @@ class Loop:
         return self.diagnosed[1:]
 
     def decide(self) -> None:
-        """Choose the next batch, or to end."""
         choice, verdict = self._choice()
         number = len(self._of(BATCH)) + 1
         if choice.candidate is None:

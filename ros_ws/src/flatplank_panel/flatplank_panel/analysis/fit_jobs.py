@@ -16,7 +16,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
-from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_panel.analysis.proposal import runs_of
 from flatplank_panel.analysis.stamp import Stamp, stamp_of
