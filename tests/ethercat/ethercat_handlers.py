@@ -125,7 +125,7 @@ MUTATIONS = (
     ),
     Mutation(
         "identities are not checked",
-        "master/identity.py",
+        "master/interface.py",
         "same = (vendor, product) == (spec.vendor, spec.product)",
         "same = True",
         "identity or another_slave",
@@ -181,7 +181,7 @@ MUTATIONS = (
     ),
     Mutation(
         "a reset in a burst gets lost",
-        "master/inbox.py",
+        "master/pacing.py",
         "shown.add(axis)",
         "pass",
         "burst",
@@ -216,21 +216,21 @@ MUTATIONS = (
     ),
     Mutation(
         "missing slaves are not noticed",
-        "master/identity.py",
+        "master/interface.py",
         "if len(found) < len(bus.slaves):",
         "if False:",
         "slaves_missing or long_cut",
     ),
     Mutation(
         "slaves too many are not noticed",
-        "master/identity.py",
+        "master/interface.py",
         "if len(found) > len(bus.slaves):",
         "if False:",
         "too_many",
     ),
     Mutation(
         "an empty bus is not noticed",
-        "master/identity.py",
+        "master/interface.py",
         "if not found:",
         "if False:",
         "no_slaves",

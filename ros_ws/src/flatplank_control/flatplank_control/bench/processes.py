@@ -16,7 +16,7 @@ from pathlib import Path
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.shared_memory import remove_orphans
 from flatplank_control.bench.starting import Vitals
-from flatplank_hw.parent import END_WITH_PARENT, STARTED
+from flatplank_hw.process import END_WITH_PARENT, STARTED
 
 GRACE = 30.0
 """the nodes have so long to end by themselves [s]"""

@@ -18,13 +18,13 @@ from rclpy.task import Future
 from flatplank_data.params import Params, param
 from flatplank_hw.bus.image import BusInputs as Image
 from flatplank_hw.bus.image import Health
+from flatplank_hw.cia402 import error_words
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.share import config_file
-from flatplank_hw.troubles.bus import OF_HEALTH
-from flatplank_hw.troubles.drive import error_words
+from flatplank_hw.troubles import OF_HEALTH
 from flatplank_msgs.msg import BusInputs, BusOutputs
 from flatplank_msgs.srv import SdoRead, SdoWrite
 

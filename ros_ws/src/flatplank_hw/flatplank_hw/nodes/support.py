@@ -26,12 +26,10 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from flatplank_data.params import SHELL_KEYS
-from flatplank_hw.ending import end_within
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.nodes.reporting import OF_NODES, Collector, Reporter, telling
-from flatplank_hw.parent import end_with_parent, tell_started
-from flatplank_hw.realtime import prepare_threads
+from flatplank_hw.process import end_with_parent, end_within, prepare_threads, tell_started
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 

@@ -21,7 +21,7 @@ from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
-from flatplank_hw.troubles.drive import DRIVE
+from flatplank_hw.troubles import DRIVE
 from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
 from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue

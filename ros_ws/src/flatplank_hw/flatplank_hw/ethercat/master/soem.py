@@ -12,11 +12,10 @@ from typing import NamedTuple
 import pysoem
 
 from flatplank_hw.ethercat.busfile import BusFile, Slave
-from flatplank_hw.ethercat.master.configure import write_configuration
-from flatplank_hw.ethercat.master.errors import BusError
 from flatplank_hw.ethercat.master.health import SlaveState, describe
-from flatplank_hw.ethercat.master.identity import check_identities
 from flatplank_hw.ethercat.master.image import expected_counter
+from flatplank_hw.ethercat.master.interface import BusError, check_identities
+from flatplank_hw.ethercat.master.sdo import write_configuration
 
 SDO_TIMEOUT_US = 20_000
 """an unanswered SDO stops the cycle for so long; the library's 700 ms would trip every watchdog"""
