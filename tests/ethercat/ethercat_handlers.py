@@ -111,14 +111,14 @@ MUTATIONS = (
     ),
     Mutation(
         "slaves that lost their state are not configured again, nor is the bus scanned",
-        "master/recovery.py",
+        "master/health.py",
         "return RecoveryStep.RECONFIGURE\n        return RecoveryStep.RESCAN",
         "return RecoveryStep.NONE\n        return RecoveryStep.NONE",
         "fault and (PREOP or INIT or restarts)",
     ),
     Mutation(
         "no full scan",
-        "master/recovery.py",
+        "master/health.py",
         "return RecoveryStep.RESCAN",
         "return RecoveryStep.NONE",
         "long_cut or another_slave",

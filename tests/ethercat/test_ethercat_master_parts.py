@@ -10,7 +10,15 @@ from flatplank_hw.bus.histogram import Histogram
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
 from flatplank_hw.ethercat.master import link
-from flatplank_hw.ethercat.master.health import HealthMonitor, Seen, SlaveState
+from flatplank_hw.ethercat.master.health import (
+    EFFECT_TIMEOUT_S,
+    SETTLE_S,
+    HealthMonitor,
+    RecoveryPolicy,
+    RecoveryStep,
+    Seen,
+    SlaveState,
+)
 from flatplank_hw.ethercat.master.image import (
     Counter,
     InputImage,
@@ -19,12 +27,6 @@ from flatplank_hw.ethercat.master.image import (
     place_bits,
 )
 from flatplank_hw.ethercat.master.pacing import CATCH_UP, CycleClock, Inbox
-from flatplank_hw.ethercat.master.recovery import (
-    EFFECT_TIMEOUT_S,
-    SETTLE_S,
-    RecoveryPolicy,
-    RecoveryStep,
-)
 from flatplank_hw.ethercat.reader import BusFileError, read_bus_file
 
 BENCH = read_bus_file(BUS_FILES / "bench.yaml")

@@ -158,10 +158,9 @@ class EthercatBus(BenchNode):
     async def on_sdo_read(
         self, request: SdoRead.Request, response: SdoRead.Response
     ) -> SdoRead.Response:
+        place = (request.slave, request.index, request.subindex)
         try:
-            data = await self.aside(
-                self.client.sdo_read, request.slave, request.index, request.subindex
-            )
+            data = await self.aside(self.client.sdo_read, *place)
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "", data=list(data))
@@ -169,14 +168,9 @@ class EthercatBus(BenchNode):
     async def on_sdo_write(
         self, request: SdoWrite.Request, response: SdoWrite.Response
     ) -> SdoWrite.Response:
+        place = (request.slave, request.index, request.subindex)
         try:
-            await self.aside(
-                self.client.sdo_write,
-                request.slave,
-                request.index,
-                request.subindex,
-                bytes(request.data),
-            )
+            await self.aside(self.client.sdo_write, *place, bytes(request.data))
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "")

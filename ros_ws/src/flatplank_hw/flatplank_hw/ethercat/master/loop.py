@@ -10,12 +10,11 @@ from flatplank_hw.bus.histogram import Histogram
 from flatplank_hw.bus.image import AXES, BusInputs, Health
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master.guard import Cause, Guard
-from flatplank_hw.ethercat.master.health import HealthMonitor, Seen
+from flatplank_hw.ethercat.master.health import HealthMonitor, RecoveryPolicy, RecoveryStep, Seen
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
 from flatplank_hw.ethercat.master.interface import BusError, link_trouble
 from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.pacing import CycleClock, Inbox, Waiting
-from flatplank_hw.ethercat.master.recovery import RecoveryPolicy, RecoveryStep
 from flatplank_hw.ethercat.master.sdo import SdoQueue
 from flatplank_hw.ethercat.master.soem import SoemBus
 

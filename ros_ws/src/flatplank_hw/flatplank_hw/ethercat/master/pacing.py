@@ -86,10 +86,7 @@ class Waiting:
         return [axis for axis, last in self._answered.items() if last < cycle - self.batch]
 
     def hold(
-        self,
-        cycle: int,
-        take: Callable[[float], list[AxisCommand]],
-        go_on: Callable[[], bool],
+        self, cycle: int, take: Callable[[float], list[AxisCommand]], go_on: Callable[[], bool]
     ) -> list[AxisCommand]:
         """Wait before `cycle`; what came, oldest first. `take(seconds)` gives what comes within
         that time."""
