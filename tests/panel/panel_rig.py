@@ -17,7 +17,7 @@ from typing import Any
 
 from flatplank_control.bench.fast_dds import loopback as on_loopback
 from flatplank_hw.nodes import convert
-from flatplank_hw.parent import END_WITH_PARENT
+from flatplank_hw.process import END_WITH_PARENT
 
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = [

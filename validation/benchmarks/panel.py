@@ -19,7 +19,7 @@ from playwright.sync_api import Page, sync_playwright
 
 from flatplank_control.bench.fast_dds import loopback
 from flatplank_control.nodes.client import BenchClient
-from flatplank_hw.parent import END_WITH_PARENT
+from flatplank_hw.process import END_WITH_PARENT
 from flatplank_msgs.srv import StartRecording, StopRecording
 from realtime import wait
 

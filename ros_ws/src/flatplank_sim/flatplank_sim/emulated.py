@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_hw.ethercat.master import BusClient, BusError
-from flatplank_hw.ethercat.programs import environment
+from flatplank_hw.process import environment
 from flatplank_sim.emulator.control import Control
 from flatplank_sim.namespace import EMULATOR, MASTER, BenchNamespace, Closed
 

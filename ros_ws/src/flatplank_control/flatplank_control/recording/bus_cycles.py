@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flatplank_control.recording.typestore import message_definition
-from flatplank_data.bags.cdr import layout_of
-from flatplank_data.bags.definitions import MessageType, parse_definition
+from flatplank_data.bags.cdr import MessageType, layout_of, parse_definition
 from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.run_record import RunRecord
 

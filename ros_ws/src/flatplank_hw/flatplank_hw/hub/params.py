@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from flatplank_data.limits import LIMITS
 from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO
 from flatplank_data.params import Params, param
-from flatplank_hw.hub.drive_moment import SOURCES
+from flatplank_hw.hub.appendix_a import SOURCES
 
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)

@@ -22,14 +22,6 @@ MOST_AT_ONCE = 50
 """messages of one subscription that are taken before the others have their turn"""
 
 
-def _never() -> bool:
-    return False
-
-
-def _itself(waitable):
-    return waitable
-
-
 class _Watch:
     """A wait set over everything that nodes and their executor can be woken by."""
 
@@ -40,7 +32,7 @@ class _Watch:
         self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
         self.services = self._hold(chain.from_iterable(n.services for n in nodes))
         self.guards = self._hold([*chain.from_iterable(n.guards for n in nodes), *guards])
-        self.waitables = self._hold(chain.from_iterable(n.waitables for n in nodes), _itself)
+        self.waitables = self._hold(chain.from_iterable(n.waitables for n in nodes), lambda w: w)
         extra = [w.get_num_entities() for w in self.waitables]
         self.keep.enter_context(context.handle)
         self.set = _rclpy.WaitSet(
@@ -116,10 +108,8 @@ class StreamExecutor(SingleThreadedExecutor):
             self.forget()
             self._spin_everything()
             return
-        timers, messages = (
-            watch.set.get_ready_entities("timer"),
-            watch.set.get_ready_entities("subscription"),
-        )
+        timers = watch.set.get_ready_entities("timer")
+        messages = watch.set.get_ready_entities("subscription")
         if timers:
             for timer in watch.timers:
                 if timer.handle.pointer in timers and timer.handle.is_timer_ready():
@@ -160,7 +150,7 @@ class StreamExecutor(SingleThreadedExecutor):
         """One round of rclpy's own, without waiting."""
         try:
             while True:
-                handler, _entity, _node = self.wait_for_ready_callbacks(0.0, None, _never)
+                handler, _entity, _node = self.wait_for_ready_callbacks(0.0, None, lambda: False)
                 handler()
                 if handler.done():
                     handler.result()

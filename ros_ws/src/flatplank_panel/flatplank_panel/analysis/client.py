@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from flatplank_hw.parent import END_WITH_PARENT
+from flatplank_hw.process import END_WITH_PARENT
 
 LINE = 64 * 1024 * 1024
 Progress = Callable[[str, float], None]

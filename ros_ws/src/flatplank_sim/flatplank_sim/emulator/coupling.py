@@ -8,7 +8,7 @@ from functools import partial
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
 from flatplank_hw.cia402 import TORQUE_UNIT
-from flatplank_hw.ethercat import channels
+from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import Entry
 from flatplank_hw.ethercat.layout import limits
 from flatplank_sim.emulator.drive_firmware import IDLE, DriveFirmware
@@ -40,7 +40,7 @@ class Coupling:
             if not slave.operational or not slave.spec.outputs:
                 continue
             for entry, value in zip(slave.outputs.entries, slave.fetch_outputs(), strict=True):
-                if entry.channel == channels.DIGITAL_OUTPUTS:
+                if entry.channel == busfile.DIGITAL_OUTPUTS:
                     outputs = value
                 elif entry.unit_nm:
                     asked[entry.channel] = round(value * entry.unit_nm / TORQUE_UNIT)
@@ -49,7 +49,7 @@ class Coupling:
         commands = []
         for axis, drive in self.drives.items():
             name = AXES[axis]
-            words = tuple(asked.get(f"{name}.{word}", 0) for word in channels.AXIS_OUTPUTS)
+            words = tuple(asked.get(f"{name}.{word}", 0) for word in busfile.AXIS_OUTPUTS)
             self._asked[axis] = words
             command = drive.command(words, cycle, now)
             commands.append(command._replace(digital_outputs=outputs))
@@ -82,12 +82,12 @@ class Coupling:
 def _getter(entry: Entry) -> Getter | None:
     """How the raw value of an entry comes out of the plant's inputs; None: it stays zero."""
     name = entry.channel
-    if name in channels.VOLTS:
+    if name in busfile.VOLTS:
         return _volts(entry)
-    if name in channels.COUNTS:
+    if name in busfile.COUNTS:
         return partial(_count, name, *limits(entry.kind))
-    if name in channels.DIGITAL:
-        return partial(_bit, int(channels.DIGITAL[name]))
+    if name in busfile.DIGITAL:
+        return partial(_bit, int(busfile.DIGITAL[name]))
     axis, _, word = name.partition(".")
     if word == "torque":
         return partial(_torque, AXES.index(axis), TORQUE_UNIT / entry.unit_nm, *limits(entry.kind))
@@ -101,7 +101,7 @@ def _volts(entry: Entry) -> Getter:
     low, high = limits(entry.kind)
     if entry.channel == "lvdt":
         return lambda inputs: max(low, min(high, round(inputs.lvdt_volts * scale)))
-    number = channels.VOLTS.index(entry.channel)
+    number = busfile.VOLTS.index(entry.channel)
     return lambda inputs: max(low, min(high, round(inputs.bridge_volts[number] * scale)))
 
 

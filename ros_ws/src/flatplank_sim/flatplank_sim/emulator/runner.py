@@ -8,7 +8,7 @@ import select
 import time
 from typing import Any
 
-from flatplank_hw.realtime import prepare
+from flatplank_hw.process import prepare
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.control import ControlServer
 from flatplank_sim.emulator.port import Port

@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MCAP files, read linearly: a file without its end is read as far as it goes.
+"""Storage files of rosbag2, MCAP and SQLite, as blocks of messages.
 
-Format: https://mcap.dev/spec. Messages are found through the index that follows each chunk, so
-that no Python code runs per message.
+MCAP (https://mcap.dev/spec) is read linearly: a file without its end is read as far as it goes.
+Messages are found through the index that follows each chunk, so that no Python code runs per
+message.
 """
 
 from __future__ import annotations
 
 import mmap
+import sqlite3
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+import lz4.frame
 import numpy as np
+import zstandard
 
 from flatplank_data.errors import FlatplankError
 
@@ -46,8 +51,17 @@ class Block:
     """(messages, bytes) uint8"""
 
 
+def blocks_of(channel: Channel, times: np.ndarray, payloads: Sequence[bytes]) -> Iterator[Block]:
+    """Messages of one channel as blocks of one payload size each."""
+    sizes = np.array([len(data) for data in payloads])
+    for size in np.unique(sizes):
+        same = np.flatnonzero(sizes == size)
+        matrix = np.frombuffer(b"".join(payloads[i] for i in same), dtype=np.uint8)
+        yield Block(channel, times[same], matrix.reshape(len(same), int(size)))
+
+
 class McapFile:
-    """One file. `cut_short` is set when the end is missing."""
+    """One .mcap file. `cut_short` is set when the end is missing."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -108,8 +122,8 @@ class McapFile:
         (name_size,) = struct.unpack_from("<I", record, 28)
         compression = record[32 : 32 + name_size].decode()
         (raw_size,) = struct.unpack_from("<Q", record, 16)
-        body = memoryview(record)[40 + name_size :]
-        return np.frombuffer(_decompress(compression, body, raw_size), dtype=np.uint8)
+        body = _decompress(compression, record[40 + name_size :], raw_size)
+        return np.frombuffer(body, dtype=np.uint8)
 
     def _torn_chunk(self, record: bytes, wanted: set[str]) -> Iterator[Block]:
         """What is whole in a chunk that was cut off; a compressed one is lost."""
@@ -195,29 +209,52 @@ def _text(record: bytes, at: int) -> tuple[str, int]:
     return record[at + 4 : at + 4 + size].decode("utf-8", "replace"), at + 4 + size
 
 
-def _lz4(body: memoryview, size: int) -> bytes:
-    import lz4.frame
-
-    return lz4.frame.decompress(bytes(body))
-
-
-def _zstd(body: memoryview, size: int) -> bytes:
-    import zstandard
-
-    return zstandard.ZstdDecompressor().decompress(bytes(body), max_output_size=size)
-
-
-_CODECS = {"": lambda body, size: bytes(body), "lz4": _lz4, "zstd": _zstd}
-
-
-def _decompress(compression: str, body: memoryview, size: int) -> bytes:
-    if compression not in _CODECS:
+def _decompress(compression: str, body: bytes, size: int) -> bytes:
+    if compression == "lz4":
+        return lz4.frame.decompress(body)
+    if compression == "zstd":
+        return zstandard.ZstdDecompressor().decompress(body, max_output_size=size)
+    if compression:
         raise FlatplankError(f"chunk compression '{compression}'", "bag", "use none, lz4 or zstd")
+    return body
+
+
+class SqliteFile:
+    """One .db3 file, rosbag2's older storage: tables `topics` and `messages`."""
+
+    cut_short = False
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def blocks(self, wanted: set[str]) -> Iterator[Block]:
+        """Messages of the wanted topics."""
+        uri = f"file:{self.path}?mode=ro&immutable=1"
+        try:
+            with closing(sqlite3.connect(uri, uri=True)) as base:
+                definitions = _definitions(base)
+                topics = base.execute("SELECT id, name, type FROM topics").fetchall()
+                for number, topic, kind in topics:
+                    if topic in wanted:
+                        channel = Channel(topic, kind, definitions.get(kind, ""), "cdr")
+                        yield from _messages(base, number, channel)
+        except sqlite3.DatabaseError as error:
+            raise FlatplankError(
+                f"not a whole rosbag2 database ({error})", self.path.name, "convert it to MCAP"
+            ) from error
+
+
+def _definitions(base: sqlite3.Connection) -> dict[str, str]:
     try:
-        return _CODECS[compression](body, size)
-    except ImportError as error:
-        raise FlatplankError(
-            f"the bag is compressed with {compression}",
-            "bag",
-            "pip install lz4 zstandard",
-        ) from error
+        query = "SELECT topic_type, encoded_message_definition FROM message_definitions"
+        return dict(base.execute(query).fetchall())
+    except sqlite3.OperationalError:
+        return {}
+
+
+def _messages(base: sqlite3.Connection, number: int, channel: Channel) -> Iterator[Block]:
+    query = "SELECT timestamp, data FROM messages WHERE topic_id=? ORDER BY length(data)"
+    cursor = base.execute(query, (number,))
+    while rows := cursor.fetchmany(4096):
+        times = np.array([time for time, _ in rows], dtype=np.int64)
+        yield from blocks_of(channel, times, [data for _, data in rows])
