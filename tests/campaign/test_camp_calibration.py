@@ -24,8 +24,8 @@ from flatplank_data.campaign import Campaign
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import to_text
+from flatplank_sim.simulator import filter_on_twin, turn_on_twin
 from flatplank_sim.twin.log import TableLog
-from flatplank_sim.twin.parasitic import filter_on_twin, turn_on_twin
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 

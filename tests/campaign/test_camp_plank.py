@@ -15,7 +15,7 @@ from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import PlanFailed, Wait
 from flatplank_data.campaign import Campaign
 from flatplank_hw.cia402 import State
-from flatplank_sim.twin.campaign_run import run_on_twin
+from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench

@@ -19,7 +19,7 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import Wait
 from flatplank_data.campaign import Campaign
-from flatplank_sim.twin.campaign_run import run_on_twin
+from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import BagLog, TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench

@@ -29,8 +29,7 @@ from flatplank_sim.plant.campaign import CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed import conditions
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, Run
-from flatplank_sim.sealed.menu import Defects
-from flatplank_sim.sealed.outside import Force
+from flatplank_sim.sealed.menu import Defects, Force
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 
 SCATTER = 0.01

@@ -26,9 +26,9 @@ from flatplank_data.params import from_mapping
 from flatplank_hw.drive.modes import MODES
 from flatplank_panel import validation as check
 from flatplank_panel.charge import Charge
-from flatplank_panel.constants import CONSTANTS
 from flatplank_panel.host import Host
 from flatplank_panel.link import BenchLink, Reply
+from flatplank_panel.validation import CONSTANTS
 
 PREDETERMINED = (0.0, 120.0, 240.0, 360.0, 1080.0)
 """[deg], thesis 4.1"""

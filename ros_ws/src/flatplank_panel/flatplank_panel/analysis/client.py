@@ -28,7 +28,7 @@ class Analysis:
 
     async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
         """Result of a job; ValueError with the reason when it cannot be done."""
-        tell = progress or _nobody
+        tell = progress or (lambda _text, _share: None)
         if self._lock.locked():
             tell("waiting until other work is done", 0.0)
         async with self._lock:
@@ -79,7 +79,3 @@ class Analysis:
                 if errors:
                     errors.close()
         return self._process
-
-
-def _nobody(_text: str, _share: float) -> None:
-    """Progress that nobody looks at."""

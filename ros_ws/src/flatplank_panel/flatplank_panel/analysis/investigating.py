@@ -6,7 +6,7 @@ All that counts is in the folder; between two steps only the last diagnosis is k
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,8 @@ from flatplank_control.investigate.opening import (
 from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.wording import sized
+from flatplank_panel.analysis.client import Progress
 
-Progress = Callable[[str, float], None]
 SHOWN = (
     "number", "what", "reason", "runs", "minutes", "until", "answer", "back", "evidence", "error",
     "error_alone", "floor", "so_far",

@@ -56,9 +56,7 @@ class _Discover:
         with page.card("Discover"):
             with page.row():
                 self.folder = page.select("Campaign", [], None)
-                ui.button(icon="refresh", on_click=page.act(self.list)).props(
-                    'flat dense round aria-label="Look for campaigns again"'
-                )
+                page.refresh("Look for campaigns again", self.list)
                 self.model = page.text("Model file (empty: model.yaml of the campaign)")
                 self.button("Open", self.open, strong=True)
                 self.button("Diagnose", self.diagnose)
@@ -78,11 +76,11 @@ class _Discover:
 
     def build_error(self) -> None:
         with self.page.card("Error against the floor"):
-            self.error_chart = ui.echart(charts.against_floor([])).style("height:260px;width:100%")
+            self.error_chart = self.page.chart(charts.against_floor([]), 260)
 
     def build_waterfall(self) -> None:
         with self.page.card("Waterfall: error after every step"):
-            self.fall_chart = ui.echart(charts.waterfall([])).style("height:260px;width:100%")
+            self.fall_chart = self.page.chart(charts.waterfall([]), 260)
             with self.page.row():
                 self.undo_button = self.button("Undo", self.undo)
                 self.in_model = ui.label("").classes("fp-quiet")
@@ -91,13 +89,13 @@ class _Discover:
         with self.page.card("Measured and model"):
             self.condition = self.page.select("Condition", [], None).classes("w-full")
             self.condition.on_value_change(self.draw_curve)
-            self.curve_chart = ui.echart(charts.axes("", "")).style("height:260px;width:100%")
+            self.curve_chart = self.page.chart(charts.axes("", ""), 260)
 
     def build_map(self) -> None:
         with self.page.card("Where the error is"):
             self.coordinate = self.page.select("Over", [], None).classes("w-full")
             self.coordinate.on_value_change(self.draw_map)
-            self.map_chart = ui.echart(charts.axes("", "")).style("height:240px;width:100%")
+            self.map_chart = self.page.chart(charts.axes("", ""), 240)
             self.map_text = ui.label("").classes("fp-quiet")
 
     def build_ranking(self) -> None:
@@ -113,13 +111,11 @@ class _Discover:
         with self.page.card("The effect"):
             self.effect_name = ui.label("").classes("fp-head")
             self.effect_text = ui.column().classes("w-full").style("gap:6px")
-            self.collapse_chart = ui.echart(charts.axes("", "")).style("height:280px;width:100%")
+            self.collapse_chart = self.page.chart(charts.axes("", ""), 280)
 
     # work
     async def list(self) -> None:
-        found = await self.service.campaigns()
-        options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
-        self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
+        await self.page.list_campaigns(self.folder)
 
     async def simulate(self, name: str, seed: Any) -> None:
         self.put_away()

@@ -94,13 +94,11 @@ class _Investigate:
 
     def build_error(self) -> None:
         with self.page.card("Error and floor"):
-            self.error_chart = ui.echart(charts.error_of_loop([]))
-            self.error_chart.style("height:240px;width:100%")
+            self.error_chart = self.page.chart(charts.error_of_loop([]), 240)
 
     def build_evidence(self) -> None:
         with self.page.card("Evidence against the tire alone"):
-            self.evidence_chart = ui.echart(charts.evidence_of_loop([], 1.0))
-            self.evidence_chart.style("height:240px;width:100%")
+            self.evidence_chart = self.page.chart(charts.evidence_of_loop([], 1.0), 240)
 
     def build_queue(self) -> None:
         with self.page.card("Notebook"):

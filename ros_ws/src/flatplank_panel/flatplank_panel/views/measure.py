@@ -12,10 +12,8 @@ from flatplank_panel.next_plan import plans_of
 from flatplank_panel.views.page import Page
 
 KINDS = {
-    "slip": "slip step",
-    "free_rolling": "free rolling",
-    "unloaded_turn": "three unloaded turns",
-}
+    "slip": "slip step", "free_rolling": "free rolling", "unloaded_turn": "three unloaded turns",
+}  # fmt: skip
 STARTS = {1: "1: 0°", 2: "2: 120°", 3: "3: 240°"}
 
 
@@ -44,9 +42,7 @@ def _recording(page: Page) -> Any:
             )
             page.button("Stop and save", lambda: op.save(page.id))
             page.button("Discard", lambda: op.discard(page.id))
-        with ui.element("div").classes("fp-facts"):
-            ui.label("Now").classes("fp-quiet")
-            ui.label("–").classes("fp-word").props("data-word=run")
+        page.facts({"run": "Now"})
     return folder
 
 
@@ -88,9 +84,9 @@ def _campaign(page: Page, folder: Any) -> None:
     with page.card("Campaign"):
         with page.row():
             chosen = page.select("Plan", list(plans_of(op.data)), None)
-            ui.button(
-                icon="refresh", on_click=lambda: chosen.set_options(list(plans_of(op.data)))
-            ).props('flat dense round aria-label="Look for plans again"')
+            page.refresh(
+                "Look for plans again", lambda: chosen.set_options(list(plans_of(op.data)))
+            )
 
         def begin() -> Any:
             plan = plans_of(op.data).get(chosen.value)

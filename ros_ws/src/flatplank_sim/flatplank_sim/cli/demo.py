@@ -6,12 +6,127 @@ effect.
 from __future__ import annotations
 
 import argparse
+import json
+import os
 from pathlib import Path
 
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery.modelfile import ModelFile, save_model
+from flatplank_analysis.discovery.report.page import write_report
+from flatplank_analysis.report.analysis import analyse
+from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report_files.build import write
+from flatplank_analysis.steady.rolling_radius import radius_of_run
+from flatplank_control.bench.listing import write_campaign, write_tire
+from flatplank_control.bench.loopback import loopback
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.runner.campaign.tires import known_tires
+from flatplank_control.runner.measurement import Measurement
 from flatplank_data.arguments import Parser
-from flatplank_sim.demo import discover, evaluate
-from flatplank_sim.demo.measure import measure
-from flatplank_sim.demo.steps import Teller
+from flatplank_data.campaign import Campaign
+from flatplank_data.files import write_atomic
+from flatplank_data.wording import quantity
+from flatplank_sim.cli.steps import Teller
+from flatplank_sim.sealed.generate import make_challenge
+from flatplank_sim.sealed.score import DIAGNOSIS, score, text_of
+from flatplank_sim.sealed.seal import unseal
+from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many
+
+FREE_ROLLING = Measurement(measurement="free_rolling", end_position=2.2, run_index=0)
+SLIP_ON_GRAPH = (0.05, 1)
+"""slip and start of the run that is made on the graph"""
+STARTS = (1, 2, 3)
+
+
+def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
+    """One free-rolling run and 27 slip steps, a bag each; the effective rolling radius [m]."""
+    from flatplank_control.nodes.client import BenchClient
+
+    setup = BenchSetup(pace="hold", seed=seed, data=str(folder))
+    teller.step("a free-rolling run on the twin: the effective rolling radius")
+    (path,) = simulate_many([FREE_ROLLING], setup, folder, bags=True, jobs=1)
+    (run,) = [r for r in Campaign.load(folder).runs if r.info.name == path.name]
+    radius = radius_of_run(run.table()).radius
+    teller.now(f"effective rolling radius by (5.22): {radius:.4f} m")
+    base = Measurement(effective_rolling_radius=radius, r_e_source="controller")
+    runs = matrix(base, SLIPS, STARTS)
+    (on_graph,) = [m for m in runs if (m.kappa, m.start) == SLIP_ON_GRAPH]
+    others = [m for m in runs if m is not on_graph]
+    teller.step("one slip step on the ROS graph, recorded in a bag")
+    for key, value in loopback().items():
+        os.environ.setdefault(key, value)
+    with BenchProcesses(setup, log=folder.parent / "nodes.log") as bench, BenchClient() as client:
+        client.wait_connected(bench, say=teller.now)
+        plan = {k: v for k, v in vars(on_graph).items() if v not in ("", {})}
+        bags = client.measure(plan, simulated=True, folder=str(folder), say=teller.now)
+    teller.step(f"the other {len(others)} slip steps on the twin, a bag each")
+    simulate_many(others, setup, folder, bags=True, jobs=jobs, progress=teller.count)
+    write_campaign(folder, base.tire, [(on_graph.record(), Path(bags[-1]).name)])
+    write_tire(folder, known_tires()[base.tire].record)
+    return radius
+
+
+def fit_and_report(
+    folder: Path, out: Path, jobs: int | None, teller: Teller
+) -> tuple[Path, list[str]]:
+    """The page, and what the fits found in words."""
+    teller.step("models fitted to the bags, figures and report")
+    campaign = Campaign.load(folder)
+    result = analyse(campaign, jobs=jobs)
+    page = write(result, out)
+    return page, [*_found(result), *(str(problem) for problem in campaign.problems)]
+
+
+def _found(result: CampaignResult) -> list[str]:
+    """Slip stiffness, relaxation length and errors of the models, in words."""
+    point = result.nominal()
+    if point is None:
+        return []
+    lines = []
+    small = min(
+        (c for c in point.conditions if c.condition.kappa > 0), key=lambda c: c.condition.kappa
+    )
+    fit = small.linear
+    lines.append(
+        f"linear model at {100 * small.condition.kappa:+g} %: relaxation length "
+        f"{fit.sigma.value:.3f} m, slip stiffness {fit.slip_stiffness.value / 1000:.1f} kN"
+    )
+    for model in point.models.values():
+        mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
+        lines.append(
+            f"{model.title}: RMSE in the transient part {mean:.0f} N (mean over the slips)"
+        )
+    return lines
+
+
+def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
+    """Goes once around the loop; what was found, in words."""
+    teller.step("a sealed challenge: a campaign with something hidden")
+    make_challenge(folder, seed, teller.count)
+    teller.step("diagnose: where the model fails, and which effect is missing")
+    session = Session.open(folder, [])
+    result = session.diagnose(None, lambda text, share: teller.now(f"{share:4.0%} {text}"))
+    data = result.to_dict()
+    write_atomic(folder / DIAGNOSIS, json.dumps(data, indent=1) + "\n")
+    lines = [
+        f"challenge: verdict {data['verdict']}, error {data['rmse_before']:.1f} N, "
+        f"floor {data['floor_rmse']:.1f} N"
+    ]
+    teller.step("add what was found, watch the error fall, open the answer")
+    model = ModelFile(campaign=str(folder))
+    for effect in data["effects"]:
+        model, _, n = session.add(model, effect["name"])
+        save_model(model, folder / "model.yaml")
+        lines.append(
+            f"  + {effect['name']} {quantity(n['size'], n['unit'])}: error "
+            f"{n['rmse_before']:.1f} -> {n['rmse']:.1f} N (held out {n['held_out']:.1f} N)"
+        )
+        teller.now(lines[-1].strip())
+    page = write_report(result, folder / "report", session.campaign.path, model.history)
+    answer = unseal(folder)
+    lines += [f"  {line}" for line in text_of(answer, score(data, answer))]
+    return [*lines, f"diagnosis: {page}"]
 
 
 def parser() -> argparse.ArgumentParser:
@@ -30,8 +145,8 @@ def main(argv: list[str]) -> int:
     teller = Teller(steps=7)
     campaign = out / "campaign"
     radius = measure(campaign, o.seed, o.jobs, teller)
-    page, found = evaluate.fit_and_report(campaign, out / "report", o.jobs, teller)
-    challenge = discover.sealed_challenge(out / "challenge", o.hidden, teller)
+    page, found = fit_and_report(campaign, out / "report", o.jobs, teller)
+    challenge = sealed_challenge(out / "challenge", o.hidden, teller)
     teller.close(
         [
             f"effective rolling radius (free-rolling controller, Toyo, 3700 N): {radius:.4f} m",

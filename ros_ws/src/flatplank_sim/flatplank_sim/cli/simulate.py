@@ -20,7 +20,7 @@ from flatplank_control.runner.measurement import Measurement
 from flatplank_data.arguments import Parser
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.generate import make_challenge, more_runs
-from flatplank_sim.sealed.outside import OUTSIDE
+from flatplank_sim.sealed.menu import OUTSIDE
 from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many, starts_of
 
 RULED = {

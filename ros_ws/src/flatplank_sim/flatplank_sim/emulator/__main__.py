@@ -10,10 +10,9 @@ import sys
 from dataclasses import replace
 
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_sim.emulator.bench import EmulatedBench
+from flatplank_sim.emulator.bench import EmulatedBench, make_plant
 from flatplank_sim.emulator.control import ControlServer
 from flatplank_sim.emulator.faults import Rig
-from flatplank_sim.emulator.plants import make_plant
 from flatplank_sim.emulator.port import Port
 from flatplank_sim.emulator.runner import Runner
 from flatplank_sim.emulator.vocabulary import Vocabulary

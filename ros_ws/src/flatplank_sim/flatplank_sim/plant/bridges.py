@@ -33,11 +33,19 @@ def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
 
 
 @inner
-def volts(m, wheel, out):
-    """C1..C6 [V] from Fx, Fy, Fz, Mx, Mz at the wheel centre."""
-    base = m.gravity * 4e5 / m.amplification
+def hub(m):
+    """Scale of the bridges, distance of the outer and of the inner bridges from the wheel centre
+    [m].
+    """
     outer = 0.3475 - m.et_value + m.adapter
     inner_arm = 0.0475 - m.et_value + m.adapter
+    return m.gravity * 4e5 / m.amplification, outer, inner_arm
+
+
+@inner
+def volts(m, wheel, out):
+    """C1..C6 [V] from Fx, Fy, Fz, Mx, Mz at the wheel centre."""
+    base, outer, inner_arm = hub(m)
     span = outer - inner_arm
     u2 = (wheel[4] + inner_arm * wheel[0]) / span
     u3 = -wheel[0] - u2
@@ -117,9 +125,7 @@ def read(m, v, radius, gamma, out):
     """(A.1) and (A.2) with the nominal constants: Fx, Fy, Fz, Mx, My, Mz at the contact from
     C1..C6.
     """
-    base = m.gravity * 4e5 / m.amplification
-    outer = 0.3475 - m.et_value + m.adapter
-    inner_arm = 0.0475 - m.et_value + m.adapter
+    base, outer, inner_arm = hub(m)
     u2, u3 = base * v[1] / m.k_fx1, base * v[2] / m.k_fx2
     u5, u6 = base * v[4] / m.k_fz2, base * v[5] / m.k_fz1
     fx, fy, fz = -(u2 + u3), base * v[0] / m.k_fy, u5 + u6

@@ -16,22 +16,10 @@ from flatplank_sim.plant.records import build_records, initial_state
 from flatplank_sim.plant.rolling import roll
 
 COLUMNS = [
-    "time",
-    "plank_position",
-    "plank_velocity",
-    "wheel_angle",
-    "wheel_velocity",
-    "motor_velocity",
-    "motor_torque",
-    "fx",
-    "fy",
-    "fz",
-    "mx",
-    "my",
-    "mz",
-    "loaded_radius",
+    "time", "plank_position", "plank_velocity", "wheel_angle", "wheel_velocity",
+    "motor_velocity", "motor_torque", "fx", "fy", "fz", "mx", "my", "mz", "loaded_radius",
     "motion_trigger",
-]
+]  # fmt: skip
 """the measurement table; after it the hidden truth of fx and of the road's position"""
 TRUTHS = ("fx_true", "road_position")
 BUS_RATE = 250.0

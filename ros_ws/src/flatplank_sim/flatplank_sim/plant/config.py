@@ -13,10 +13,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flatplank_data.limits import LIMITS
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
-from flatplank_sim.plant.defects import Defect, build_defects
+from flatplank_sim.plant.defects.base import Defect, build_defects
 from flatplank_sim.plant.yamlconfig import (
     PlantConfigError,
     build,
@@ -279,6 +281,14 @@ class PlantConfig:
             )
         if self.command_delay_cycles < 0:
             raise PlantConfigError(f"{where}: command_delay_cycles must not be negative")
+
+
+def cleat_heights(c: PlantConfig, x: np.ndarray, height: float) -> np.ndarray:
+    """A cleat as the tire envelops it at machine positions x [m]: a hump as long as cleat and
+    contact together [m]."""
+    half = 0.5 * c.cleat.length + c.tire.contact_half_length
+    u = np.clip((x - c.cleat.position) / half, -1.0, 1.0)
+    return 0.5 * height * (1.0 + np.cos(np.pi * u))
 
 
 @cache

@@ -10,7 +10,7 @@ import math
 
 from flatplank_hw.cia402 import FAULT_RESET, STATUS, TORQUE_UNIT, CiaMode, State
 from flatplank_sim.plant.compiling import inner
-from flatplank_sim.plant.drivetrain import OFF, TORQUE, VELOCITY
+from flatplank_sim.plant.drivetrain import OFF, TORQUE, VELOCITY, ramp
 
 # plain numbers: compiled code knows no enumerations
 NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = (
@@ -91,11 +91,6 @@ def watch(ds, age, limit):
         trip(ds, ERROR_WATCHDOG)
     if ds.inject > 0:
         trip(ds, ds.inject)
-
-
-@inner
-def ramp(value, target, most):
-    return value + min(max(target - value, -most), most)
 
 
 @inner

@@ -21,15 +21,27 @@ OFF, VELOCITY, TORQUE = 0, 1, 2
 
 
 @inner
+def ramp(value, target, most):
+    return value + min(max(target - value, -most), most)
+
+
+@inner
+def interpolate(table, x):
+    """Straight lines between rows of (x, value), constant before the first and after the last."""
+    n = table.shape[0]
+    if x <= table[0, 0]:
+        return table[0, 1]
+    for k in range(1, n):
+        if x < table[k, 0]:
+            w = (x - table[k - 1, 0]) / (table[k, 0] - table[k - 1, 0])
+            return table[k - 1, 1] + w * (table[k, 1] - table[k - 1, 1])
+    return table[n - 1, 1]
+
+
+@inner
 def friction_torque(curve, speed):
     """M_F [N m] at a motor speed [rad/s] from the table of the machine (rows: speed, torque)."""
-    v = abs(speed)
-    n = curve.shape[0]
-    for k in range(1, n):
-        if v < curve[k, 0]:
-            w = (v - curve[k - 1, 0]) / (curve[k, 0] - curve[k - 1, 0])
-            return curve[k - 1, 1] + w * (curve[k, 1] - curve[k - 1, 1])
-    return curve[n - 1, 1]
+    return interpolate(curve, abs(speed))
 
 
 @inner

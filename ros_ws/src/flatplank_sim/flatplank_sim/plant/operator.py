@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flatplank_sim.plant import layout
-from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.plant.config import PlantConfig, cleat_heights
 
 MAX_CLEAT = 0.03
 """[m]"""
@@ -59,27 +59,20 @@ class Operator:
         """
         if direction not in (-1, 0, 1):
             raise ValueError(f"plank: direction {direction} is not -1, 0 or 1")
-        if not math.isnan(stop_at):
-            _within(
-                "plank: stop_at",
-                stop_at,
-                -self._c.plank.rear_limit,
-                self._c.plank.road_length,
-                "m",
-            )
+        if math.isnan(stop_at):
+            self._op["use_stop"], self._op["stop_position"] = 0, 0.0
+        else:
+            self.plank_stop_at(stop_at, "plank: stop_at")
         if fast is not None:
             self.fast(fast)
-        self._op["use_stop"] = 0 if math.isnan(stop_at) else 1
-        self._op["stop_position"] = 0.0 if math.isnan(stop_at) else stop_at
         self._op["direction"] = int(direction)
 
-    def plank_stop_at(self, position: float) -> None:
+    def plank_stop_at(self, position: float, what: str = "plank_stop_at") -> None:
         """The switch goes to stop by itself so that the plank rests at this machine position
         [m].
         """
-        _within(
-            "plank_stop_at", position, -self._c.plank.rear_limit, self._c.plank.road_length, "m"
-        )
+        plank = self._c.plank
+        _within(what, position, -plank.rear_limit, plank.road_length, "m")
         self._op["use_stop"], self._op["stop_position"] = 1, position
 
     def fast(self, on: bool) -> None:
@@ -139,10 +132,7 @@ class Operator:
         if height and self._s["fz"][0] > 0.0:
             raise ValueError("cleat: the tire stands on the road; unload it first")
         x = np.arange(len(self._map)) * layout.MAP_STEP - layout.MAP_START
-        c = self._c.cleat
-        reach = 0.5 * c.length + self._c.tire.contact_half_length
-        u = np.clip((x - c.position) / reach, -1.0, 1.0)
-        self._map[:, 2] = 0.5 * height * (1.0 + np.cos(np.pi * u))
+        self._map[:, 2] = cleat_heights(self._c, x, height)
         self._m["mapped"] = 1
 
     def emergency_stop(self, pressed: bool = True) -> None:

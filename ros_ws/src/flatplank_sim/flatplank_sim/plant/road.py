@@ -6,14 +6,16 @@ from __future__ import annotations
 import math
 
 from flatplank_sim.plant.compiling import inner
+from flatplank_sim.plant.drivetrain import ramp
 from flatplank_sim.plant.tire import place
 
 TURN = 2.0 * math.pi
 
 
 @inner
-def ramp(value, target, most):
-    return value + min(max(target - value, -most), most)
+def beyond(push, friction):
+    """What dry friction does not hold of a push."""
+    return push - min(max(push, -friction), friction)
 
 
 @inner
@@ -57,11 +59,7 @@ def rack_gap(m, s, stiffness, v_pinion, dt):
     """
     if m.rack_gap <= 0.0:
         return 0.0
-    free = 0.0
-    if s.push > m.rack_friction:
-        free = (s.push - m.rack_friction) / m.gap_damping
-    elif s.push < -m.rack_friction:
-        free = (s.push + m.rack_friction) / m.gap_damping
+    free = beyond(s.push, m.rack_friction) / m.gap_damping
     step = (free - v_pinion) * dt / (1.0 + stiffness * dt / m.gap_damping)
     before = s.w_rack
     s.w_rack = min(max(before + step, 0.0), m.rack_gap)
@@ -75,11 +73,7 @@ def slack(w, gap, friction, damping, push, stiffness, dt):
     """
     if gap <= 0.0:
         return w
-    free = 0.0
-    if push > friction:
-        free = push - friction
-    elif push < -friction:
-        free = push + friction
+    free = beyond(push, friction)
     return min(max(w + free / (stiffness + damping / dt), 0.0), gap)
 
 
@@ -120,12 +114,7 @@ def move_road(m, s, ts, v_pinion, dt):
 def steer_hub(m, s, ts, dt):
     """Turn of the hub about z within the play of the worm; returns the change of alpha [rad]."""
     if m.steer_play > 0.0:
-        moment = ts.mz + ts.fx * m.steer_arm
-        free = 0.0
-        if moment > m.steer_friction:
-            free = moment - m.steer_friction
-        elif moment < -m.steer_friction:
-            free = moment + m.steer_friction
+        free = beyond(ts.mz + ts.fx * m.steer_arm, m.steer_friction)
         half = 0.5 * m.steer_play
         # a positive moment turns the wheel to the left, which lowers alpha
         s.steer_play = min(max(s.steer_play - free / m.steer_damping * dt, -half), half)

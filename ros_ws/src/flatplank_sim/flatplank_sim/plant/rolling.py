@@ -12,7 +12,7 @@ import math
 
 from flatplank_sim.plant.bridges import read, sense
 from flatplank_sim.plant.compiling import entry, inner
-from flatplank_sim.plant.drivetrain import friction_torque
+from flatplank_sim.plant.drivetrain import friction_torque, interpolate
 from flatplank_sim.plant.road import (
     TURN,
     move_road,
@@ -22,19 +22,6 @@ from flatplank_sim.plant.road import (
     vertical_load,
 )
 from flatplank_sim.plant.tire import advance
-
-
-@inner
-def lookup(profile, x):
-    """Slip at a plank position: rows of position and slip, straight lines between them."""
-    n = profile.shape[0]
-    if x <= profile[0, 0]:
-        return profile[0, 1]
-    for k in range(1, n):
-        if x < profile[k, 0]:
-            w = (x - profile[k - 1, 0]) / (profile[k, 0] - profile[k - 1, 0])
-            return profile[k - 1, 1] + w * (profile[k, 1] - profile[k - 1, 1])
-    return profile[n - 1, 1]
 
 
 @inner
@@ -138,7 +125,7 @@ def roll(
             before = (n - 1) * m.dt + i * dt
             moving = min(max((before + dt - delay) / dt, 0.0), 1.0)
             since = encoded(m, s) - (m.trigger_at if math.isnan(zero) else zero)
-            kappa = lookup(profile, since + 0.5 * dt * s.pinion_velocity)
+            kappa = interpolate(profile, since + 0.5 * dt * s.pinion_velocity)
             omega = moving * m.fast * cos * (1.0 + kappa) / radius
             tire_step(m, s, p, ts, bristles, op, road_map, omega, dt)
         x = encoded(m, s)

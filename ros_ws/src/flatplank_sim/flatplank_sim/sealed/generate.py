@@ -21,8 +21,7 @@ from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting
-from flatplank_sim.sealed.menu import MENU, Defects, Hidden
-from flatplank_sim.sealed.outside import OUTSIDE, Force
+from flatplank_sim.sealed.menu import MENU, OUTSIDE, Defects, Force, Hidden
 from flatplank_sim.sealed.seal import seal, seal_plant, unseal
 from flatplank_sim.twin.campaign import SLIPS
 

@@ -19,9 +19,8 @@ from flatplank_control.runner.provenance import complete
 from flatplank_control.runner.steps import CHUNK, Patience, StopWatch
 from flatplank_data.run_record import record_from_dict
 from flatplank_hw.drive import AxisDrive
-from flatplank_sim.twin.axes import TwinAxis
 from flatplank_sim.twin.log import RunLog
-from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin import Twin, TwinAxis
 
 
 class TwinBench:
