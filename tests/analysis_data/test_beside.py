@@ -12,7 +12,7 @@ from steptable import step_table
 
 from flatplank_analysis.cli import fit as cli_fit
 from flatplank_analysis.cli import report as cli_report
-from flatplank_analysis.figures.registry import make_figures
+from flatplank_analysis.report_files.page import make_figures
 from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
 from flatplank_analysis.identify.mf.points import merge
 from flatplank_analysis.models.tir import shipped_tir

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatplank_analysis.contact_patch import kernel as contact_patch
-from flatplank_analysis.effects import lost_motion
+from flatplank_analysis.effects.gaps import lost_motion
 from flatplank_analysis.models.nonlinear import march
 
 

@@ -7,9 +7,9 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from flatplank_control.bench.judging import read
+from flatplank_control.bench.results import read
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.calibration.fit_check import under_load
+from flatplank_control.calibration.fits import under_load
 from flatplank_control.calibration.parasitic import Turn, turn_of
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.identify.grid import bin_means
+from flatplank_analysis.post.gridding import bin_means
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.kinds.record_fit import Unknown, fit_record, relaxed
 from flatplank_data.errors import FlatplankError

@@ -14,10 +14,10 @@ from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.linear import LinearFit
 from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.points import SteadyPoints
-from flatplank_analysis.identify.quality import is_transient
+from flatplank_analysis.identify.linear import is_transient
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tire_record import TireRecord
-from flatplank_analysis.post.slip import StepFacts
+from flatplank_analysis.post.motion import StepFacts
 from flatplank_analysis.report.tire import Geometry
 from flatplank_analysis.steady.rolling_radius import RadiusRun
 from flatplank_analysis.steady.transmission import DriveState

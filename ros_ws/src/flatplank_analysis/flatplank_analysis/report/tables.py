@@ -11,7 +11,7 @@ from flatplank_analysis.report.machine_tables import KINDS_TABLES, MACHINE_TABLE
 from flatplank_analysis.report.radii import radius_table, source_table
 from flatplank_analysis.report.results import CampaignResult, ConditionResult
 from flatplank_analysis.report.table import Cell, Table, point_table, remark_of
-from flatplank_analysis.steady.contact import friction
+from flatplank_analysis.steady.stiffness import friction
 
 
 def all_tables(result: CampaignResult) -> list[Table]:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 
-from flatplank_analysis.discovery.sources.ranked import BY_NAME
+from flatplank_analysis.discovery.sources import BY_NAME
 from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, Condition

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from flatplank_control.bench.fast_dds import remove_orphans
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_hw.parent import END_WITH_PARENT, STARTED
+from flatplank_hw.process import END_WITH_PARENT, STARTED
 
 STALL_TIMEOUT_S = 60.0
 """Longest time in which no node gets any further [s of wall clock]."""

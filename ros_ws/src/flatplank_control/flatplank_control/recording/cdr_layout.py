@@ -16,7 +16,7 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 
 from flatplank_control.recording.typestore import typestore
-from flatplank_data.bags.definitions import PRIMITIVES
+from flatplank_data.bags.cdr import PRIMITIVES
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import nearest
 

@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_hw.parent import end_with_parent
+from flatplank_hw.process import end_with_parent
 from flatplank_panel.analysis.client import Progress
 
 JOBS = {
