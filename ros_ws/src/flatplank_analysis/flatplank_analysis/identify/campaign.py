@@ -29,14 +29,13 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.params import alike
 from flatplank_data.yaml_text import load_yaml
 
-from ..models.contact import ContactGeometry
+from ..models.base import ContactGeometry
 from ..models.tir import TirFile, read_tir
 from .carcass import CarcassFit, fit_carcass
 from .lateral import fit_lateral_carcass
 from .mf.fit import NONLINEAR_FIXED, FitFile, MFFit, fit_magic_formula
-from .mf.parameters import COEFFICIENTS
 from .mf.points import SteadyPoints, gathered, points_from_runs
-from .mf.stages import STAGES
+from .mf.stages import COEFFICIENTS, STAGES
 from .repeats import LinearCondition, fit_linear
 from .runs import StepRun, by_condition
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.models.contact import TOYO, ContactGeometry
+from flatplank_analysis.models.base import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.report.extras import other_measurements
 from flatplank_data.campaign import Campaign

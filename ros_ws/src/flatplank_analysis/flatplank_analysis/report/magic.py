@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
-from flatplank_analysis.identify.mf.parameters import general_start
 from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
+from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.models.base import RunInputs, TransientModel, slip_inputs, stack_runs
 from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
