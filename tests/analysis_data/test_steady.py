@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.models.contact import ContactGeometry
+from flatplank_analysis.models.base import ContactGeometry
 from flatplank_analysis.steady.rolling_radius import radius_of_run
 from flatplank_analysis.steady.stiffness import (
     fit_contact_length,

@@ -11,7 +11,7 @@ import pytest
 from idn_runs import X, run
 
 from flatplank_analysis.identify import carcass, carcass_problem
-from flatplank_analysis.models.contact import TOYO
+from flatplank_analysis.models.base import TOYO
 from flatplank_data.errors import FlatplankError
 
 RUNS = [run(k, name=f"{k}") for k in (-0.02, 0.0, 0.02)]

@@ -14,8 +14,7 @@ from flatplank_analysis.identify import campaign
 from flatplank_analysis.identify import campaign as fit_file
 from flatplank_analysis.identify.campaign import (
     FitFile,
-    _run_task,
-    _Task,
+    _fit_condition,
     carcass_fits,
     fit_campaign,
 )
@@ -34,7 +33,7 @@ def test_fits_of_a_campaign_by_its_model():
     assert carcass_fits(quiet, settings)[0].c_cx.value == pytest.approx(3e5)
     # options of the carcass are none of the linear model
     assert fit_campaign(quiet[:6], replace(settings, model="linear")).model == "linear"
-    assert "three or more" in _run_task(_Task("nonlinear", tuple(quiet[:2]), {}))
+    assert "three or more" in _fit_condition("nonlinear", {}, quiet[:2])
     for runs, model, words in (
         (quiet, "mf", "no tire to start from"),
         ([], "linear", "no usable"),

@@ -22,8 +22,7 @@ from flatplank_analysis.identify.steady_curve import (
     slope_lack,
     slope_weights,
 )
-from flatplank_analysis.models.base import slip_inputs
-from flatplank_analysis.models.contact import TOYO
+from flatplank_analysis.models.base import TOYO, slip_inputs
 from flatplank_analysis.models.nonlinear import NonlinearX, table_law
 from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord

@@ -12,9 +12,8 @@ import pytest
 
 from flatplank_analysis.identify.campaign import FitFile, fit_campaign, parse_fit, read_fit_file
 from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
-from flatplank_analysis.identify.mf.parameters import COEFFICIENTS
 from flatplank_analysis.identify.mf.points import SteadyPoints, merge, steady_points
-from flatplank_analysis.identify.mf.stages import PREDICTIONS, STAGES
+from flatplank_analysis.identify.mf.stages import COEFFICIENTS, PREDICTIONS, STAGES
 from flatplank_analysis.models.magic_formula import SECTION_OF, operating_point, steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.tir import shipped_tir

@@ -11,8 +11,7 @@ import pytest
 from mod_laws import X, law
 
 from flatplank_analysis.models import nonlinear as nl
-from flatplank_analysis.models.base import slip_inputs, stack_runs
-from flatplank_analysis.models.contact import TOYO
+from flatplank_analysis.models.base import TOYO, slip_inputs, stack_runs
 from flatplank_analysis.models.linear import LinearX, deflection
 from flatplank_analysis.models.mf_tyre import late_weight
 from flatplank_analysis.models.nonlinear import NonlinearX, table_law

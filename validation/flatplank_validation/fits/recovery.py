@@ -24,7 +24,7 @@ from flatplank_analysis.identify.mf.fit import fit_magic_formula
 from flatplank_analysis.identify.mf.points import steady_points
 from flatplank_analysis.identify.repeats import fit_linear
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.models.contact import TOYO
+from flatplank_analysis.models.base import TOYO
 from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.magic_formula.state import operating_point

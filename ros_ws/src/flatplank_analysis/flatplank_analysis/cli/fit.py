@@ -23,7 +23,7 @@ from flatplank_analysis.identify.campaign import (
 )
 from flatplank_analysis.identify.carcass import CarcassFit
 from flatplank_analysis.identify.mf.fit import MFFit
-from flatplank_analysis.identify.mf.parameters import general_start
+from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.identify.repeats import LinearCondition
 from flatplank_analysis.identify.results import Estimate, to_plain
 from flatplank_analysis.models.tir import write_tir

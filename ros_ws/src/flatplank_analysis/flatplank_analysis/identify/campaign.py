@@ -21,21 +21,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.params import alike
 from flatplank_data.yaml_text import load_yaml
 
-from ..models.contact import ContactGeometry
+from ..models.base import ContactGeometry
 from ..models.tir import TirFile, read_tir
 from .carcass import CarcassFit, fit_carcass
 from .lateral import fit_lateral_carcass
 from .mf.fit import NONLINEAR_FIXED, FitFile, MFFit, fit_magic_formula
-from .mf.parameters import COEFFICIENTS
 from .mf.points import SteadyPoints, gathered, points_from_runs
-from .mf.stages import STAGES
+from .mf.stages import COEFFICIENTS, STAGES
 from .repeats import LinearCondition, fit_linear
 from .runs import StepRun, by_condition
 
@@ -123,14 +123,6 @@ Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 """`map` or anything like it (`executor.map`, a cluster's)."""
 
 
-class Result(Protocol):
-    """What every fit of a campaign hands back."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values."""
-        ...
-
-
 @dataclass(frozen=True)
 class ConditionFits:
     """Fits per condition, and the conditions that could not be fitted, with the reason."""
@@ -148,15 +140,6 @@ class ConditionFits:
         }
 
 
-@dataclass(frozen=True)
-class _Task:
-    """One condition; picklable, so that it can go to another process."""
-
-    model: str
-    runs: tuple[StepRun, ...]
-    options: dict[str, Any]
-
-
 def fit_campaign(
     runs: Sequence[StepRun],
     settings: FitFile,
@@ -164,7 +147,7 @@ def fit_campaign(
     extra: Sequence[SteadyPoints] = (),
     start: TirFile | None = None,
     mapper: Mapper = map,
-) -> Result:
+) -> ConditionFits | MFFit:
     """Fit a model to all runs; `extra` are points beyond them (radius, stiffness, contact).
 
     `start` is what a Magic Formula starts from, else the file that the settings name. `mapper`
@@ -176,44 +159,19 @@ def fit_campaign(
     if not runs:
         raise FlatplankError("no usable run", "fit", "give a campaign with slip-step runs")
     if settings.model != "mf":
-        return _per_condition(runs, settings, mapper)
+        options = {} if settings.model == "linear" else settings.carcass_options()
+        done = _per_condition(settings.model, runs, options, mapper)
+        fits = tuple(d for d in done if not isinstance(d, str))
+        problems = tuple(d for d in done if isinstance(d, str))
+        if not fits:
+            raise FlatplankError(problems[0], "fit", "see the other conditions too")
+        return ConditionFits(settings.model, fits, problems)
     if start is None and not settings.tire:
         raise FlatplankError("no tire to start from", "fit", "give a tire record or a .tir")
-    return _magic_formula(runs, settings, extra, start or read_tir(settings.tire), mapper)
-
-
-def _per_condition(runs: Sequence[StepRun], settings: FitFile, mapper: Mapper) -> ConditionFits:
-    options = {} if settings.model == "linear" else settings.carcass_options()
-    tasks = [
-        _Task(settings.model, tuple(members), options) for members in by_condition(runs).values()
-    ]
-    done = list(mapper(_run_task, tasks))
-    fits = tuple(d for d in done if not isinstance(d, str))
-    problems = tuple(d for d in done if isinstance(d, str))
-    if not fits:
-        raise FlatplankError(problems[0], "fit", "see the other conditions too")
-    return ConditionFits(settings.model, fits, problems)
-
-
-def _run_task(task: _Task) -> LinearCondition | CarcassFit | str:
-    """Fit one condition; a bad one is a line of text, so that the others go on."""
-    try:
-        return PER_CONDITION[task.model](task.runs, **task.options)
-    except FlatplankError as error:
-        return str(error)
-
-
-def _magic_formula(
-    runs: Sequence[StepRun],
-    settings: FitFile,
-    extra: Sequence[SteadyPoints],
-    start: TirFile,
-    mapper: Mapper,
-) -> MFFit:
+    start = start or read_tir(settings.tire)
     parts = list(mapper(points_from_runs, by_condition(runs).values()))
-    wanted = "stiffness" in settings.stages
-    fits = carcass_fits(runs, settings, mapper) if wanted else []
-    points, source = gathered([*parts, *extra], fits)
+    rolling = carcass_fits(runs, settings, mapper) if "stiffness" in settings.stages else []
+    points, source = gathered([*parts, *extra], rolling)
     return fit_magic_formula(points, start, settings, source)
 
 
@@ -221,9 +179,24 @@ def carcass_fits(
     runs: Sequence[StepRun], settings: FitFile, mapper: Mapper = map
 ) -> list[CarcassFit]:
     """Nonlinear fits of the conditions that have enough slips."""
-    options = settings.carcass_options()
-    tasks = [_Task("nonlinear", tuple(m), options) for m in by_condition(runs).values()]
-    return [f for f in mapper(_run_task, tasks) if isinstance(f, CarcassFit)]
+    done = _per_condition("nonlinear", runs, settings.carcass_options(), mapper)
+    return [f for f in done if isinstance(f, CarcassFit)]
+
+
+def _per_condition(
+    model: str, runs: Sequence[StepRun], options: dict[str, Any], mapper: Mapper
+) -> list[LinearCondition | CarcassFit | str]:
+    return list(mapper(partial(_fit_condition, model, options), by_condition(runs).values()))
+
+
+def _fit_condition(
+    model: str, options: dict[str, Any], runs: Sequence[StepRun]
+) -> LinearCondition | CarcassFit | str:
+    """Fit one condition; a bad one is a line of text, so that the others go on."""
+    try:
+        return PER_CONDITION[model](runs, **options)
+    except FlatplankError as error:
+        return str(error)
 
 
 FITTERS = (*PER_CONDITION, "mf")

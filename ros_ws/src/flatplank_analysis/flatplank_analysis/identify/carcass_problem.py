@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..models.base import RunInputs, stack_runs
-from ..models.contact import TOYO, ContactGeometry
+from ..models.base import TOYO, ContactGeometry, RunInputs, stack_runs
 from ..models.nonlinear import NonlinearX
 from .least_squares import Solution, solve
 from .linear import LinearFit, transient_weights

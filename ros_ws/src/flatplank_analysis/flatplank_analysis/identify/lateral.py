@@ -62,7 +62,7 @@ class SteeringZero:
     """Both together: what the curves of Fy and Mz are shifted by [rad]."""
 
     def corrected(self, run: StepRun) -> StepRun:
-        """A lateral run at the side slip angle that the tire feels."""
+        """A lateral run at its true side slip angle."""
         slip = math.tan(math.radians(run.level) + self.shift)
         return replace(run, kappa=slip, slip=slip * run.distance)
 

@@ -158,7 +158,7 @@ def _fit(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) 
 
 
 def _start(x: np.ndarray, force: np.ndarray, fixed: bool) -> np.ndarray:
-    """Best of a ladder of relaxation lengths, the two forces solved for linearly."""
+    """Best of 15 relaxation lengths, the two forces solved for linearly."""
     best, found = np.inf, np.zeros(3)
     for sigma in np.geomspace(0.02, 2.5, 15):
         grown = -np.expm1(-np.maximum(x, 0.0) / sigma)

@@ -48,7 +48,7 @@ class ARNoise:
 
     @property
     def effective_samples(self) -> float:
-        """Independent values that the record it was fitted to is worth."""
+        """Number of independent values that hold as much as the record it was fitted to."""
         if self.innovation == 0.0:
             return float(self.samples)
         return self.samples * (self.std / (self.innovation * self.gain)) ** 2

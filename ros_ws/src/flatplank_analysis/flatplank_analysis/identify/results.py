@@ -79,17 +79,6 @@ class Fit:
     converged: bool = True
     notes: tuple[str, ...] = ()
 
-    def __getitem__(self, name: str) -> Estimate:
-        for estimate in self.estimates:
-            if estimate.name == name:
-                return estimate
-        raise KeyError(f"{name} is not a parameter of this {self.model} fit")
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Name to value."""
-        return {e.name: e.value for e in self.estimates}
-
     def to_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
         plain = {f.name: to_plain(getattr(self, f.name)) for f in fields(self)}

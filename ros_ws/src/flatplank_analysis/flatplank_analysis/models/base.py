@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The interface of every transient tire model: lanes of parameters, runs of inputs, distance.
+"""Inputs of the transient tire models over distance, and the geometry of the contact.
 
 A model is driven by increments of position and angle, not by velocities: rest, reverse and any
 slip waveform need no special case. Arrays are (lanes, runs, samples): a lane is one set of
@@ -13,6 +13,36 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+
+
+@dataclass(frozen=True)
+class ContactGeometry:
+    """Vertical stiffness and contact length of one tire. Source: Table 7.2."""
+
+    free_radius: float = 0.318
+    """r_0 [m]."""
+    vertical_stiffness: float = 2.13e5
+    """C_z0 at nominal load and pressure [N/m]."""
+    pressure_effect: float = 0.8451
+    """p_Fz1 [-]."""
+    nominal_pressure: float = 250e3
+    """p_0 [Pa]."""
+    q_ra1: float = 0.924
+    q_ra2: float = 0.120
+
+    def stiffness(self, pressure: np.ndarray | float) -> np.ndarray:
+        """C_z [N/m] (7.21) at pressure [Pa]."""
+        change = (np.asarray(pressure, float) - self.nominal_pressure) / self.nominal_pressure
+        return self.vertical_stiffness * (1.0 + self.pressure_effect * change)
+
+    def half_length(self, fz: np.ndarray | float, pressure: np.ndarray | float) -> np.ndarray:
+        """Half contact length a [m] (7.20)."""
+        rho = np.asarray(fz, float) / (self.stiffness(pressure) * self.free_radius)
+        return self.free_radius * (self.q_ra2 * rho + self.q_ra1 * np.sqrt(rho))
+
+
+TOYO = ContactGeometry()
+"""Only for studies on the simulated Toyo: a campaign's tire comes from its record."""
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from flatplank_data.errors import FlatplankError
 
-from .base import RunInputs, column
-from .contact import TOYO, ContactGeometry
+from .base import TOYO, ContactGeometry, RunInputs, column
 
 CELLS = 2000
 """Cells of the even table that a measured curve is turned into."""

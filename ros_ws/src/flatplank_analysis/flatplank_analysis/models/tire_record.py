@@ -37,7 +37,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.params import alike
 from flatplank_data.yaml_text import load_yaml
 
-from .contact import ContactGeometry
+from .base import ContactGeometry
 from .tir import TirFile, check_tir, parse_tir, read_tir
 
 FORMAT = "flatplank-tire/1"

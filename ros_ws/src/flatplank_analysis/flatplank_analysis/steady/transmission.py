@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
 
 CLEAR = 3.0
@@ -59,3 +61,26 @@ class DriveState:
     """M_T = Fx r_l, reduced to the motor by the gear [N m]"""
     motor_velocity: float
     """[rad/s]"""
+
+    def efficiency(self, friction: FrictionTorque) -> float:
+        """eta = M_T / (M_M - M_F) (5.3); NaN when braking.
+
+        The slewing drive locks itself, so a braking run tells nothing; nor does a net torque that
+        is lost in the scatter of the friction.
+        """
+        net = self.motor_torque - friction(self.motor_velocity)
+        least = max(CLEAR * float(np.median(friction.scatter)), SMALLEST_NET)
+        return self.tire_torque / net if self.tire_torque > 0.0 and net > least else math.nan
+
+
+def drive_state(table: MeasurementTable, length: float = 0.5) -> DriveState:
+    """Torques over the last `length` [m] of a run."""
+    x = table["plank_position"]
+    keep = x > x.max() - length
+    radius = table.get("loaded_radius")[keep]
+    radius = np.where(np.isfinite(radius), radius, table.info.effective_rolling_radius)
+    return DriveState(
+        float(np.mean(table["motor_torque"][keep])),
+        float(np.mean(table["fx"][keep] * radius)) / GEAR_RATIO,
+        float(np.mean(table["motor_velocity"][keep])),
+    )

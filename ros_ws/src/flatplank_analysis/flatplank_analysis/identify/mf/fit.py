@@ -11,17 +11,16 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 
-from ...models.contact import ContactGeometry
+from ...models.base import ContactGeometry
 from ...models.magic_formula import LATEST, Coefficients
 from ...models.tir import TirFile
 from ...models.tir_whole import whole
 from ..least_squares import Solution
 from ..results import Confusion, Estimate, Fit, relative_error
 from .information import describe_levels, levels_of
-from .parameters import COEFFICIENTS, Coefficient
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
-from .stages import SMALL_PRESSURE, STAGES, Stage
+from .stages import COEFFICIENTS, SMALL_PRESSURE, STAGES, Coefficient, Stage
 from .statement import Held, better_twin, report
 
 JOINT_ORDER = ("rho", "a", "b", "cx", "cy", "re", "fx", "fy", "mz")

@@ -9,9 +9,8 @@ import numpy as np
 
 from ...models.magic_formula import Coefficients, operating_point
 from ..least_squares import Solution, solve
-from .parameters import COEFFICIENTS, Coefficient
 from .points import SteadyPoints
-from .stages import PREDICTIONS, SCALE
+from .stages import COEFFICIENTS, PREDICTIONS, SCALE, Coefficient
 
 WEAK = 10.0
 """Every coefficient has a prior this many sizes wide, so that nothing undetermined drifts away."""

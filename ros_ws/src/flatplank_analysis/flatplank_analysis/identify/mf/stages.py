@@ -1,10 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ordered stages of a Magic Formula fit: what is free, and which measurements tell it."""
+"""The ordered stages of a Magic Formula fit: what is free, and which measurements tell it.
+
+`coefficients.csv` has start, bounds and size of every coefficient that can be identified. `size`
+is a change that a tire engineer would call large: a coefficient whose error is as big is not
+determined by the data. Bounds hold C > 0 and mu > 0; E <= 1 is a penalty, since E is a sum.
+Sources: typical passenger tires in Pacejka (2012) appendix 3, and the thesis's Table I.1.
+"""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import resources
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +27,32 @@ SMALL_ANGLE = np.radians(0.3)
 SMALL_SLIP = 0.004
 SMALL_PRESSURE = 0.02
 """Share of the nominal pressure up to which a run counts as being at nominal pressure."""
+
+
+class Coefficient(NamedTuple):
+    """Start value, lower and upper bound, size that matters, unit."""
+
+    start: float
+    lower: float
+    upper: float
+    size: float
+    unit: str = "-"
+
+
+def _table() -> dict[str, Coefficient]:
+    text = (resources.files(__package__) / "coefficients.csv").read_text(encoding="utf-8")
+    _, *rows = csv.reader(text.splitlines())
+    return {name: Coefficient(*(float(v) for v in row[:4]), row[4]) for name, *row in rows}
+
+
+COEFFICIENTS = _table()
+GENERAL = ("PCX1", "PDX1", "PKX1", "PCY1", "PDY1", "PKY1", "BREFF", "DREFF", "FREFF")
+"""Coefficients without which a tire has no force and no rolling radius."""
+
+
+def general_start() -> dict[str, float]:
+    """Start values of no tire in particular, for a tire record without a start file."""
+    return {name: COEFFICIENTS[name].start for name in GENERAL}
 
 
 def predict_fx(c: Coefficients, o: OperatingPoint) -> np.ndarray:
