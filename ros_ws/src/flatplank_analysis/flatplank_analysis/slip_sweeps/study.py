@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps import channels, file
 from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD, Condition, cut
@@ -67,13 +68,8 @@ class Study:
         """For programs: SI, ISO W; null where a number is not known."""
         found = self.failures(tir) if tir else [None] * len(self.conditions)
         rows = zip(self.conditions, self.curves, self.formulas, found, strict=True)
-        return {
-            "file": self.path,
-            "said": list(self.said),
-            "further_columns": list(self.further),
-            "lacking": self.lacking(),
-            "conditions": [_json(*row) for row in rows],
-        }
+        head = {"file": self.path, "said": list(self.said), "further_columns": list(self.further)}
+        return head | {"lacking": self.lacking(), "conditions": [_json(*row) for row in rows]}
 
 
 def study(path: str | Path, system: str | None = None) -> Study:
@@ -125,26 +121,15 @@ def _json(c: Condition, curve: Curve, formula: Formula | None, found: Failure | 
         "held": dict(c.held),
         "samples": len(c.samples),
         "visits": c.visits,
-        "floor": _number(curve.floor),
+        "floor": curve.floor,
         "floor_from": curve.floor_from,
         "formula": None,
     }
     if formula:
-        out["formula"] = {
-            "values": dict(formula.values),
-            "interval_90": {k: _number(v) for k, v in formula.spread.items()},
-            "stiffness": formula.stiffness,
-            "rms": formula.rms,
-        }
+        numbers = {"stiffness": formula.stiffness, "rms": formula.rms}
+        spread = {"interval_90": dict(formula.spread)}
+        out["formula"] = {"values": dict(formula.values)} | spread | numbers
     if found:
-        out |= {
-            "error": found.error,
-            "error_share": found.share,
-            "worst": found.worst,
-            "worst_slip": found.worst_slip,
-        }
-    return out
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+        out |= {"error": found.error, "error_share": found.share}
+        out |= {"worst": found.worst, "worst_slip": found.worst_slip}
+    return to_plain(out)
