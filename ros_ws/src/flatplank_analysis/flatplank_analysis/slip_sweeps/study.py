@@ -84,17 +84,17 @@ def study(path: str | Path, system: str | None = None) -> Study:
     if system is not None and system not in channels.SYSTEMS:
         known = ", ".join(channels.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
-    found = channels.in_iso(recording.columns, system, str(path))
-    conditions = tuple(cut(found.columns))
+    columns, axes = channels.in_iso(recording.columns, system, str(path))
+    conditions = tuple(cut(columns))
     if not conditions:
         raise FlatplankError(
             "no sweep: neither the slip angle nor the slip ranges over enough "
             "while load, camber and pressure are held", str(path),
             "give a recording with sweeps",
         )  # fmt: skip
-    curves = tuple(curve_of(found.columns, c) for c in conditions)
-    said = (found.said, *recording.said)
-    return Study(str(path), found.columns, recording.further, said, conditions, curves)
+    curves = tuple(curve_of(columns, c) for c in conditions)
+    said = (axes, *recording.said)
+    return Study(str(path), columns, recording.further, said, conditions, curves)
 
 
 def by_level(conditions: Sequence[Condition], found: Sequence[Failure]) -> Iterator[str]:
