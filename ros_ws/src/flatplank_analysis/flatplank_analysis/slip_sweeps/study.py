@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,8 +26,13 @@ from flatplank_analysis.slip_sweeps.curves import (
 )
 from flatplank_data.errors import FlatplankError
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 FAILS = 1.5
 """floors above which a file fails in a condition"""
+PANELS = 24
+"""of a figure, at most"""
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,48 @@ class Study:
         if len(angles) < 2:
             out.append("for combined slip you still need: sweeps of the slip at side slip angles")
         return out
+
+    def plot(self, tir: TirFile | None = None) -> Figure:
+        """Measured and modelled force over the swept slip, a panel per condition.
+
+        Those in which the tire file is off most come first.
+        """
+        from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
+
+        found = self.failures(tir) if tir else []
+        order = list(range(len(self.conditions)))
+        if found:
+            order.sort(key=lambda k: -found[k].share)
+        order = order[:PANELS]
+        across = min(4, len(order))
+        down = math.ceil(len(order) / across)
+        figure = figure_of(3.2 * across, 2.5 * down)
+        panels = figure.subplots(down, across, squeeze=False).ravel()
+        for panel, k in zip(panels, order, strict=False):
+            condition, curve, formula = self.conditions[k], self.curves[k], self.formulas[k]
+            slip = condition.slip
+            x = slip.scale * curve.slip
+            panel.fill_between(
+                x, np.fmin(curve.up, curve.down), np.fmax(curve.up, curve.down), color=GREY,
+                alpha=0.35, lw=0, label="measured, up and down",
+            )  # fmt: skip
+            panel.plot(x, curve.force, ".", ms=4, color=GREY, label="measured, mean")
+            if formula:
+                fitted = formula(curve.slip)
+                panel.plot(x, fitted, lw=1, color=BLUE, label="B, C, D, E of this sweep")
+            if found:
+                panel.plot(x, found[k].modelled, lw=1.5, color=ORANGE, label="tire file")
+            levels = [h.word(condition.held[h.name]) for h in condition.levels()]
+            panel.set_title(", ".join(levels[:4]), fontsize=7)
+            panel.set_xlabel(f"{slip.title} [{slip.unit}]", fontsize=7)
+            panel.set_ylabel(f"{FORCE[condition.swept].capitalize()} [N]", fontsize=7)
+            panel.tick_params(labelsize=7)
+            panel.spines[["top", "right"]].set_visible(False)
+        for panel in panels[len(order) :]:
+            panel.set_visible(False)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), fontsize=8)
+        return figure
 
     def to_json(self, tir: TirFile | None = None) -> dict[str, Any]:
         """For programs: SI, ISO W; null where a number is not known."""
