@@ -28,7 +28,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     o = parser.parse_args(argv)
     found, tir = study(o.file, o.axes), read_tir(o.tir) if o.tir else None
     if o.figure:
-        _draw(found, tir, Path(o.figure))
+        from flatplank_analysis.discovery.report.figures import png
+
+        Path(o.figure).write_bytes(png(found.plot(tir)))
     if o.json:
         common.print_json(found.to_json(tir))
         return 0
@@ -38,13 +40,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     for line in found.lacking():
         print(line)
     return 0
-
-
-def _draw(found: Study, tir: TirFile | None, path: Path) -> None:
-    from flatplank_analysis.discovery.report.figures import png
-    from flatplank_analysis.slip_sweeps.figure import curves
-
-    path.write_bytes(png(curves(found, found.failures(tir) if tir else ())))
 
 
 def _tell(found: Study) -> None:

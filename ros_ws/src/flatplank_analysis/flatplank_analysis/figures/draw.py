@@ -101,20 +101,13 @@ def _panel(axis: Axes, panel: Panel) -> None:
     axis.ticklabel_format(useOffset=False)
     if panel.x_range:
         axis.set_xlim(*panel.x_range)
-    if panel.y_range:
-        axis.set_ylim(*panel.y_range)
-    else:
-        _not_too_close(axis)
-    _end_labels(axis, labels)
-    _legend(axis, panel)
-
-
-def _not_too_close(axis: Axes) -> None:
-    """What is constant but for rounding is drawn as constant."""
+    # what is constant but for rounding is drawn as constant
     low, high = axis.get_ylim()
     missing = CONSTANT * max(abs(low), abs(high)) - (high - low)
     if missing > 0.0:
         axis.set_ylim(low - missing / 2.0, high + missing / 2.0)
+    _end_labels(axis, labels)
+    _legend(axis, panel)
 
 
 def _legend(axis: Axes, panel: Panel) -> None:
@@ -163,17 +156,9 @@ def _end_labels(axis: Axes, labels: list[tuple[Series, str]]) -> None:
         if not moved:
             break
     axis.set_xlim(left, right)
+    style = {"xytext": (5, 0), "textcoords": "offset points", "va": "center", "fontsize": 8.5}
     for place, (_, text, color) in zip(places, ends, strict=True):
-        axis.annotate(
-            text,
-            (right, place),
-            xytext=(5, 0),
-            textcoords="offset points",
-            color=color,
-            va="center",
-            fontsize=8.5,
-            annotation_clip=False,
-        )
+        axis.annotate(text, (right, place), color=color, annotation_clip=False, **style)
 
 
 def _last(series: Series, right: float) -> float:

@@ -22,7 +22,7 @@ class Series:
     x: np.ndarray
     y: np.ndarray
     style: str = "line"
-    """key of `figures.draw.STYLES`: line, model, points, curve, bar"""
+    """key of `figures.draw.STYLES`"""
     color: str = ""
     """colour, or empty for the next of the palette"""
     error: np.ndarray | None = None
@@ -40,7 +40,6 @@ class Panel:
     y_label: str
     series: Sequence[Series]
     x_range: tuple[float, float] | None = None
-    y_range: tuple[float, float] | None = None
     marks: Sequence[float] = ()
     """vertical lines"""
     title: str = ""

@@ -69,8 +69,8 @@ def camber_sweep(table: MeasurementTable) -> CamberSweep:
         Unknown("M_0", "N m", float(mz[0]), -1e3, 1e3),
     )
 
-    def model(lanes: np.ndarray) -> dict[str, np.ndarray]:
-        c_g, sigma, e, c_m, e_m, f_0, m_0 = lanes.T[:, :, None]
+    def model(sets: np.ndarray) -> dict[str, np.ndarray]:
+        c_g, sigma, e, c_m, e_m, f_0, m_0 = sets.T[:, :, None]
         late = relaxed(camber, SPACING, sigma[:, 0])
         return {
             "fy": f_0 - c_g * (e * camber + (1.0 - e) * late),

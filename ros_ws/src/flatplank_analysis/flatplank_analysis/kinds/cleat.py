@@ -85,8 +85,8 @@ def cleat(table: MeasurementTable) -> Cleat:
         Unknown("F_z0", "N", float(np.median(fz)), 0.0, 2e4),
     )
 
-    def model(lanes: np.ndarray) -> dict[str, np.ndarray]:
-        c_z, radius, apart, middle, f_x0, f_z0 = lanes.T[:, :, None]
+    def model(sets: np.ndarray) -> dict[str, np.ndarray]:
+        c_z, radius, apart, middle, f_x0, f_z0 = sets.T[:, :, None]
         w, slope = envelope(x - middle, height, length, radius, apart)
         load = f_z0 + c_z * w
         return {"fz": load, "fx": f_x0 - load * slope}
@@ -111,7 +111,7 @@ def envelope(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Effective height [m] and slope [-] of two cams with their middle at x from the cleat's.
 
-    x (lanes, n) [m]; radius and distance of the cams (lanes, 1) [m]; a cleat with upright sides.
+    x (sets, n) [m]; radius and distance of the cams (sets, 1) [m]; a cleat with upright sides.
     """
     front, rear = (_cam(x + s * 0.5 * apart, height, length, radius) for s in (1.0, -1.0))
     return 0.5 * (front + rear), (front - rear) / apart

@@ -13,7 +13,7 @@ from flatplank_analysis.identify.noise import fit_noise
 from flatplank_analysis.identify.results import Estimate, rmse
 
 Model = Callable[[np.ndarray], Mapping[str, np.ndarray]]
-"""parameters (lanes, p) -> channel -> output (lanes, n)"""
+"""sets of parameters (sets, p) -> channel -> output (sets, n)"""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ def fit_record(
     """
     size = {name: max(float(np.std(y)), 1e-9) for name, y in measured.items()}
 
-    def residuals(lanes: np.ndarray) -> np.ndarray:
-        out = model(lanes)
+    def residuals(sets: np.ndarray) -> np.ndarray:
+        out = model(sets)
         return np.hstack([(out[name] - y) / size[name] for name, y in measured.items()])
 
     start, lower, upper = np.array([(u.start, u.lower, u.upper) for u in unknowns]).T
@@ -92,7 +92,7 @@ def _estimate(u: Unknown, solution: Solution, k: int, error: float, dof: float) 
 def relaxed(values: np.ndarray, spacing: float, sigma: np.ndarray) -> np.ndarray:
     """u' of sigma du'/dx + u' = u on an even grid, exact for an input of straight pieces.
 
-    values (n,), spacing [m], sigma (lanes,) [m]; returns (lanes, n), at rest at the first sample.
+    values (n,), spacing [m], sigma (sets,) [m]; returns (sets, n), at rest at the first sample.
     """
     sigma = np.maximum(np.asarray(sigma, float), 1e-6)
     decay = np.exp(-spacing / sigma)

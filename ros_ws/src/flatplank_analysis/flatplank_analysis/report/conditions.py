@@ -34,7 +34,7 @@ THIN = 20
 TAIL = 0.5
 """road over which a steady lateral force is averaged [m]"""
 SMALLEST_ANGLE = 0.3
-"""[deg]; below it there is no lateral step to speak of"""
+"""[deg]; below it a run has no lateral step"""
 LATERAL_SPACING = 0.01
 """grid on which the mean lateral force is kept [m]"""
 

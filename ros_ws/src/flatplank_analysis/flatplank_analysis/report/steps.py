@@ -184,20 +184,14 @@ def radius_points(
     radii: Sequence[RadiusRun], stiffness: Mapping[object, float]
 ) -> list[SteadyPoints]:
     """r_e at Fx = 0 of every run whose point has a slip stiffness."""
-    chosen = []
+    rows = []
     for run in radii:
         point = run.condition.operating_point._replace(measurement="slip")
         if math.isfinite(stiffness.get(point, math.nan)):
-            chosen.append((run.corrected(stiffness[point]), run.load, point))
-    if not chosen:
+            where = (1e5 * point.pressure, point.alpha_deg, point.gamma_deg)
+            rows.append((run.corrected(stiffness[point]), run.load, *where))
+    if not rows:
         return []
-    points = [point for _, _, point in chosen]
-    return [
-        steady_points(
-            {"re": np.array([radius for radius, _, _ in chosen])},
-            fz=np.array([load for _, load, _ in chosen]),
-            pressure=np.array([1e5 * p.pressure for p in points]),
-            alpha=np.radians([p.alpha_deg for p in points]),
-            gamma=np.radians([p.gamma_deg for p in points]),
-        )
-    ]
+    radius, fz, pressure, alpha, gamma = np.array(rows).T
+    angles = {"alpha": np.radians(alpha), "gamma": np.radians(gamma)}
+    return [steady_points({"re": radius}, fz=fz, pressure=pressure, **angles)]

@@ -160,16 +160,10 @@ SYSTEMS = {
 }  # fmt: skip
 
 
-class Axes(NamedTuple):
-    """The system of a file, how it was found, and the columns in ISO W."""
-
-    system: str
-    said: str
-    columns: dict[str, np.ndarray]
-
-
-def in_iso(columns: Mapping[str, np.ndarray], wanted: str | None, where: str) -> Axes:
-    """Columns in ISO W; `wanted` overrides what physics says.
+def in_iso(
+    columns: Mapping[str, np.ndarray], wanted: str | None, where: str
+) -> tuple[dict[str, np.ndarray], str]:
+    """Columns in ISO W, and how their system was found; `wanted` overrides what physics says.
 
     Raises:
         FlatplankError: no system has these signs, or the wanted one has others.
@@ -209,7 +203,7 @@ def in_iso(columns: Mapping[str, np.ndarray], wanted: str | None, where: str) ->
         said = f"axes: {title}, as asked for"
     elif others:
         said += f"; nothing tells it from {' or '.join(others)} (--axes NAME)"
-    return Axes(system, said, out)
+    return out, said
 
 
 def _slope_sign(columns: Mapping[str, np.ndarray], force: str, slip: str, small: float) -> int:
