@@ -22,6 +22,11 @@ MOST_AT_ONCE = 50
 """messages of one subscription that are taken before the others have their turn"""
 
 
+def _never() -> bool:
+    """One object for all rounds: rclpy forgets what is ready when it is asked with another."""
+    return False
+
+
 class _Watch:
     """A wait set over everything that nodes and their executor can be woken by."""
 
@@ -150,7 +155,7 @@ class StreamExecutor(SingleThreadedExecutor):
         """One round of rclpy's own, without waiting."""
         try:
             while True:
-                handler, _entity, _node = self.wait_for_ready_callbacks(0.0, None, lambda: False)
+                handler, _entity, _node = self.wait_for_ready_callbacks(0.0, None, _never)
                 handler()
                 if handler.done():
                     handler.result()

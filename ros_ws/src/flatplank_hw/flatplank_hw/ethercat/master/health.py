@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Health of the bus, and which step to take when it is not well. Pure: what was seen and the time go
-in, a verdict and a step come out.
+"""Health of the bus, and which step to take when it is not well. Pure: what was seen and the time
+go in, a verdict and a step come out.
 
 Recovery: tolerate, reopen the socket, acknowledge to OP, recover and reconfigure, scan everything
 anew. The axes are stopped before anything beyond the socket is touched.
