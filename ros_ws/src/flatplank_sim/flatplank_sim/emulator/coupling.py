@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
 from flatplank_hw.cia402 import TORQUE_UNIT
@@ -82,40 +81,23 @@ class Coupling:
 def _getter(entry: Entry) -> Getter | None:
     """How the raw value of an entry comes out of the plant's inputs; None: it stays zero."""
     name = entry.channel
-    if name in channels.VOLTS:
-        return _volts(entry)
-    if name in channels.COUNTS:
-        return partial(_count, name, *limits(entry.kind))
-    if name in channels.DIGITAL:
-        return partial(_bit, int(channels.DIGITAL[name]))
     axis, _, word = name.partition(".")
-    if word == "torque":
-        return partial(_torque, AXES.index(axis), TORQUE_UNIT / entry.unit_nm, *limits(entry.kind))
-    if word:
-        return partial(_axis_word, AXES.index(axis), AxisInputs._fields.index(word))
-    return None
-
-
-def _volts(entry: Entry) -> Getter:
-    scale = entry.full_scale_counts / entry.full_scale_volts
+    if name in channels.DIGITAL:
+        mask = int(channels.DIGITAL[name])
+        return lambda inputs: 1 if inputs.digital & mask else 0
+    if word and word != "torque":
+        k, place = AXES.index(axis), AxisInputs._fields.index(word)
+        return lambda inputs: inputs.axes[k][place]
+    if name not in channels.VOLTS and name not in channels.COUNTS and not word:
+        return None
     low, high = limits(entry.kind)
-    if entry.channel == "lvdt":
+    if name in channels.COUNTS:
+        return lambda inputs: (getattr(inputs, name) - low) % (high - low + 1) + low
+    if word:
+        k, unit = AXES.index(axis), TORQUE_UNIT / entry.unit_nm
+        return lambda inputs: max(low, min(high, round(inputs.axes[k].torque * unit)))
+    scale = entry.full_scale_counts / entry.full_scale_volts
+    if name == "lvdt":
         return lambda inputs: max(low, min(high, round(inputs.lvdt_volts * scale)))
-    number = channels.VOLTS.index(entry.channel)
+    number = channels.VOLTS.index(name)
     return lambda inputs: max(low, min(high, round(inputs.bridge_volts[number] * scale)))
-
-
-def _count(name: str, low: int, high: int, inputs: BusInputs) -> int:
-    return (getattr(inputs, name) - low) % (high - low + 1) + low
-
-
-def _bit(mask: int, inputs: BusInputs) -> int:
-    return 1 if inputs.digital & mask else 0
-
-
-def _torque(axis: int, scale: float, low: int, high: int, inputs: BusInputs) -> int:
-    return max(low, min(high, round(inputs.axes[axis].torque * scale)))
-
-
-def _axis_word(axis: int, word: int, inputs: BusInputs) -> int:
-    return inputs.axes[axis][word]
