@@ -10,8 +10,8 @@ from ethercat_stub_plant import StubPlant
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.esc import SlaveController
-from flatplank_sim.emulator.fmmu import Fmmu, read_fmmus
 from flatplank_sim.emulator.frame import Command, FrameError, split
+from flatplank_sim.emulator.registers import Fmmu, read_fmmus
 from flatplank_sim.emulator.segment import Segment
 from flatplank_sim.emulator.wire import Wire
 

@@ -153,29 +153,12 @@ class BenchState:
         e, d = s.encoders or _nothing(EncoderSample), s.drive or _nothing(DriveSample)
         slip = s.slip or _nothing(Slip)
         return (
-            (stamp_ns - self._t0_ns) * 1e-9,
-            e.plank_position,
-            e.plank_velocity,
-            c.fx,
-            c.fy,
-            c.fz,
-            c.mx,
-            c.my,
-            c.mz,
-            e.wheel_angle * DEG,
-            e.wheel_velocity,
-            e.steer_angle * DEG,
-            e.road_camber * DEG,
-            s.hub.loaded_radius if s.hub else _NAN,
-            d.position * DEG,
-            d.reference_position * DEG,
-            d.velocity,
-            d.reference_velocity,
-            d.torque,
-            d.reference_torque,
-            slip.actual * 100.0,
-            slip.reference * 100.0,
-        )
+            (stamp_ns - self._t0_ns) * 1e-9, e.plank_position, e.plank_velocity,
+            c.fx, c.fy, c.fz, c.mx, c.my, c.mz, e.wheel_angle * DEG, e.wheel_velocity,
+            e.steer_angle * DEG, e.road_camber * DEG, s.hub.loaded_radius if s.hub else _NAN,
+            d.position * DEG, d.reference_position * DEG, d.velocity, d.reference_velocity,
+            d.torque, d.reference_torque, slip.actual * 100.0, slip.reference * 100.0,
+        )  # fmt: skip
 
     # words
     def words(self, now: float) -> dict[str, str]:

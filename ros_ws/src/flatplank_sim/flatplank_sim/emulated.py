@@ -83,8 +83,7 @@ class EmulatorProcess:
         arguments: Sequence[str] = (),
         fifo: bool = True,
     ) -> None:
-        """arguments: further words of the emulator's command line. BusError when it does not
-        start."""
+        """arguments: further words of the command line. BusError when it does not start."""
         self._folder = tempfile.TemporaryDirectory(prefix="fp-")
         self.control_path = f"{self._folder.name}/control"
         words = [*namespace.enter, sys.executable, "-m", "flatplank_sim.emulator"]
@@ -156,20 +155,12 @@ class EmulatedBus(AbstractContextManager):
         on_event: Callable[[dict[str, Any]], None] | None = None,
         batch: int = 1,
     ) -> BusClient:
-        """A client for the master's end of the wire; not started yet. batch: the last of so many
-        cycles is answered."""
+        """A client, not started yet. batch: the last of so many cycles is answered."""
         return BusClient(
-            self.bus_file,
-            MASTER,
-            rate_hz=self.rate_hz,
-            fifo=fifo,
-            slip=True,
-            reply_timeout_ms=REPLY_TIMEOUT_MS,
-            patience_ms=self.patience_ms,
-            batch=batch,
-            launch=self.namespace.enter,
-            on_event=on_event,
-        )
+            self.bus_file, MASTER, rate_hz=self.rate_hz, fifo=fifo, slip=True, batch=batch,
+            reply_timeout_ms=REPLY_TIMEOUT_MS, patience_ms=self.patience_ms,
+            launch=self.namespace.enter, on_event=on_event,
+        )  # fmt: skip
 
     def operate(self, switch: str, *arguments: Any) -> None:
         """A switch of the plant's operator, for instance operate('plank', 1, True)."""

@@ -65,16 +65,11 @@ class Analysis:
             errors = open(self._log, "ab") if self._log else None  # noqa: SIM115
             try:
                 self._process = await asyncio.create_subprocess_exec(
-                    sys.executable,
-                    "-m",
-                    "flatplank_panel.analysis.worker",
-                    stdin=asyncio.subprocess.PIPE,
-                    stdout=asyncio.subprocess.PIPE,
-                    stderr=errors,
-                    limit=LINE,
-                    start_new_session=True,
+                    sys.executable, "-m", "flatplank_panel.analysis.worker",
+                    stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=errors,
+                    limit=LINE, start_new_session=True,
                     env={**os.environ, END_WITH_PARENT: str(os.getpid())},
-                )
+                )  # fmt: skip
             finally:
                 if errors:
                     errors.close()

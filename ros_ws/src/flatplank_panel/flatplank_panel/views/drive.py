@@ -14,7 +14,7 @@ from flatplank_data.machine import USABLE_ROAD, USUAL_RADIUS
 from flatplank_data.params import describe
 from flatplank_panel.operator import PREDETERMINED, VALUES, waveform_of
 from flatplank_panel.views.page import Page
-from flatplank_panel.views.plots import ACTUAL, LINE, SOFT
+from flatplank_panel.views.plots import ACTUAL, AXIS_LINE, SOFT
 
 START = {"kappa": 0.05, "amplitude": 0.03, "wavelength": 1.0, "kappa_1": 0.03, "kappa_2": -0.03}
 """of the inputs of a waveform"""
@@ -69,36 +69,16 @@ def preview(
 
 
 def chart_options(data: list[list[float]]) -> dict[str, Any]:
-    quiet = {"color": SOFT, "fontSize": 11}
+    axis = {"type": "value", "axisLabel": {"color": SOFT, "fontSize": 11}}
+    style = {"fontSize": 12, "fontWeight": 400, "color": SOFT}
+    line = {"type": "line", "showSymbol": False, "data": data}
     return {
         "animation": False,
         "grid": {"left": 42, "right": 12, "top": 24, "bottom": 24},
-        "title": {
-            "text": "slip [%] over road [m]",
-            "left": 0,
-            "top": 0,
-            "textStyle": {"fontSize": 12, "fontWeight": 400, "color": SOFT},
-        },
-        "xAxis": {
-            "type": "value",
-            "max": USABLE_ROAD,
-            "axisLabel": quiet,
-            "splitLine": {"show": False},
-        },
-        "yAxis": {
-            "type": "value",
-            "axisLabel": quiet,
-            "splitNumber": 3,
-            "splitLine": {"lineStyle": {"color": LINE}},
-        },
-        "series": [
-            {
-                "type": "line",
-                "showSymbol": False,
-                "data": data,
-                "lineStyle": {"width": 1.6, "color": ACTUAL},
-            }
-        ],
+        "title": {"text": "slip [%] over road [m]", "left": 0, "top": 0, "textStyle": style},
+        "xAxis": {**axis, "max": USABLE_ROAD, "splitLine": {"show": False}},
+        "yAxis": {**axis, "splitNumber": 3, "splitLine": AXIS_LINE},
+        "series": [{**line, "lineStyle": {"width": 1.6, "color": ACTUAL}}],
     }
 
 

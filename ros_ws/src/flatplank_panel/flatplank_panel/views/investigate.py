@@ -64,9 +64,8 @@ class _Investigate:
                 self.look = self.button("Look", lambda: self.of.open(str(self.folder.value or "")))
                 self.halt = self.button("Stop safely", lambda: self.of.stop(page.id))
                 self.each = ui.switch("approve each batch", value=True)
-            self.bar = ui.linear_progress(0.0, show_value=False).props(
-                'instant-feedback rounded aria-label="Progress of the batch"'
-            )
+            self.bar = ui.linear_progress(0.0, show_value=False)
+            self.bar.props('instant-feedback rounded aria-label="Progress of the batch"')
             self.status = ui.label(ASK).classes("fp-quiet").props("role=status")
 
     def build_next(self) -> None:

@@ -64,13 +64,10 @@ def _run(page: Page, folder: Any) -> None:
 
         def plan() -> dict[str, Any]:
             numbers = {
-                "kappa": float(slip.value or 0.0) / 100.0,
-                "fz": fz.value,
-                "pressure": pressure.value,
-                "effective_rolling_radius": radius.value,
-                "step_position": at.value,
-                "end_position": end.value,
-            }
+                "kappa": float(slip.value or 0.0) / 100.0, "fz": fz.value,
+                "pressure": pressure.value, "effective_rolling_radius": radius.value,
+                "step_position": at.value, "end_position": end.value,
+            }  # fmt: skip
             words = {"measurement": kind.value, "start": start.value, "tire": tire.value}
             return words | {k: float(v) for k, v in numbers.items() if v is not None}
 
@@ -100,9 +97,8 @@ def _campaign(page: Page, folder: Any) -> None:
 
 def _progress(page: Page) -> None:
     with page.card("Under way"):
-        bar = ui.linear_progress(0.0, show_value=False).props(
-            "instant-feedback aria-label=Progress"
-        )
+        bar = ui.linear_progress(0.0, show_value=False)
+        bar.props("instant-feedback aria-label=Progress")
         step = ui.label("nothing").classes("fp-quiet")
         prompt = ui.label("").classes("fp-prompt")
         with page.row():
@@ -112,8 +108,7 @@ def _progress(page: Page) -> None:
     def refresh() -> None:
         p = page.operator.link.state.progress
         count = f"{p.measurement} of {p.measurements}: " if p.measurements > 1 else ""
-        words = (f"{count}{p.step}" if p.active else p.message) or "nothing"
-        step.set_text(words)
+        step.set_text((f"{count}{p.step}" if p.active else p.message) or "nothing")
         bar.set_value(round(p.share, 3))
         prompt.set_text(p.prompt)
         prompt.set_visibility(bool(p.prompt))

@@ -101,10 +101,9 @@ class _Runs:
 
     async def filter(self) -> None:
         words = str(self.find.value or "").lower().split()
-        shown = [
+        self.table.rows = [
             r for r in self.rows if all(w in " ".join(map(str, r.values())).lower() for w in words)
         ]
-        self.table.rows = shown
         await self.draw()
 
     async def draw(self) -> None:
@@ -117,16 +116,11 @@ class _Runs:
         )
         self.remark(found["problems"])
         self.judge(found["verdicts"])
-        options = charts.overlay(
-            found["curves"], OVER[self.over.value], CHANNELS[self.channel.value]
-        )
-        self.page.draw(self.chart, options)
-        unit = CHANNELS[self.channel.value].partition("[")[2].rstrip("]")
-        names = (
-            charts.short([s["condition"] for s in found["scatter"]]) if found["scatter"] else []
-        )
+        over, channel = OVER[self.over.value], CHANNELS[self.channel.value]
+        self.page.draw(self.chart, charts.overlay(found["curves"], over, channel))
+        unit, scatter = channel.partition("[")[2].rstrip("]"), found["scatter"]
+        names = charts.short([s["condition"] for s in scatter])
         parts = [
-            f"{name}: {s['scatter']:.3g} {unit}"
-            for name, s in zip(names, found["scatter"], strict=True)
+            f"{name}: {s['scatter']:.3g} {unit}" for name, s in zip(names, scatter, strict=True)
         ]
         self.scatter.set_text("Scatter between repeats, " + "; ".join(parts) if parts else "")

@@ -12,12 +12,9 @@ from flatplank_panel.validation import CONSTANTS
 from flatplank_panel.views.page import Page
 
 LABELS = {
-    "et_value": "ET value",
-    "adapter_thickness": "Adapter",
-    "wheel_camber_deg": "Wheel camber",
-    "road_camber_offset_deg": "Road camber offset",
-    "slip_angle_offset_deg": "Slip angle offset",
-}
+    "et_value": "ET value", "adapter_thickness": "Adapter", "wheel_camber_deg": "Wheel camber",
+    "road_camber_offset_deg": "Road camber offset", "slip_angle_offset_deg": "Slip angle offset",
+}  # fmt: skip
 FILES = "*.yaml"
 
 

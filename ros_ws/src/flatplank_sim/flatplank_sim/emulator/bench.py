@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated bench: slaves, plant and bench time. Pure: frames and elapsed time come in as
-arguments."""
+"""The emulated bench: slaves, plant and bench time. Frames and elapsed time are arguments."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ class PlantLike(Protocol):
 
 
 class EmulatedBench:
-    """Bench time is one period per process data frame; in a silence the runner lets it follow the
-    wall."""
+    """One period of bench time per process data frame; in a silence the runner steps it."""
 
     def __init__(self, bus: BusFile, plant: PlantLike) -> None:
         self.bus = bus

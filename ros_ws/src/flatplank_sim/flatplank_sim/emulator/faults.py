@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of faults: every word of the control socket that breaks something, and how it is
-mended.
+"""The faults of the control socket, and how each is mended.
 
 A fault is a function on the rig; it returns what undoes it, or None when it is over by itself.
 """
@@ -12,7 +11,7 @@ from dataclasses import dataclass
 
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.ethercat import busfile
+from flatplank_hw.ethercat import channels
 from flatplank_sim.emulator.al import State
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.drive_firmware import DriveFirmware
@@ -132,8 +131,7 @@ def al_refuse(rig: Rig, slave: str, state: str = "OP", code: int = 0x0020) -> Un
 
 
 def power_off(rig: Rig, slave: str) -> Undo:
-    """A slave loses its power; those behind it are out of reach. It comes back as from the
-    factory."""
+    """A slave and those behind it lose power; it comes back as from the factory."""
     broken, segment = rig.slave(slave), rig.bench.segment
     broken.absent = True
     segment.show_topology()
@@ -152,8 +150,7 @@ def power_cycle(rig: Rig, slave: str) -> None:
 
 
 def identity(rig: Rig, slave: str, vendor: int = 0, product: int = 0, revision: int = 0) -> Undo:
-    """Another device sits in the place of a slave: its EEPROM tells another identity (0:
-    unchanged)."""
+    """Another device in the place of a slave: another identity in its EEPROM (0: unchanged)."""
     changed = rig.slave(slave)
     before = bytes(changed.sii)
     for word, value in ((8, vendor), (10, product), (12, revision)):
@@ -213,10 +210,9 @@ def stuck_axis(rig: Rig, axis: str = "wheel") -> Undo:
 
 
 def channel(rig: Rig, name: str, value: int) -> Undo:
-    """An input shows a raw value of its own: a broken wire, a limit switch, an open emergency stop
-    contact."""
-    if name not in busfile.INPUTS:
-        raise ValueError(f"no input channel '{name}'{nearest(name, busfile.INPUTS)}")
+    """An input shows a raw value: a broken wire, a limit switch, an open emergency stop."""
+    if name not in channels.INPUTS:
+        raise ValueError(f"no input channel '{name}'{nearest(name, channels.INPUTS)}")
     overrides = rig.bench.coupling.overrides
     overrides[name] = int(value)
     return lambda: overrides.pop(name, None)

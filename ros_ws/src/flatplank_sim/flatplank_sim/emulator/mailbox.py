@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mailbox of a slave: CoE requests in, responses and emergencies out, one message at a
-time."""
+"""Mailbox of a slave: CoE requests in, responses and emergencies out, one at a time."""
 
 from __future__ import annotations
 

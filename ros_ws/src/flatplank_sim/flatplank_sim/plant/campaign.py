@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Thousands of runs: road, tire and bridges of the bench with the same kernels, without bus, hub
-and drive loop.
-"""
+"""Thousands of runs: road, tire and bridges by the same kernels, without bus and drive loop."""
 
 from __future__ import annotations
 
@@ -70,9 +68,7 @@ class Campaign:
     def simulate(
         self, runs: Iterable[CampaignRun], seed: int = 0
     ) -> Iterator[dict[str, np.ndarray]]:
-        """Measurement table of each run as columns (SI), with `fx_true` and `road_position` beside
-        it.
-        """
+        """Measurement table of each run as columns (SI), with `fx_true` and `road_position`."""
         for number, run in enumerate(runs):
             yield self.run(run, np.random.default_rng((seed, number)))
 

@@ -46,9 +46,7 @@ def friction_torque(curve, speed):
 
 @inner
 def gear_side(m, s, h, region, a_w, b_w):
-    """Gear torque as t0 + t1 * motor speed, the wheel's answer included, for one side of the
-    gap.
-    """
+    """Gear torque as t0 + t1 * motor speed for one side of the gap; the wheel answers."""
     if region == 0:
         return 0.0, 0.0
     gap = s.motor - m.gear * s.theta - s.offset
@@ -60,9 +58,7 @@ def gear_side(m, s, h, region, a_w, b_w):
 
 @inner
 def settle_motor(m, s, region, t0, t1, a_m, b_m, mf, mf_rest):
-    """New motor speed with dry friction (set-valued at rest), and the direction of the
-    friction.
-    """
+    """New motor speed with dry friction (set-valued at rest), direction of the friction."""
     lost = 1.0 / m.efficiency - 1.0
     for attempt in range(3):
         if attempt == 0:
@@ -88,9 +84,7 @@ def settle_motor(m, s, region, t0, t1, a_m, b_m, mf, mf_rest):
 
 @inner
 def try_region(m, s, h, region, a_w, b_w, a_m, b_m, mf, mf_rest):
-    """Motor speed, wheel speed, gear torque, friction direction if the gears are in this
-    region.
-    """
+    """Motor and wheel speed, gear torque, friction direction if the gears are in this region."""
     t0, t1 = gear_side(m, s, h, region, a_w, b_w)
     if s.stuck_motor > 0.0:
         speed, sign = 0.0, 0
@@ -117,9 +111,8 @@ def servo(m, s, d, ds, h, kind, v_ref, torque):
 
 @inner
 def solve(m, s, h, a_w, b_w, a_m, b_m, mf, mf_rest):
-    """Motor speed, wheel speed, gear torque, friction direction, side of the gap at the end of the
-    step: the first side that is consistent with itself.
-    """
+    """Motor and wheel speed, gear torque, friction direction and side of the gap at the end of the
+    step: the first side that is consistent with itself."""
     joined = s.joined > 0.0
     speed = wheel = torque = 0.0
     sign = region = 0

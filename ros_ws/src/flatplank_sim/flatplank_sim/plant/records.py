@@ -119,16 +119,10 @@ def build_records(c: PlantConfig, dt: float) -> Records:
     road_map[:, 0] = 1.0
     w = c.wheel_drive
     curve = np.array([w.friction_speed, w.friction_torque]).T.copy()
-    records = Records(
-        machine_record(c, dt),
-        tire_record(c.tire, c.solver.bristle_spacing),
-        drives,
-        curve,
-        road_map,
-        np.eye(5),
-        np.zeros((7, 2)),
-    )
-    r = records
+    r = Records(
+        machine_record(c, dt), tire_record(c.tire, c.solver.bristle_spacing), drives, curve,
+        road_map, np.eye(5), np.zeros((7, 2)),
+    )  # fmt: skip
     site = Site(r.machine, r.tire, drives[:1], r.road_map, r.mix, r.drift)
     if c.cleat.height:
         x = site.positions() + c.plank.trigger_position
@@ -136,7 +130,7 @@ def build_records(c: PlantConfig, dt: float) -> Records:
         site.use_map()
     for defect in c.defects.values():
         defect.install(site)
-    return records
+    return r
 
 
 def initial_state(c: PlantConfig, r: Records) -> dict[str, np.ndarray]:

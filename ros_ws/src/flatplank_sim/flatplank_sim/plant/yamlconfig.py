@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frozen dataclasses from YAML: an unknown key fails and names the nearest, a wrong type says
-where.
-"""
+"""Frozen dataclasses from YAML: errors say where, and name the nearest known key."""
 
 from __future__ import annotations
 

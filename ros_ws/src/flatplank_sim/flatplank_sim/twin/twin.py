@@ -82,9 +82,7 @@ class Cycle(NamedTuple):
 
 
 class Twin:
-    """Plant, hub, encoders, sources and wheel drive, stepped as the lock-stepped graph steps
-    them.
-    """
+    """Plant, hub, encoders, sources and drives, stepped as the lock-stepped graph steps them."""
 
     def __init__(self, setup: BenchSetup) -> None:
         def make(cls: type, name: str) -> Any:

@@ -118,12 +118,10 @@ class TwinBench:
         return self.twin.drive if axis == "wheel" else self._axis(axis).drive
 
     def _waveform(self, step: S.SlipWaveform) -> None:
+        values = {k: float(v) for k, v in step.parameters.items()}
         _need(
             self.twin.sequencer.set_waveform(
-                step.name,
-                {k: float(v) for k, v in step.parameters.items()},
-                step.start_position,
-                step.effective_rolling_radius,
+                step.name, values, step.start_position, step.effective_rolling_radius
             )
         )
 

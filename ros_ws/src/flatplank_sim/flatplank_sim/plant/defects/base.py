@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a defect of the machine is: sizes with units, the channels that it touches, and where it is
-built in.
-"""
+"""What a defect of the machine is: sizes with units, channels that show it, where it is."""
 
 from __future__ import annotations
 
