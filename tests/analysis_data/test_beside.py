@@ -12,7 +12,6 @@ from steptable import step_table
 
 from flatplank_analysis.cli import fit as cli_fit
 from flatplank_analysis.cli import report as cli_report
-from flatplank_analysis.report_files.page import make_figures
 from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
 from flatplank_analysis.identify.mf.points import merge
 from flatplank_analysis.models.tir import shipped_tir
@@ -20,6 +19,7 @@ from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.machine_tables import MACHINE_TABLES
 from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.report.tables import all_tables
+from flatplank_analysis.report_files.build import make_figures
 from flatplank_data.campaign import Campaign
 from flatplank_data.exporters import export_campaign
 from flatplank_data.run_record import RunRecord

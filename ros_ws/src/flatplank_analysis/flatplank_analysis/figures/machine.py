@@ -10,10 +10,10 @@ import numpy as np
 
 from flatplank_analysis.figures import pieces
 from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
-from flatplank_analysis.steady.rolling_radius import ExponentialFit
 from flatplank_analysis.report.machine_tables import friction_of
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult, PointResult
+from flatplank_analysis.steady.rolling_radius import ExponentialFit
 
 
 def transmission(result: CampaignResult) -> Iterator[Figure]:

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.post.gridding import bin_means
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.kinds.record_fit import Unknown, fit_record, relaxed
+from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 

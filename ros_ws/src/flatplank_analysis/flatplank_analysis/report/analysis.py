@@ -12,7 +12,7 @@ from functools import partial
 from flatplank_analysis.identify.carcass import fit_carcass
 from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
-from flatplank_analysis.models.contact import TOYO, ContactGeometry
+from flatplank_analysis.models.base import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.conditions import beside, condition_result, lateral_result

@@ -12,13 +12,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flatplank_analysis.post.gridding import bin_means
 from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.linear import LinearFit, linear_run
 from flatplank_analysis.identify.repeats import has_mean, mean_response
 from flatplank_analysis.identify.runs import StepRun
-from flatplank_analysis.post.gridding import low_pass
-from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of_starts, on_grid, repeat_std
+from flatplank_analysis.post.gridding import (
+    SPACING,
+    Gridded,
+    bin_means,
+    low_pass,
+    mean_of_starts,
+    on_grid,
+    repeat_std,
+)
 from flatplank_analysis.post.motion import StepFacts, step_facts
 from flatplank_analysis.report.results import ConditionResult, DriveRun, LateralResult
 from flatplank_analysis.steady.stiffness import static_longitudinal_stiffness

@@ -21,19 +21,22 @@ from flatplank_analysis.kinds.cleat import cleat
 from flatplank_analysis.kinds.parking import parking
 from flatplank_analysis.kinds.turning import turning
 from flatplank_analysis.models.linear import LinearX
-from flatplank_analysis.post.gridding import low_pass
 from flatplank_analysis.post.frequency import frequency_response
-from flatplank_analysis.post.gridding import SPACING, on_grid
-from flatplank_analysis.steady.rolling_radius import REFERENCE_FORCE, fit_exponential
-from flatplank_analysis.steady.stiffness import fit_contact_length
-from flatplank_analysis.steady.rolling_radius import BRAKING, FREE_WHEEL
+from flatplank_analysis.post.gridding import SPACING, low_pass, on_grid
+from flatplank_analysis.post.motion import until_stop
+from flatplank_analysis.steady.rolling_radius import (
+    BRAKING,
+    FREE_WHEEL,
+    REFERENCE_FORCE,
+    fit_exponential,
+)
 from flatplank_analysis.steady.stiffness import (
+    fit_contact_length,
     locked_friction,
     standing_lateral_stiffness,
     static_longitudinal_stiffness,
     vertical_stiffness,
 )
-from flatplank_analysis.post.motion import until_stop
 from flatplank_analysis.steady.transmission import friction_torque
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError

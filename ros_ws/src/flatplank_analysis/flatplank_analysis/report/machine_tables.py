@@ -14,8 +14,8 @@ import numpy as np
 from flatplank_analysis.identify.lateral import zero_warning
 from flatplank_analysis.report.results import CampaignResult, LateralResult, PointResult
 from flatplank_analysis.report.table import Cell, Column, Table, estimate, number, point_table
-from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
 from flatplank_analysis.steady import mean_value
+from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
 from flatplank_data.condition import Condition
 
 

@@ -10,21 +10,24 @@ from functools import partial
 import numpy as np
 
 from flatplank_analysis.identify.carcass import CarcassFit
-from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
-from flatplank_analysis.identify.mf.parameters import general_start
-from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
 from flatplank_analysis.identify.linear import is_transient
+from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
+from flatplank_analysis.identify.mf.points import SteadyPoints, gathered
+from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.identify.results import rmse
 from flatplank_analysis.identify.runs import StepRun
-from flatplank_analysis.models.base import RunInputs, TransientModel, slip_inputs, stack_runs
-from flatplank_analysis.models.contact import ContactGeometry
+from flatplank_analysis.models.base import (
+    ContactGeometry,
+    RunInputs,
+    TransientModel,
+    slip_inputs,
+    stack_runs,
+)
 from flatplank_analysis.models.magic_formula import Coefficients
-from flatplank_analysis.models.mf_tyre import ContactPointMF
-from flatplank_analysis.models.mf_tyre import MFTyre
+from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
 from flatplank_analysis.models.nonlinear import NonlinearX
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
-from flatplank_analysis.post.gridding import low_pass
-from flatplank_analysis.post.gridding import SPACING
+from flatplank_analysis.post.gridding import SPACING, low_pass
 from flatplank_analysis.report.results import ConditionResult, ModelCurves, PointResult
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.identify.carcass import CarcassFit
-from flatplank_analysis.identify.linear import LinearFit
+from flatplank_analysis.identify.linear import LinearFit, is_transient
 from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.points import SteadyPoints
-from flatplank_analysis.identify.linear import is_transient
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.post.motion import StepFacts

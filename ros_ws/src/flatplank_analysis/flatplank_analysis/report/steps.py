@@ -15,10 +15,10 @@ from flatplank_analysis.identify.mf.points import AT_REST, SteadyPoints, steady_
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import Executor
+from flatplank_analysis.post.motion import until_stop
 from flatplank_analysis.report.extras import inside_window, other_measurements
 from flatplank_analysis.report.results import PointResult
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
-from flatplank_analysis.post.motion import until_stop
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError

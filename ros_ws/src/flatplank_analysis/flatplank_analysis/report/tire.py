@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.models.contact import TOYO, ContactGeometry
+from flatplank_analysis.models.base import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import (
     FILE,
     TYPICAL_DEFLECTION,

@@ -20,9 +20,9 @@ from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report_files.build import write
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.bench.results import write_campaign, write_tire
 from flatplank_control.bench.fast_dds import loopback
 from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.results import write_campaign, write_tire
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign.tires import known_tires
 from flatplank_control.runner.measurement import Measurement

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.ethercat import channels
+from flatplank_hw.ethercat import busfile
 from flatplank_sim.emulator.al import State
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.drive_firmware import DriveFirmware
@@ -211,8 +211,8 @@ def stuck_axis(rig: Rig, axis: str = "wheel") -> Undo:
 
 def channel(rig: Rig, name: str, value: int) -> Undo:
     """An input shows a raw value: a broken wire, a limit switch, an open emergency stop."""
-    if name not in channels.INPUTS:
-        raise ValueError(f"no input channel '{name}'{nearest(name, channels.INPUTS)}")
+    if name not in busfile.INPUTS:
+        raise ValueError(f"no input channel '{name}'{nearest(name, busfile.INPUTS)}")
     overrides = rig.bench.coupling.overrides
     overrides[name] = int(value)
     return lambda: overrides.pop(name, None)

@@ -10,17 +10,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from flatplank_analysis.parallel import worker_pool
-from flatplank_control.bench.results import outcome_of
-from flatplank_control.bench.results import list_kept, write_campaign
+from flatplank_control.bench.results import list_kept, outcome_of, write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
 from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Limits
-from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
-from flatplank_control.runner.campaign.supervised import Standstill
-from flatplank_control.runner.campaign.supervised import TurnWatch
 from flatplank_sim.twin.log import BagLog, TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from flatplank_control.bench.setup import AXIS_NODES, DRIVEN
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import AXIS_NODES, DRIVEN, BenchSetup
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
 from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
