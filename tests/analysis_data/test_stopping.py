@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from flatplank_analysis.figures.chapter6 import _smooth
+from flatplank_analysis.post.motion import until_stop
 from flatplank_analysis.report.analysis import COLUMNS
 from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.steps import problems_of, read_group
-from flatplank_analysis.post.motion import until_stop
 from flatplank_data.campaign import Campaign
 from flatplank_data.table import MeasurementTable
 
