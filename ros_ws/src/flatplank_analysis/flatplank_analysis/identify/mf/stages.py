@@ -42,7 +42,10 @@ class Coefficient(NamedTuple):
 def _table() -> dict[str, Coefficient]:
     text = (resources.files(__package__) / "coefficients.csv").read_text(encoding="utf-8")
     _, *rows = csv.reader(text.splitlines())
-    return {name: Coefficient(*(float(v) for v in row[:4]), row[4]) for name, *row in rows}
+    return {
+        name: Coefficient(float(start), float(low), float(high), float(size), unit)
+        for name, start, low, high, size, unit in rows
+    }
 
 
 COEFFICIENTS = _table()
