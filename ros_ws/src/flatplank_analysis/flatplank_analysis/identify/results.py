@@ -79,6 +79,9 @@ class Fit:
     converged: bool = True
     notes: tuple[str, ...] = ()
 
+    def __getitem__(self, name: str) -> Estimate:
+        return next(e for e in self.estimates if e.name == name)
+
     def to_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
         plain = {f.name: to_plain(getattr(self, f.name)) for f in fields(self)}

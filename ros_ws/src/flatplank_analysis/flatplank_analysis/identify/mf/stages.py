@@ -43,8 +43,8 @@ def _table() -> dict[str, Coefficient]:
     text = (resources.files(__package__) / "coefficients.csv").read_text(encoding="utf-8")
     _, *rows = csv.reader(text.splitlines())
     return {
-        name: Coefficient(float(start), float(lower), float(upper), float(size), unit)
-        for name, start, lower, upper, size, unit in rows
+        name: Coefficient(float(start), float(low), float(high), float(size), unit)
+        for name, start, low, high, size, unit in rows
     }
 
 
