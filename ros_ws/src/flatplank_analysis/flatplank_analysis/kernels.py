@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatplank_analysis.contact_patch import kernel as contact_patch
-from flatplank_analysis.effects.gaps import lost_motion
+from flatplank_analysis.effects import gaps
 from flatplank_analysis.models.nonlinear import march
 
 
@@ -25,5 +25,5 @@ def compile_all() -> None:
             states, blocks, node, pair, node, node, node, 1.0, pair.copy(), across
         )  # fmt: skip
     cube = np.zeros((0, 1, 1))
-    lost_motion.distance(cube, node, cube.copy())
+    gaps.distance(cube, node, cube.copy())
     march(node, node, node, node, node, cube, 0.0, 1.0, cube, True)
