@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numba import njit
 
+from flatplank_analysis import kernels
 from flatplank_analysis.contact_patch import compiling, kernel
 
 RUNS, NODES = 11, 400
@@ -29,6 +30,10 @@ def _exponentials(x):
     for i in range(len(x)):
         out[i] = compiling.exponential(x[i])
     return out
+
+
+def test_the_set_up_can_call_every_inner_loop():
+    kernels.compile_all()
 
 
 def test_power_is_that_of_the_library():
