@@ -6,7 +6,9 @@ from __future__ import annotations
 import numpy as np
 from idn_runs import numbers
 
-from flatplank_analysis.post import gridding as grid
+from flatplank_analysis.identify import (
+    grid,
+)
 
 
 def test_an_even_grid_stays_as_it_is():

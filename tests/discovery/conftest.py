@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import pytest
-from promises import broken
 
-from flatplank_analysis.discovery import verdict
+from flatplank_analysis.discovery import invariants, verdict
 
 
 @pytest.fixture(autouse=True)
@@ -16,7 +15,7 @@ def every_answer_keeps_what_always_holds(monkeypatch, request):
 
     def asked(*arguments, **named):
         result = whole(*arguments, **named)
-        assert broken(result) == [], (result.verdict, result.reason)
+        assert invariants.broken(result) == [], (result.verdict, result.reason)
         return result
 
     for module in (verdict, request.module):

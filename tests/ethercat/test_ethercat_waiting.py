@@ -7,7 +7,7 @@ import time
 from collections import deque
 
 from flatplank_hw.bus.image import AxisCommand
-from flatplank_hw.ethercat.master.pacing import Waiting
+from flatplank_hw.ethercat.master.waiting import Waiting
 
 PATIENCE_S = 0.08
 

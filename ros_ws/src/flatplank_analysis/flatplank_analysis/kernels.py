@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from flatplank_analysis.contact_patch import kernel as contact_patch
-from flatplank_analysis.effects import gaps
-from flatplank_analysis.models.nonlinear import march
+from flatplank_analysis.effects import lost_motion
+from flatplank_analysis.models import kernel as models
 
 
 def compile_all() -> None:
@@ -25,5 +25,6 @@ def compile_all() -> None:
             states, blocks, node, pair, node, node, node, 1.0, pair.copy(), across
         )  # fmt: skip
     cube = np.zeros((0, 1, 1))
-    gaps.distance(cube, node, cube.copy())
-    march(node, node, node, node, node, cube, 0.0, 1.0, cube, True)
+    lost_motion.distance(cube, node, cube.copy())
+    if models.compiled is not None:
+        models.compiled(node, node, node, node, node, node, node, cube, 0.0, 1.0, cube, True)

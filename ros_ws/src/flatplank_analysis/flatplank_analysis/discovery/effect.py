@@ -54,6 +54,7 @@ class Effect:
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
+        """The fitted numbers."""
         return parameters_of(cls)
 
     @classmethod

@@ -34,6 +34,7 @@ class Screened:
 
     @property
     def identifier(self) -> str:
+        """Identifier of the effect."""
         return self.candidate.effect.identifier
 
 

@@ -84,4 +84,5 @@ class Search:
 
     @property
     def last(self) -> Step:
+        """Where the search ended."""
         return self.steps[-1]

@@ -22,7 +22,7 @@ from flatplank_data.params import alike
 
 GROUP = "flatplank.effects"
 _USER = "flatplank_user_effects_"
-_NOT_EFFECTS = {"base", "registry", "checks"}
+_NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays"}
 
 
 def effects_in(module: ModuleType) -> list[type[Effect]]:
@@ -55,8 +55,11 @@ def _from_entry(point) -> list[type[Effect]]:
     try:
         loaded = point.load()
     except Exception as error:  # a broken plug-in must not stop the others
-        what, where = f"cannot be loaded ({error})", f"entry point {point.name}"
-        raise FlatplankError(what, where, "mend or remove the package") from error
+        raise FlatplankError(
+            f"cannot be loaded ({error})",
+            f"entry point {point.name}",
+            "mend or remove the package",
+        ) from error
     return [loaded] if isinstance(loaded, type) else effects_in(loaded)
 
 
@@ -75,12 +78,14 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        what = f"cannot be read ({type(error).__name__}: {error})"
-        raise FlatplankError(what, str(path), "mend the file") from error
+        raise FlatplankError(
+            f"cannot be read ({type(error).__name__}: {error})", str(path), "mend the file"
+        ) from error
     found = effects_in(module)
     if not found:
-        remedy = "define a frozen dataclass of TireEffect with identifier"
-        raise FlatplankError("holds no effect", str(path), remedy)
+        raise FlatplankError(
+            "holds no effect", str(path), "define a frozen dataclass of TireEffect with identifier"
+        )
     return found
 
 
@@ -105,8 +110,11 @@ def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     for effect in [*_shipped(), *own]:
         other = out.get(effect.identifier)
         if other is not None and other is not effect:
-            what = f"identifier '{effect.identifier}' is taken by {_origin(other)}"
-            raise FlatplankError(what, _origin(effect), "choose another identifier")
+            raise FlatplankError(
+                f"identifier '{effect.identifier}' is taken by {_origin(other)}",
+                _origin(effect),
+                "choose another identifier",
+            )
         out[effect.identifier] = effect
     return out
 
@@ -115,7 +123,10 @@ def find(identifier: str, files: Iterable[str | Path] = ()) -> type[TireEffect]:
     """One effect; an unknown name is answered with the nearest ones."""
     known = library(files)
     if identifier not in known:
-        near = ", ".join(alike(identifier, known, most=3))
-        remedy = f"nearest: {near}" if near else "flatplank effects lists them"
-        raise FlatplankError(f"no effect '{identifier}'", "effects", remedy)
+        near = alike(identifier, known, most=3)
+        raise FlatplankError(
+            f"no effect '{identifier}'",
+            "effects",
+            f"nearest: {', '.join(near)}" if near else "flatplank effects lists them",
+        )
     return known[identifier]

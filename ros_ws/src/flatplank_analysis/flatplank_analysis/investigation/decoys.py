@@ -39,6 +39,7 @@ class Decoys:
     accepted: tuple[str, ...] = ()
 
     def plain(self) -> dict[str, Any]:
+        """For a journal."""
         return asdict(self) | {"accepted": list(self.accepted)}
 
 
@@ -54,7 +55,9 @@ def decoys_of(search: Search) -> Decoys:
         for item in best_per_effect(last.screen)
         if item.visible >= VISIBLE and not item.candidate.effect.generic
     ]
-    state = replace(last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds])
+    state = replace(
+        last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds]
+    )  # fmt: skip
     ranking = screens.screen(state)
     looked_at = looks(kinds, state.model)
     before = sum(f.decision.drop for f in last.found)
@@ -65,7 +68,8 @@ def decoys_of(search: Search) -> Decoys:
 
 
 def _passes(judge: Judge, state: State, item: Screened, looked_at: int) -> bool:
-    found = state.with_term(term_of(item.candidate, item.sizes), most=2)
+    term = term_of(item.candidate, item.sizes)
+    found = state.settle(state.fitter.grown(state.whitened.fit, term), most=2)
     return judge.decide(found, len(found.fit.terms) - 1, looked_at).accepted
 
 
@@ -102,5 +106,7 @@ def _decoy(item: Screened, groups: Sequence[np.ndarray], order: Iterable[int]) -
     for rows, other in zip(groups, order, strict=True):
         column[:, rows] = own[:, np.resize(groups[other], len(rows))]
     name = f"decoy_of_{effect.identifier}"
-    facts = {"identifier": name, "coordinate": effect.coordinate, "column": column}
-    return cast(type[Decoy], type(name, (Decoy,), facts))
+    made = type(
+        name, (Decoy,), {"identifier": name, "coordinate": effect.coordinate, "column": column}
+    )
+    return cast(type[Decoy], made)

@@ -72,13 +72,10 @@ class Pacer:
         """Whether lockstep waits for nobody."""
         return self.pace == "lockstep" and not self.missing
 
-    def _may_still_come(self, wall: float) -> bool:
-        patience = min(self.timeout, IMPATIENT) if self.absent else self.timeout
-        return wall - self._last < patience
-
     def given_up(self, wall: float) -> bool:
         """Held, and the answers to the last cycle do not come: they are no longer waited for."""
-        if self.pace != "hold" or not self.missing or self._may_still_come(wall):
+        patience = self.timeout if not self.absent else min(self.timeout, IMPATIENT)
+        if self.pace != "hold" or not self.missing or wall - self._last < patience:
             return False
         self.absent = True
         self.missing.clear()
@@ -89,7 +86,8 @@ class Pacer:
         if self.pace == "lockstep":
             if self.free() and self.cycle >= 0:
                 return 0
-            if self._may_still_come(wall):
+            patience = self.timeout if not self.absent else min(self.timeout, IMPATIENT)
+            if wall - self._last < patience:
                 return 0
             self.absent = self.cycle >= 0
             return 1

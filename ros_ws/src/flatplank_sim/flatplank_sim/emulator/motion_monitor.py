@@ -15,7 +15,8 @@ MOVING = 800
 
 
 class MotionMonitor:
-    """When each motor shaft last moved, and how often each power stage was switched on."""
+    """Remembers when each motor shaft last moved and how often each power stage was switched
+    on."""
 
     def __init__(self) -> None:
         self.last_moving = [-1] * len(AXES)
@@ -64,7 +65,8 @@ class MotionMonitor:
         self.last_fault = now
 
     def report(self) -> dict[str, Any]:
-        """Per axis: moving now, ms from last fault to last motion, enabled, times enabled."""
+        """Per axis: moving now, ms from the last fault to the last motion, enabled, times
+        enabled."""
         axes = {}
         for i, name in enumerate(AXES):
             ran_on = self.last_moving[i] - self.last_fault
@@ -77,6 +79,9 @@ class MotionMonitor:
                 "enables": self.enables[i],
             }
         return {
-            "now_ns": self.now, "fault_ns": self.last_fault, "last_frame_ns": self.last_frame,
-            "left_op_ns": self.left_op, "axes": axes,
-        }  # fmt: skip
+            "now_ns": self.now,
+            "fault_ns": self.last_fault,
+            "last_frame_ns": self.last_frame,
+            "left_op_ns": self.left_op,
+            "axes": axes,
+        }

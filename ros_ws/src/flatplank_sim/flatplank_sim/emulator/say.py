@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m flatplank_sim.emulator.say SOCKET WORD [key=value ...]`: break and mend a bus."""
+"""`python -m flatplank_sim.emulator.say SOCKET WORD [key=value ...]`: break and mend by
+hand."""
 
 from __future__ import annotations
 

@@ -84,7 +84,8 @@ class Segment:
     def _exchange(
         self, frame: bytearray, datagrams: list[Datagram], line: list[EmulatedSlave]
     ) -> None:
-        """Give the outputs of a process data frame to the devices before its inputs are read."""
+        """Hand the outputs of a process data frame to the devices first, so that its inputs answer
+        them."""
         logical = [d for d in datagrams if d.command in _LOGICAL]
         for d in logical:
             if d.command != Command.LRD:

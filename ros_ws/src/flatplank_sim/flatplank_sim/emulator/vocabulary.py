@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the control socket understands: faults with timing, switches of the operator, questions."""
+"""What the control socket understands: faults with timing, their mending, the operator's switches,
+questions."""
 
 from __future__ import annotations
 
@@ -9,12 +10,12 @@ from typing import Any
 
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
-from flatplank_sim.emulator import registers as reg
 from flatplank_sim.emulator.faults import FAULTS, Rig, Undo
 
 
 class Vocabulary:
-    """Requests have `do`; faults take `at` (cycle) or `after`, and `cycles` (how long)."""
+    """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles`
+    (how long)."""
 
     def __init__(
         self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
@@ -24,9 +25,13 @@ class Vocabulary:
         self._undo: dict[str, list[Undo]] = {}
         self._facts = facts
         self._words: dict[str, Callable[..., dict[str, Any]]] = {
-            "mend": self._mend, "state": self._state, "motion": rig.bench.monitor.report,
-            "operator": self._operator, "words": self._list, "stop": self._end,
-        }  # fmt: skip
+            "mend": self._mend,
+            "state": self._state,
+            "motion": self._motion,
+            "operator": self._operator,
+            "words": self._list,
+            "stop": self._end,
+        }
 
     def __call__(self, request: dict[str, Any]) -> dict[str, Any]:
         """Serve one request; ValueError or TypeError carry the reason of a refusal."""
@@ -76,16 +81,23 @@ class Vocabulary:
             "drive_faults": {AXES[a]: d.fault for a, d in bench.coupling.drives.items()},
             "slaves": [
                 {
-                    "name": s.spec.name, "state": s.al.state.name, "error": s.al.error,
-                    "code": s.al.code, "absent": s.absent,
-                    "watchdog_trips": s.esc.memory[reg.WATCHDOG_COUNT],
+                    "name": s.spec.name,
+                    "state": s.al.state.name,
+                    "error": s.al.error,
+                    "code": s.al.code,
+                    "absent": s.absent,
+                    "watchdog_trips": s.esc.memory[0x0442],
                 }
                 for s in bench.slaves
             ],
-        }  # fmt: skip
+        }
+
+    def _motion(self) -> dict[str, Any]:
+        return self.rig.bench.monitor.report()
 
     def _operator(self, name: str, arguments: list[Any] | None = None) -> dict[str, Any]:
-        """A switch of the plant's operator by its method's name; 'view' answers what he sees."""
+        """A switch of the plant's operator by the name of its method; 'view' answers what he
+        sees."""
         operator = getattr(self.rig.bench.plant, "operator", None)
         known = [n for n in dir(operator) if not n.startswith("_")]
         if name not in known:

@@ -47,7 +47,9 @@ class PlantParameters(Params):
 
 
 class SimulatedPlant(BenchNode):
-    """Publishes /bus/inputs, takes /bus/outputs, and has the services of the operator."""
+    """Publishes /bus/inputs, takes /bus/outputs; the operator's switches are services
+    (operator_services.py).
+    """
 
     PARAMETERS = PlantParameters
     OWNS_BUS = True

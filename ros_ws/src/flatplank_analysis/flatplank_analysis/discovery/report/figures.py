@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.shortlist import negligible
-from flatplank_analysis.discovery.sources import source_of
+from flatplank_analysis.discovery.sources.ranked import source_of
 from flatplank_analysis.discovery.steps import Search, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
@@ -32,6 +32,7 @@ class Drawn(Figure):
 
 
 def png(figure: Figure) -> bytes:
+    """A figure as a picture."""
     stream = io.BytesIO()
     FigureCanvasAgg(figure).print_png(stream)
     return stream.getvalue()
@@ -43,6 +44,7 @@ def figure_of(width: float, height: float) -> Figure:
 
 
 def clean(axes) -> None:
+    """Less ink."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=8)
 
@@ -193,6 +195,7 @@ def residual(step: Step) -> Figure:
 
 
 def steps_of(result: Diagnosis) -> list[dict[str, Any]]:
+    """Waterfall of a search."""
     search = result.search
     out = []
     for step in search.steps:

@@ -6,17 +6,21 @@ from __future__ import annotations
 import time
 from typing import Any, NamedTuple
 
-from flatplank_hw.bus.histogram import Histogram
 from flatplank_hw.bus.image import AXES, BusInputs, Health
 from flatplank_hw.ethercat.busfile import BusFile
+from flatplank_hw.ethercat.master.errors import BusError
 from flatplank_hw.ethercat.master.guard import Cause, Guard
-from flatplank_hw.ethercat.master.health import HealthMonitor, RecoveryPolicy, RecoveryStep, Seen
+from flatplank_hw.ethercat.master.health import HealthMonitor, Seen
+from flatplank_hw.ethercat.master.histogram import Histogram
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
-from flatplank_hw.ethercat.master.interface import BusError, link_trouble
+from flatplank_hw.ethercat.master.inbox import Inbox
+from flatplank_hw.ethercat.master.interface import link_trouble
 from flatplank_hw.ethercat.master.link import ParentLink
-from flatplank_hw.ethercat.master.pacing import CycleClock, Inbox, Waiting
+from flatplank_hw.ethercat.master.pacing import CycleClock
+from flatplank_hw.ethercat.master.recovery import RecoveryPolicy, RecoveryStep
 from flatplank_hw.ethercat.master.sdo import SdoQueue
 from flatplank_hw.ethercat.master.soem import SoemBus
+from flatplank_hw.ethercat.master.waiting import Waiting
 
 STATE_POLL = 10
 """AL states are read every so many cycles, and at once when something looks wrong"""
@@ -196,6 +200,12 @@ class BusLoop:
         else:
             self._trouble = ""
 
+    def _reopen(self) -> None:
+        self.soem.reopen()
+
+    def _acknowledge(self) -> None:
+        self.soem.acknowledge()
+
     def _reconfigure(self) -> None:
         self.soem.reopen()
         if self.soem.mapped and self.soem.reconfigure():
@@ -269,8 +279,8 @@ class BusLoop:
 
 
 _RECOVERY = {
-    RecoveryStep.REOPEN: lambda loop: loop.soem.reopen(),
-    RecoveryStep.ACKNOWLEDGE: lambda loop: loop.soem.acknowledge(),
+    RecoveryStep.REOPEN: BusLoop._reopen,
+    RecoveryStep.ACKNOWLEDGE: BusLoop._acknowledge,
     RecoveryStep.RECONFIGURE: BusLoop._reconfigure,
     RecoveryStep.RESCAN: BusLoop._rescan,
 }

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""First-order relaxation over distance, exact for increments of any size (7.9)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def deflection(
+    travel: np.ndarray, slip: np.ndarray, sigma: np.ndarray, start: np.ndarray
+) -> np.ndarray:
+    """Solve sigma du + u |dx| = sigma ds for the deflection u [m] along the last axis.
+
+    `travel` |dx| and `slip` ds [m] are increments that broadcast to (lanes, runs, samples), as
+    does `sigma` [m]; `start` is u before sample 0 (lanes, runs). At rest u takes the slip in full;
+    over a long way it goes to sigma ds/|dx|.
+    """
+    ratio = np.asarray(travel / sigma, float)
+    kept = np.exp(-ratio)
+    small = ratio < 1e-9
+    share = np.where(small, 1.0, -np.expm1(-ratio) / np.where(small, 1.0, ratio))
+    gained = share * slip
+    kept, gained = np.broadcast_arrays(kept, gained)
+    # Samples first: the loop then works on whole, contiguous (lanes, runs) planes.
+    kept = np.ascontiguousarray(np.moveaxis(kept, -1, 0))
+    out = np.array(np.moveaxis(gained, -1, 0))
+    u = np.broadcast_to(np.asarray(start, float), out.shape[1:])
+    for factor, plane in zip(kept, out, strict=True):
+        plane += factor * u
+        u = plane
+    return np.moveaxis(out, 0, -1)

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bench of paper: performs the steps of a plan by kinematics alone and counts bench time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from flatplank_control.runner import steps as S
+from flatplank_control.runner.measurement import TRIGGER_AT
+from flatplank_control.runner.moves import SLOW, SPEED
+from flatplank_control.runner.performing import Patience
+from flatplank_control.runner.quantities import QUANTITIES, condition_of
+from flatplank_data.machine import ROAD_LENGTH
+from flatplank_hw.cia402 import State
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
+
+STEP = 0.1
+"""[s]"""
+WHEEL_SPEED = 0.15
+"""of a move [rad/s]"""
+BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2}
+"""typical time of an operator's action on the simulated bench [s]; angles: at 2 deg/s"""
+ANGLE_SPEED = 2.0
+
+
+class DryBench:
+    """`time` is the bench time [s] of all that was performed."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.plank = self.wheel = 0.0
+        self.road_used = 0.0
+        """farthest position of the plank behind the trigger [m]"""
+        self.steps: list[S.Step] = []
+        self._direction, self._fast, self._stop_at = 0, True, math.nan
+        self._target = math.nan
+        self._omega = 0.0
+        self._enabled = False
+        self._set: dict[str, float] = {}
+        self._do: dict[type, Callable[[Any], None]] = {
+            S.Manual: self._manual,
+            S.Plank: self._switch,
+            S.Enable: lambda s: setattr(self, "_enabled", s.on),
+            S.Mode: self._mode,
+            S.MoveTo: lambda s: setattr(self, "_target", math.radians(s.angle_deg)),
+            S.Wait: self._wait,
+        }
+
+    def perform(self, plan: Iterable[S.Step]) -> None:
+        """A whole plan; PlanFailed when it waits for what never comes."""
+        for step in plan:
+            self.steps.append(step)
+            act = self._do.get(type(step))
+            if act:
+                act(step)
+
+    def _manual(self, step: S.Manual) -> None:
+        before = self._set.get(step.quantity, 0.0)
+        self._set[step.quantity] = step.value
+        if step.quantity == "unload":
+            self._set["load"] = 0.0
+        needed = BY_HAND.get(step.quantity)
+        needed = abs(step.value - before) / ANGLE_SPEED if needed is None else needed
+        quantity = QUANTITIES[step.quantity]
+        self._wait(S.Wait(quantity.prompt, condition_of(step), quantity.timeout, needed + 0.2))
+
+    def _switch(self, step: S.Plank) -> None:
+        self._direction, self._fast, self._stop_at = step.direction, step.fast, step.stop_at
+
+    def _mode(self, step: S.Mode) -> None:
+        self._target = math.nan
+        self._omega = 0.0
+
+    def _wait(self, step: S.Wait) -> None:
+        patience = Patience(step, self.time)
+        while not patience.over(self.snapshot(), self.time):
+            self._advance()
+
+    def _advance(self) -> None:
+        self.time += STEP
+        speed = self._direction * (SPEED if self._fast or self._direction < 0 else SLOW)
+        self.plank = min(max(self.plank + speed * STEP, -0.01), ROAD_LENGTH)
+        if self._direction > 0 and self.plank >= self._stop_at:
+            self.plank, self._direction = self._stop_at, 0
+        if self._direction > 0:
+            self.road_used = max(self.road_used, self.plank - TRIGGER_AT)
+        self._omega = 0.0
+        if self._target == self._target and self._enabled:
+            left = self._target - self.wheel
+            step = math.copysign(min(abs(left), WHEEL_SPEED * STEP), left)
+            self.wheel, self._omega = self.wheel + step, step / STEP
+        elif self._direction > 0:
+            self.wheel += speed * STEP / 0.31
+
+    @property
+    def _moves(self) -> bool:
+        return (
+            self._direction > 0
+            and self.plank < ROAD_LENGTH
+            or self._direction < 0
+            and self.plank > -0.01
+        )
+
+    def snapshot(self) -> S.Snapshot:
+        """What a bench without noise would say."""
+        stamp, cycle = round(self.time * 1e9), round(self.time / STEP)
+        moves = self._moves
+        fz = self._set.get("load", 0.0)
+        force = Wrench(0.0, 0.0, fz, 0.0, 0.0, 0.0)
+        speed = SPEED * self._direction if moves else 0.0
+        steer = math.radians(self._set.get("steer_deg", 0.0))
+        camber = math.radians(self._set.get("road_camber_deg", 0.0))
+        encoders = EncoderSample(
+            cycle, stamp, self.plank - TRIGGER_AT, speed, self.wheel, self._omega, steer, camber,
+            math.nan, 0.0, 0.0, moves, self.plank > TRIGGER_AT, 0.0,
+        )  # fmt: skip
+        hub = HubSample(cycle, stamp, force, force, 0.3, camber, fz, False, 0)
+        state = State.OPERATION_ENABLED if self._enabled else 0
+        drive = DriveSample(
+            cycle, stamp, state, 0, self.wheel, self._omega, 0.0, 0.0, 0.0, 0.0, 0, 0
+        )
+        return S.Snapshot(encoders, hub, drive)
