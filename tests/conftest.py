@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from flatplank_control.bench.loopback import loopback
+from flatplank_control.bench.fast_dds import loopback
 
 # One thread per process: two cores are shared by the nodes of a graph, and numbers repeat.
 os.environ |= loopback() | {

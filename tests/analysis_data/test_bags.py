@@ -13,8 +13,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from steptable import step_table
 
-from flatplank_data.bags.cdr import decode_one
-from flatplank_data.bags.definitions import parse_definition
+from flatplank_data.bags.cdr import decode_one, parse_definition
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.readers.cache import FOLDER

@@ -12,13 +12,14 @@ from steptable import step_table
 
 from flatplank_analysis.cli import fit as cli_fit
 from flatplank_analysis.cli import report as cli_report
-from flatplank_analysis.figures.registry import make_figures
-from flatplank_analysis.identify import MFSettings, fit_magic_formula, merge
-from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
+from flatplank_analysis.identify.mf.points import merge
+from flatplank_analysis.models.tir import shipped_tir
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.machine_tables import MACHINE_TABLES
 from flatplank_analysis.report.steps import extras_as_points
 from flatplank_analysis.report.tables import all_tables
+from flatplank_analysis.report_files.build import make_figures
 from flatplank_data.campaign import Campaign
 from flatplank_data.exporters import export_campaign
 from flatplank_data.run_record import RunRecord
@@ -148,7 +149,7 @@ def test_table_7_2_says_where_its_numbers_come_from(tables):
 
 def test_vertical_stiffness_in_the_tire_has_the_free_radius_of_its_own_runs(result):
     points = merge(extras_as_points(result.extras, (), ()))
-    found = fit_magic_formula(points, shipped_tir(), MFSettings(stages=("stiffness",)))
+    found = fit_magic_formula(points, shipped_tir(), FitFile(stages=("stiffness",)))
     stiffness = found.estimates["VERTICAL_STIFFNESS"]
     assert stiffness.value == pytest.approx(2.0e5, rel=1e-3)
     assert found.estimates["PFZ1"].value == pytest.approx(0.5, rel=1e-3)

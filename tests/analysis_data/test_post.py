@@ -6,18 +6,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.post import (
+from flatplank_analysis.post.frequency import frequency_response
+from flatplank_analysis.post.gridding import (
     CUTOFF_PER_METRE,
     GRID,
-    fit_exponential,
     low_pass,
     mean_of,
     on_grid,
     repeat_std,
-    settling_distance,
-    step_facts,
 )
-from flatplank_analysis.post.frequency import frequency_response
+from flatplank_analysis.post.motion import step_facts
+from flatplank_analysis.steady.rolling_radius import fit_exponential
 from flatplank_data.errors import FlatplankError
 
 
@@ -91,7 +90,7 @@ def test_side_slip_turns_the_travel_into_the_wheel_plane(make_step):
 def test_settling_distance_of_appendix_e():
     x = np.linspace(0.0, 4.2, 3000)
     noise = 15.0 * np.random.default_rng(1).normal(size=x.size)
-    found = settling_distance(x, -900.0 * np.exp(-3.8 * x) + 50.5 + noise)
+    found = fit_exponential(x, -900.0 * np.exp(-3.8 * x) + 50.5 + noise).settles_at()
     exact = np.log(900.0 / 3.0) / 3.8
     assert found == pytest.approx(exact, rel=0.05)
     clean = fit_exponential(x, -900.0 * np.exp(-3.8 * x) + 50.5)
@@ -101,7 +100,7 @@ def test_settling_distance_of_appendix_e():
 
 def test_what_never_reaches_the_reference_does_not_settle():
     x = np.linspace(0.0, 4.2, 1000)
-    assert np.isnan(settling_distance(x, -900.0 * np.exp(-3.0 * x) + 30.0))
+    assert np.isnan(fit_exponential(x, -900.0 * np.exp(-3.0 * x) + 30.0).settles_at())
 
 
 @pytest.mark.parametrize("shape", ["sine", "triangle"])

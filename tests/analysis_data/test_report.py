@@ -17,14 +17,13 @@ from flatplank_analysis.cli import report as report_verb
 from flatplank_analysis.cli import table as table_verb
 from flatplank_analysis.cli import tire as tire_verb
 from flatplank_analysis.figures.draw import canvas
-from flatplank_analysis.figures.registry import make_figures
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.parallel import open_executor
 from flatplank_analysis.report.analysis import analyse
 from flatplank_analysis.report.conditions import condition_result
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.tables import all_tables
-from flatplank_analysis.report_files.build import write
+from flatplank_analysis.report_files.build import make_figures, write
 from flatplank_data.campaign import Campaign
 from flatplank_data.exporters import export_campaign
 from flatplank_data.run_record import RunRecord

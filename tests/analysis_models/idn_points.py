@@ -5,15 +5,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.identify.mf.parameters import COEFFICIENTS
 from flatplank_analysis.identify.mf.points import (
     SteadyPoints,
     steady_points,
 )
 from flatplank_analysis.identify.mf.problem import OutputProblem
+from flatplank_analysis.identify.mf.stages import COEFFICIENTS
 from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.shipped import shipped_tir
-from flatplank_analysis.models.tir import TirFile
+from flatplank_analysis.models.tir import TirFile, shipped_tir
 
 TIR = shipped_tir()
 C = TIR.coefficients

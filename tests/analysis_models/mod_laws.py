@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.models.steady_law import TableLaw, table_law
+from flatplank_analysis.models.nonlinear import TableLaw, table_law
 
 X = np.linspace(0.0, 2.6, 400)
 SLIPS = np.linspace(-0.15, 0.15, 61)

@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 from idn_runs import X, numbers, run
 
-from flatplank_analysis.identify import (
-    carcass_joint,
-    carcass_problem,
-)
+from flatplank_analysis.identify import carcass_problem
+from flatplank_analysis.identify import carcass_problem as carcass_joint
 from flatplank_analysis.identify.noise import ARNoise
 from flatplank_validation.fits.campaigns import Truth, simulate_runs
 
@@ -68,8 +66,6 @@ def test_stiffness_and_curve_are_solved_from_both_sides(begin):
     moved = replace(state, error=state.error + 1e-3 * numbers(12, *pull.shape))
     change = -np.linalg.solve(state.matrix, moved.scores() - state.scores())[0]
     assert change == pytest.approx(np.sum(pull * (moved.error - state.error)), rel=1e-6)
-    first, kept = carcass_joint.solve_jointly(problem, 2e5, (2e4, 5e6), refine=False)
-    assert kept and first.c_cx == 2e5
 
 
 def test_noise_of_a_quantity_is_summed_over_cells():
@@ -122,7 +118,7 @@ def test_equations_are_those_of_weighted_errors(away):
     whole = np.concatenate([[state.c_cx], p.curve.force])
 
     def error(at):
-        return p.simulate(np.array([at, at]))[0] - p.measured
+        return p.simulate(at[:1, None], at[None, 1:])[0] - p.measured
 
     np.testing.assert_allclose(state.error, error(whole), atol=1e-9)
     slopes = []

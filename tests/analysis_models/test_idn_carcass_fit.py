@@ -11,7 +11,7 @@ import pytest
 from idn_runs import X, run
 
 from flatplank_analysis.identify import carcass, carcass_problem
-from flatplank_analysis.models.contact import TOYO
+from flatplank_analysis.models.base import TOYO
 from flatplank_data.errors import FlatplankError
 
 RUNS = [run(k, name=f"{k}") for k in (-0.02, 0.0, 0.02)]
@@ -21,8 +21,8 @@ def fit(monkeypatch, c_cx=3e5, found=True, done=True, **options):
     """What the report is given."""
     given = {}
 
-    def solved(problem, begin, bounds, refine):
-        given.update(problem=problem, begin=begin, bounds=bounds, refine=refine)
+    def solved(problem, begin, bounds):
+        given.update(problem=problem, begin=begin, bounds=bounds)
         return SimpleNamespace(c_cx=c_cx), done
 
     at = SimpleNamespace(x=np.array([2.5e5]), converged=found)
@@ -45,9 +45,9 @@ def test_both_searches_must_have_converged(monkeypatch, found, done):
     [(1e5, "lower"), (1e5 + 0.09, "lower"), (1e5 + 0.2, ""), (4e5, "upper"), (4e5 - 0.5, "")],
 )
 def test_a_millionth_from_the_bound_is_on_it(monkeypatch, c_cx, edge):
-    told, _, given = fit(monkeypatch, c_cx, bounds=(1e5, 4e5), refine_curve=False)
+    told, _, given = fit(monkeypatch, c_cx, bounds=(1e5, 4e5))
     assert told == edge and given["bounds"] == (1e5, 4e5)
-    assert given["begin"] == 2.5e5 and given["refine"] is False
+    assert given["begin"] == 2.5e5
 
 
 def test_every_start_angle_counts_once(monkeypatch):
@@ -84,8 +84,7 @@ def test_the_search_over_the_stiffness_sees_weighted_errors():
     problem = carcass_problem.carcass_problem(RUNS)
     lanes = np.array([[2e5], [3e5]])
     rows = problem.residuals(lanes)
-    whole = np.column_stack([lanes, np.tile(problem.curve.force, (2, 1))])
-    error = problem.simulate(whole) - problem.measured
+    error = problem.simulate(lanes, np.tile(problem.curve.force, (2, 1))) - problem.measured
     np.testing.assert_allclose(rows, (problem.weight * error).reshape(2, -1), atol=1e-6)
     found = carcass_problem.search_carcass(problem, (2e4, 5e6))
     assert (

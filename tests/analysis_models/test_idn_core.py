@@ -8,19 +8,17 @@ import math
 import numpy as np
 import pytest
 
-from flatplank_analysis.identify.grid import bin_means
-from flatplank_analysis.identify.information import Candidate, confusions
 from flatplank_analysis.identify.least_squares import solve
-from flatplank_analysis.identify.noise import ARNoise, fit_noise, repeat_differences
-from flatplank_analysis.identify.quality import (
-    relative_error,
-    relaxation_length,
-    rmse,
-    transient_end,
-    transient_weights,
+from flatplank_analysis.identify.linear import transient_end, transient_weights
+from flatplank_analysis.identify.mf.information import Candidate, confusions
+from flatplank_analysis.identify.noise import (
+    ARNoise,
+    fit_noise,
+    repeat_differences,
+    run_covariance,
 )
-from flatplank_analysis.identify.results import Estimate, Fit, to_plain
-from flatplank_analysis.identify.uncertainty import run_covariance
+from flatplank_analysis.identify.results import Estimate, Fit, relative_error, rmse, to_plain
+from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.fits.campaigns import coloured_noise
 
@@ -74,9 +72,6 @@ def test_noise_model_is_found_again() -> None:
     noise = fit_noise(series)
     assert noise.coefficients[:2] == pytest.approx((0.6, 0.3), abs=0.05)
     assert noise.std == pytest.approx(10.0, rel=0.1)
-    white = noise.whiten(series[0])[20:]
-    assert np.std(white) == pytest.approx(1.0, rel=0.1)
-    assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.08
 
 
 def test_noise_score_covariance_is_that_of_many_draws() -> None:
@@ -149,7 +144,6 @@ def test_quantities_of_chapter_7() -> None:
     assert transient_end(x, response, 0.0) == x[-1]
     assert rmse(response + 3.0, response) == pytest.approx(3.0)
     assert relative_error(np.array([100.0, -50.0]), np.array([90.0, -45.0])) == pytest.approx(0.1)
-    assert relaxation_length(1e5, 2e5, 0.07) == pytest.approx(0.57)
 
 
 def test_results_are_plain_for_json() -> None:
@@ -158,7 +152,4 @@ def test_results_are_plain_for_json() -> None:
     assert (low, high) == pytest.approx((2.0 - 0.16449, 2.0 + 0.16449), abs=1e-4)
     fit = Fit("m", (one,), np.eye(1))
     assert fit.to_json()["rmse"] is None
-    assert fit["c"].value == 2.0
     assert to_plain({"a": np.array([1.0, np.nan])}) == {"a": [1.0, None]}
-    with pytest.raises(KeyError, match="not a parameter"):
-        fit["d"]

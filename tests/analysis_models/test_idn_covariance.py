@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from idn_runs import numbers
 
-from flatplank_analysis.identify.uncertainty import Carried, run_covariance
+from flatplank_analysis.identify.noise import Carried, run_covariance
 
 
 def test_covariance_of_a_mean_is_that_of_the_means_of_runs():
@@ -20,13 +20,11 @@ def test_covariance_of_a_mean_is_that_of_the_means_of_runs():
     own = y.mean(axis=1)
     assert found.matrix[0, 0] == pytest.approx(own.var(ddof=1) / runs)
     assert found.dof[0] == pytest.approx(runs - 1.0)
-    assert found.information[0, 0] == runs * each
     np.testing.assert_allclose(found.brought[:, 0] ** 2 @ np.ones(runs), found.matrix[0, 0])
     assert found.correlation == pytest.approx(np.eye(1))
     # a prior that knows as much as the data halves the pull and has an error of its own
     prior = np.array([[float(runs * each)]])
     halved = run_covariance(jac, (y - y.mean()).ravel(), index, prior)
-    assert halved.information[0, 0] == 2.0 * runs * each
     pulls = (own - y.mean()) * each / (2.0 * runs * each) / np.sqrt(1.0 - 0.5 / runs)
     assert halved.matrix[0, 0] == pytest.approx(pulls @ pulls + 0.25 / (runs * each))
     # what an earlier fit brought to a row comes with its run

@@ -7,13 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
 from idn_points import TIR
 from idn_runs import run
 
-from flatplank_analysis.identify import campaign, fit_file
-from flatplank_analysis.identify.campaign import _run_task, _Task, carcass_fits, fit_campaign
-from flatplank_analysis.identify.fit_file import FitFile
+from flatplank_analysis.identify import campaign
+from flatplank_analysis.identify import campaign as fit_file
+from flatplank_analysis.identify.campaign import (
+    FitFile,
+    _fit_condition,
+    carcass_fits,
+    fit_campaign,
+)
 from flatplank_analysis.identify.mf.points import steady_points
 from flatplank_analysis.models.tir import write_tir
 from flatplank_data.errors import FlatplankError
@@ -29,7 +33,7 @@ def test_fits_of_a_campaign_by_its_model():
     assert carcass_fits(quiet, settings)[0].c_cx.value == pytest.approx(3e5)
     # options of the carcass are none of the linear model
     assert fit_campaign(quiet[:6], replace(settings, model="linear")).model == "linear"
-    assert "three or more" in _run_task(_Task("nonlinear", tuple(quiet[:2]), {}))
+    assert "three or more" in _fit_condition("nonlinear", {}, quiet[:2])
     for runs, model, words in (
         (quiet, "mf", "no tire to start from"),
         ([], "linear", "no usable"),
@@ -53,7 +57,7 @@ def test_a_fit_file_says_what_it_does_not_understand():
         assert words in str(error.value)
     good = fit_file.parse_fit(head | {"joint": 0, "fixed": {"friction": 0.9, "PKX1": 20}})
     assert good.joint is False and good.carcass_options() == {"friction": 0.9}
-    assert good.mf_settings().fixed == {"friction": 0.9, "PKX1": 20.0}
+    assert good.fixed == {"friction": 0.9, "PKX1": 20.0}
     with pytest.raises(FlatplankError, match="format is not"):
         fit_file.parse_fit([])
 
@@ -87,14 +91,6 @@ def test_what_stands_in_a_fit_file_is_of_its_type():
     assert (fit.model, fit.campaigns, fit.tire) == ("7", ("1", "two"), "3")
     assert fit.bounds == {"c_cx": (1e5, 2e5)} and fit.prior == {"PKX1": (1.0, 2.0)}
     assert fit.weights == {"fx": 2.0} and fit.free == ("PKX2",) and fit.joint is True
-    assert fit_file.parse_fit(yaml.safe_load(fit.to_yaml())) == fit
-    settings = fit.mf_settings()
-    assert (settings.free, settings.bounds, settings.weights) == (
-        fit.free,
-        fit.bounds,
-        {"fx": 2.0},
-    )
-    assert settings.priors["PKX1"].std == 2.0 and settings.joint is True
     assert fit.carcass_options() == {"bounds": (1e5, 2e5)}
     assert FitFile().carcass_options() == {}
 

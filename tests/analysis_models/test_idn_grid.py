@@ -6,9 +6,7 @@ from __future__ import annotations
 import numpy as np
 from idn_runs import numbers
 
-from flatplank_analysis.identify import (
-    grid,
-)
+from flatplank_analysis.post import gridding as grid
 
 
 def test_an_even_grid_stays_as_it_is():

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flatplank_analysis.identify import information as info
+from flatplank_analysis.identify.mf import information as info
 from flatplank_analysis.identify.results import Confusion
 
 

@@ -9,26 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
-from flatplank_analysis.identify import (
-    FitFile,
-    MFFit,
-    MFSettings,
-    SteadyPoints,
-    fit_campaign,
-    fit_magic_formula,
-    merge,
-    parse_fit,
-    read_fit_file,
-    steady_points,
-)
-from flatplank_analysis.identify.mf import STAGES, Prior
-from flatplank_analysis.identify.mf.parameters import COEFFICIENTS
-from flatplank_analysis.identify.mf.stages import PREDICTIONS
+from flatplank_analysis.identify.campaign import FitFile, fit_campaign, parse_fit, read_fit_file
+from flatplank_analysis.identify.mf.fit import MFFit, fit_magic_formula
+from flatplank_analysis.identify.mf.points import SteadyPoints, merge, steady_points
+from flatplank_analysis.identify.mf.stages import COEFFICIENTS, PREDICTIONS, STAGES
 from flatplank_analysis.models.magic_formula import SECTION_OF, operating_point, steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_analysis.models.tir import shipped_tir
 from flatplank_data.errors import FlatplankError
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_runs
 
@@ -36,7 +24,7 @@ TRUTH = shipped_tir().replaced(
     {"PCX1": 1.5, "PEX1": -0.5, "PEX2": 0.3, "PEX3": 0.0, "PEX4": 0.1, "PKX3": 0.2, "RBX1": 14.0,
      "RBX2": 9.0, "RCX1": 1.05, "PPX1": -0.5, "PPX2": 1.5, "PPX3": 0.1, "PPX4": -0.3}
 )  # fmt: skip
-FX = MFSettings(stages=("pure_x", "combined", "pressure"))
+FX = FitFile(stages=("pure_x", "combined", "pressure"))
 
 
 def points_x(
@@ -100,11 +88,11 @@ def test_taking_the_loads_out_changes_the_statement_by_itself() -> None:
 
 
 def test_fixed_bounded_and_prior() -> None:
-    settings = MFSettings(
+    settings = FitFile(
         stages=("pure_x",),
         fixed={"PKX3": 0.2},
         bounds={"PDX1": (0.5, 0.9)},
-        priors={"PEX3": Prior(0.4, 0.001)},
+        prior={"PEX3": (0.4, 0.001)},
     )
     found = fit_magic_formula(points_x(), shipped_tir(), settings)
     assert "PKX3" not in found.estimates
@@ -115,12 +103,12 @@ def test_fixed_bounded_and_prior() -> None:
 
 
 def test_one_stage_alone_leaves_the_rest() -> None:
-    settings = MFSettings(stages=("combined",))
+    settings = FitFile(stages=("combined",))
     found = fit_magic_formula(points_x(), TRUTH, settings)
     assert set(found.estimates) == set(STAGES["combined"].outputs["fx"].split())
     assert found.tir.values["PKX1"] == TRUTH.values["PKX1"]
     with pytest.raises(FlatplankError, match="no stage cambers"):
-        fit_magic_formula(points_x(), TRUTH, MFSettings(stages=("cambers",)))
+        fit_magic_formula(points_x(), TRUTH, FitFile(stages=("cambers",)))
 
 
 def test_curvature_stays_at_one_and_friction_positive() -> None:
@@ -128,7 +116,7 @@ def test_curvature_stays_at_one_and_friction_positive() -> None:
     # Nearly bilinear data pull the curvature factor up against 1.
     fx = np.clip(1e5 * kappa, -2500.0, 2500.0)
     points = steady_points({"fx": fx}, fz=np.full(27, 3700.0), kappa=kappa, pressure=2.5e5)
-    found = fit_magic_formula(points, shipped_tir(), MFSettings(stages=("pure_x",)))
+    found = fit_magic_formula(points, shipped_tir(), FitFile(stages=("pure_x",)))
     c = found.tir.coefficients
     assert c.PEX1 * (1.0 + abs(c.PEX4)) <= 1.01
     assert c.PDX1 > 0.0
@@ -151,7 +139,7 @@ def test_radius_stiffness_and_contact() -> None:
     wave = 1.0 + 1e-4 * (-1.0) ** np.arange(len(fz))
     points = steady_points({k: v * wave for k, v in rows.items()}, fz=fz, pressure=pressure)
     start = shipped_tir().replaced({"VERTICAL_STIFFNESS": 1.8e5, "PFZ1": 0.3, "DREFF": 0.2})
-    found = fit_magic_formula(points, start, MFSettings(stages=("radius", "stiffness")))
+    found = fit_magic_formula(points, start, FitFile(stages=("radius", "stiffness")))
     for name in ("VERTICAL_STIFFNESS", "PFZ1", "Q_RA1", "LONGITUDINAL_STIFFNESS", "PCFY3"):
         assert found.estimates[name].value == pytest.approx(getattr(c, name), rel=0.02), name
     again = shape.effective_radius(found.tir.coefficients, o, 0.0)
@@ -166,7 +154,7 @@ def test_radius_over_side_slip_and_camber() -> None:
     o = operating_point(c, fz, 0.0, alpha, gamma, 2.5e5, 0.03)
     re = shape.effective_radius(c, o, 0.0) + 2e-5 * (-1.0) ** np.arange(len(fz))
     points = steady_points({"re": re}, fz=fz, alpha=alpha, gamma=gamma, pressure=2.5e5)
-    settings = MFSettings(stages=("radius",))
+    settings = FitFile(stages=("radius",))
     found = fit_magic_formula(points, shipped_tir(), settings).estimates
     assert found["Q_REA"].value == pytest.approx(0.3, abs=0.02)
     assert found["Q_REG"].value == pytest.approx(-0.2, abs=0.05)
@@ -191,7 +179,7 @@ def test_camber_and_side_force_with_moment() -> None:
     fy, mz = fy + 5.0 * rng.standard_normal(len(fy)), mz + 0.3 * rng.standard_normal(len(mz))
     points = steady_points({"fy": fy, "mz": mz}, fz=fz, alpha=alpha, gamma=gamma, pressure=2.5e5)
     start = shipped_tir().replaced({"PKY4": 2.0})
-    found = fit_magic_formula(points, start, MFSettings(stages=("pure_y", "aligning", "camber")))
+    found = fit_magic_formula(points, start, FitFile(stages=("pure_y", "aligning", "camber")))
     assert found.estimates["PKY1"].value == pytest.approx(c.PKY1, rel=0.03)
     assert found.estimates["PKY6"].value == pytest.approx(-0.9, abs=0.1)
     assert found.estimates["QDZ1"].value == pytest.approx(0.11, rel=0.03)
@@ -253,9 +241,7 @@ def test_fit_file_round_trip(tmp_path: Path) -> None:
     path.write_text(FIT_FILE)
     fit = read_fit_file(path)
     assert fit.stages == ("pure_x", "pressure")
-    settings = fit.mf_settings()
-    assert settings.priors["PEX4"] == Prior(0.0, 0.1)
-    assert parse_fit(yaml.safe_load(fit.to_yaml())) == fit
+    assert fit.prior["PEX4"] == (0.0, 0.1)
     nonlinear = parse_fit(
         {"format": "flatplank-fit/1", "model": "nonlinear", "fixed": {"friction": 0.9},
          "bounds": {"c_cx": [1e5, 3e5]}, "geometry": {"q_ra1": 0.9}}
@@ -319,6 +305,6 @@ def test_pressure_of_a_curve_that_was_not_measured_is_not_fitted() -> None:
     points = points_x()
     side = dict(points.measured) | {"fy": np.full(len(points), 5.0)}
     straight = replace(points, measured=side).rows(np.abs(points.alpha) < 1e-6)
-    found = fit_magic_formula(straight, shipped_tir(), MFSettings(stages=("pure_x", "pressure")))
+    found = fit_magic_formula(straight, shipped_tir(), FitFile(stages=("pure_x", "pressure")))
     assert "PPY1" not in found.estimates
     assert any("PPY1" in text and "slip angle" in text for text in found.skipped)

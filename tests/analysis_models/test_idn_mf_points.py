@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from idn_points import points
 
-from flatplank_analysis.identify.mf import candidates
+from flatplank_analysis.identify.mf import information as candidates
 from flatplank_analysis.identify.mf.points import (
     _tail,
     gathered,
@@ -34,15 +34,15 @@ def test_distinct_settings_of_the_data_in_words():
     assert candidates.levels_of(p.rows(np.zeros(6, bool)), "fz").size == 0
     angles = points(alpha=np.radians([0.0, 0.4, 0.8, 3.0, 3.0, 3.0]))
     np.testing.assert_allclose(np.degrees(candidates.levels_of(angles, "alpha")), [0.4, 3.0])
-    assert candidates.LEVEL["kappa"](-0.05) == "-5 %"
+    assert candidates.LEVEL["kappa"][1](-0.05) == "-5 %"
     assert candidates.SHOW["alpha"](np.radians(-5.0)) == "a slip angle of -5 deg"
     assert candidates.SHOW["gamma"](np.radians(2.5)) == "a camber of +2.5 deg"
     assert candidates.SHOW["pressure"](2.2e5) == "a pressure of 2.2 bar"
     assert candidates.SHOW["kappa"](0.02) == "a slip of +2 %"
     assert (
-        candidates.LEVEL["alpha"](np.radians(3.0))
+        candidates.LEVEL["alpha"][1](np.radians(3.0))
         == "+3 deg"
-        == candidates.LEVEL["gamma"](np.radians(3.0))
+        == candidates.LEVEL["gamma"][1](np.radians(3.0))
     )
 
 

@@ -12,8 +12,8 @@ from idn_points import LOADS, TIR, C, problem
 
 from flatplank_analysis.identify.mf import fit
 from flatplank_analysis.identify.mf import problem as problems
-from flatplank_analysis.identify.mf.parameters import COEFFICIENTS
 from flatplank_analysis.identify.mf.problem import _CURVATURES, Prior
+from flatplank_analysis.identify.mf.stages import COEFFICIENTS
 
 
 def test_curvatures_over_load_and_camber():

@@ -10,11 +10,11 @@ import pytest
 from idn_points import LOADS, TIR, C, points, whole_tire
 
 from flatplank_analysis.identify.mf import fit, stages
-from flatplank_analysis.identify.mf.fit import MFSettings, fit_magic_formula
-from flatplank_analysis.identify.mf.parameters import COEFFICIENTS, general_start
+from flatplank_analysis.identify.mf.fit import FitFile, fit_magic_formula
 from flatplank_analysis.identify.mf.points import (
     steady_points,
 )
+from flatplank_analysis.identify.mf.stages import COEFFICIENTS, general_start
 from flatplank_analysis.models.magic_formula import operating_point, steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_data.errors import FlatplankError
@@ -90,7 +90,7 @@ def test_what_becomes_of_the_coefficients_of_a_stage():
     pressure = stages.STAGES["pressure"]
     two = points(2, pressure=np.array([2e5, 3e5]))
     assert "slip" in obstacle(pressure, "fx", ["PPX1"], two)
-    settings = MFSettings(fixed={"PKX2": 0.0}, free=("PHX1", "RBX3", "PKY4"))
+    settings = FitFile(fixed={"PKX2": 0.0}, free=("PHX1", "RBX3", "PKY4"))
     names = ["PKX1", "PKX2", "PKX3"]
     assert fit._free(names, "fx", settings, {}) == ["PKX1", "PKX3", "PHX1", "RBX3"]
     assert fit._free(names, "fx", settings, {"fx": ["PKX3"]}) == ["PKX1"]
@@ -99,10 +99,10 @@ def test_what_becomes_of_the_coefficients_of_a_stage():
     assert {name: fit._output_of(name) for name in outputs} == outputs
     with pytest.raises(FlatplankError, match="FNOMIN cannot be fitted"):
         fit._output_of("FNOMIN")
-    limit = fit._limit("PKX1", MFSettings(bounds={"PKX1": (2.0, 3.0)}))
+    limit = fit._limit("PKX1", FitFile(bounds={"PKX1": (2.0, 3.0)}))
     assert (limit.lower, limit.upper, limit.start) == (2.0, 3.0, 3.0)
-    assert fit._limit("PKX1", MFSettings(bounds={"PKX1": (90.0, 95.0)})).start == 90.0
-    assert fit._limit("PKX1", MFSettings()) is COEFFICIENTS["PKX1"]
+    assert fit._limit("PKX1", FitFile(bounds={"PKX1": (90.0, 95.0)})).start == 90.0
+    assert fit._limit("PKX1", FitFile()) is COEFFICIENTS["PKX1"]
     assert general_start()["PKX1"] == COEFFICIENTS["PKX1"].start
 
 
@@ -128,16 +128,16 @@ def test_a_fit_without_its_points_is_refused():
         pressure=np.array([3.2004e5, 3.1996e5, 3.2e5, 3.2e5]),
     )
     with pytest.raises(FlatplankError, match=r"nominal pressure of 2.5 bar \(runs are at 3.2 bar"):
-        fit_magic_formula(p, TIR, MFSettings(stages=("pure_x",)))
+        fit_magic_formula(p, TIR, FitFile(stages=("pure_x",)))
     near = replace(p, pressure=np.full(4, 2.54e5), alpha=np.full(4, 0.1))
     with pytest.raises(FlatplankError) as error:
-        fit_magic_formula(near, TIR, MFSettings(stages=("pure_x",)))
+        fit_magic_formula(near, TIR, FitFile(stages=("pure_x",)))
     assert "no steady Fx or Fy to fit" in str(error.value) and "(runs" not in str(error.value)
     bare = replace(p, pressure=np.full(4, np.nan))
     with pytest.raises(FlatplankError, match="pressure not said"):
         fit_magic_formula(bare, TIR)
     radius = steady_points({"re": 0.3 + 1e-6 * LOADS}, fz=LOADS, pressure=2.5e5)
-    found = fit_magic_formula(radius, TIR, MFSettings(stages=("radius",)))
+    found = fit_magic_formula(radius, TIR, FitFile(stages=("radius",)))
     assert set(found.fits) == {"re"}
     assert found.cx_source.startswith("not measured: the start value of")
     none = TIR.replaced({"LONGITUDINAL_STIFFNESS": float("nan")})

@@ -11,9 +11,9 @@ import pytest
 from idn_points import TIR, C, points, problem, whole_tire
 
 from flatplank_analysis.identify.mf import fit, stages, statement
-from flatplank_analysis.identify.mf.parameters import COEFFICIENTS
 from flatplank_analysis.identify.mf.points import steady_points
 from flatplank_analysis.identify.mf.problem import OutputProblem, Prior
+from flatplank_analysis.identify.mf.stages import COEFFICIENTS
 from flatplank_analysis.identify.results import Confusion
 from flatplank_analysis.models.magic_formula import operating_point, steady_forces
 

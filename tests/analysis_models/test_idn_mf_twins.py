@@ -10,7 +10,8 @@ import pytest
 from idn_points import LOADS, TIR, C, points, problem
 
 from flatplank_analysis.identify.least_squares import Solution
-from flatplank_analysis.identify.mf import candidates, twins
+from flatplank_analysis.identify.mf import information as candidates
+from flatplank_analysis.identify.mf import statement as twins
 from flatplank_analysis.identify.mf.problem import OutputProblem, Prior
 
 

@@ -21,8 +21,6 @@ def test_numbers_of_a_first_order_noise():
     assert noise.gain == pytest.approx(5.0)
     assert noise.std == pytest.approx(3.0 / 0.6)
     assert noise.effective_samples == pytest.approx(1000.0 * 0.2 / 1.8)
-    white = numbers(5, 2, 400)
-    np.testing.assert_allclose(noise.whiten(noise.colour(white)), white / 3.0)
     assert ARNoise((), 0.0, 50).effective_samples == 50.0
     assert ARNoise((1.0,), 1.0, 9).gain == 1e3
     # an endless memory is cut, a short one stays
@@ -60,7 +58,6 @@ def test_covariance_of_scores_with_the_matrix_written_out():
     np.testing.assert_allclose(noise.score_covariance(jac), jac.T @ spread @ jac)
     white = numbers(15, 2, n)
     np.testing.assert_allclose(noise.colour(white), white @ np.linalg.inv(a).T)
-    np.testing.assert_allclose(noise.whiten(white), white @ a.T / 2.5)
 
 
 def test_recursion_of_burg_written_out():

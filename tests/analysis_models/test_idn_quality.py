@@ -6,12 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.identify.quality import (
-    is_transient,
-    rmse,
-    transient_end,
-    transient_weights,
-)
+from flatplank_analysis.identify.linear import is_transient, transient_end, transient_weights
+from flatplank_analysis.identify.results import rmse
 
 X = 0.25 * np.arange(8.0)
 RESPONSE = np.array([0.0, 400.0, 600.0, 700.0, 710.0, 711.0, 712.0, 713.0])

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from idn_runs import X, numbers, run
 
-from flatplank_analysis.identify import mean_response as means
 from flatplank_analysis.identify import (
     repeats,
 )
+from flatplank_analysis.identify import repeats as means
 from flatplank_analysis.identify.linear import linear_run
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.identify.steady_curve import steady_curve
@@ -91,10 +91,6 @@ def test_repeats_of_several_starts_share_their_relaxation_length():
     np.testing.assert_allclose(mean.std_error[1:], [160.0 / 3.0**0.5, 20.0 / 3.0**0.5], rtol=0.02)
     assert means.has_mean(runs) and not means.has_mean(runs[:1])
     assert not means.has_mean([replace(r, kappa=0.001) for r in runs])
-    assert not means.has_mean(runs, "fy")
-    lateral = [replace(r, alpha=0.02, fy=r.fx) for r in runs]
-    assert means.has_mean(lateral, "fy")
-    assert means.asymptotes(lateral, "fy") == pytest.approx([1640.0, 1800.0, 1960.0], rel=2e-3)
     level = repeats.fit_linear(runs).levels[0]
     assert level.steady_force.dof == 2.0
     assert level.slip_stiffness.std_error == pytest.approx(level.steady_force.std_error / 0.02)
@@ -142,19 +138,18 @@ def test_a_run_has_its_own_forces_beside_the_shared_length():
     """Weighted linear least squares; a start force that is given stays."""
     mean = linear_run(X, run(0.02).fx, 0.02)
     one = run(0.02, fx=1.1 * run(0.02).fx + 25.0 + 9.0 * numbers(5, len(X)) - 12.0 * (X < 0.0))
-    own = means._own(one, "fx", mean)
+    own = means._own(one, mean)
     weight = np.where(X < 0.0, 20.0**0.5, 1.0)
     grown = -np.expm1(-np.maximum(X, 0.0) / mean.sigma.value)
     basis = weight[:, None] * np.column_stack([grown, 1.0 - grown])
     wanted = np.linalg.lstsq(basis, weight * one.fx, rcond=None)[0]
     assert (own.steady_force.value, own.start_force.value) == pytest.approx(tuple(wanted))
     assert own.sigma == mean.sigma
-    given = linear_run(X, run(0.02).fx, 0.02, start_force=5.0)
-    own = means._own(one, "fx", given)
+    given = linear_run(X[X > 0.0], run(0.02).fx[X > 0.0], 0.02)
+    own = means._own(one, given)
     grown = -np.expm1(-np.maximum(X, 0.0) / given.sigma.value)
-    left = weight * (one.fx - 5.0 * (1.0 - grown))
-    steady = (weight * grown) @ left / np.sum((weight * grown) ** 2)
-    assert own.start_force.value == 5.0 and own.steady_force.value == pytest.approx(steady)
+    steady = (weight * grown) @ (weight * one.fx) / np.sum((weight * grown) ** 2)
+    assert own.start_force.value == 0.0 and own.steady_force.value == pytest.approx(steady)
 
 
 @pytest.mark.parametrize(

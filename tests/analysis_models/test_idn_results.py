@@ -33,7 +33,6 @@ def test_intervals_and_json_of_estimates():
     assert Confusion(("A", "B"), 0.5, "s", "r").to_json() == {
         "names": ["A", "B"], "correlation": 0.5, "statement": "s", "remedy": "r"}  # fmt: skip
     json.dumps(Fit("m", (one,), np.eye(1), (Confusion(("A",), math.nan, "", ""),)).to_json())
-    assert Fit("m", (one,), np.eye(1)).values == {"c": 10.0}
     mixed = {1: (np.float64(2.0), np.int64(3)), "b": np.array([np.inf]), "c": np.bool_(True)}
     assert to_plain(mixed) == {"1": [2.0, 3], "b": [None], "c": True}
     assert repeats.plain_condition("3000 N") == "3000 N"

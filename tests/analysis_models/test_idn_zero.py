@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from idn_runs import run
 
-from flatplank_analysis.identify.runs import StepRun
-from flatplank_analysis.identify.steering_zero import (
+from flatplank_analysis.identify.lateral import (
     NAMES,
     START,
     _solved,
@@ -19,6 +18,7 @@ from flatplank_analysis.identify.steering_zero import (
     lack_of_mirrors,
     steering_zero,
 )
+from flatplank_analysis.identify.runs import StepRun
 
 
 def cornering(zero: float, ply: float, level: float, start: int, slope: float) -> StepRun:

@@ -8,12 +8,12 @@ import pytest
 
 from flatplank_analysis.kinds.camber_sweep import camber_sweep
 from flatplank_analysis.kinds.cleat import cleat, envelope
-from flatplank_analysis.kinds.lagged import relaxed
 from flatplank_analysis.kinds.parking import parking, twisted
+from flatplank_analysis.kinds.record_fit import relaxed
 from flatplank_analysis.kinds.turning import brush, turning
 from flatplank_analysis.report.extras import RUN_BY_RUN
 from flatplank_analysis.report_files.build import build
-from flatplank_control.bench.listing import write_campaign
+from flatplank_control.bench.results import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import axes_of, plan_of

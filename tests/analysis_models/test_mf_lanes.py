@@ -19,7 +19,7 @@ from flatplank_analysis.models.magic_formula import (
     turn_slip,
 )
 from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_analysis.models.tir import shipped_tir
 
 VALUES = shipped_tir().values | {
     "LATERAL_STIFFNESS": 1e5, "QDZ1": 0.1, "QBZ1": 9.0, "QCZ1": 1.1, "RBX1": 9.0, "RCX1": 1.0,

@@ -8,10 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_analysis.identify.mf import SteadyPoints, fit_magic_formula
+from flatplank_analysis.identify.mf.fit import fit_magic_formula
+from flatplank_analysis.identify.mf.points import SteadyPoints
 from flatplank_analysis.models.magic_formula import NOT_OF, SECTION_OF
-from flatplank_analysis.models.shipped import SHIPPED, shipped_tir
-from flatplank_analysis.models.tir import check_tir, format_tir, parse_tir, read_tir, write_tir
+from flatplank_analysis.models.tir import (
+    SHIPPED,
+    check_tir,
+    format_tir,
+    parse_tir,
+    read_tir,
+    shipped_tir,
+    write_tir,
+)
 from flatplank_analysis.models.tir_whole import HEAD, RANGES, whole
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.errors import FlatplankError

@@ -20,15 +20,14 @@ from flatplank_analysis.models.magic_formula import (
     combined,
     operating_point,
     pure,
-    resistance,
     steady,
     steady_forces,
     turn_slip,
 )
 from flatplank_analysis.models.magic_formula import moment as moments
+from flatplank_analysis.models.magic_formula import moment as resistance
 from flatplank_analysis.models.magic_formula import structure as shape
-from flatplank_analysis.models.shipped import shipped_tir
-from flatplank_analysis.models.tir import write_tir
+from flatplank_analysis.models.tir import shipped_tir, write_tir
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.errors import FlatplankError
 

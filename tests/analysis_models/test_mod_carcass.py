@@ -10,14 +10,11 @@ import numpy as np
 import pytest
 from mod_laws import X, law
 
-from flatplank_analysis.models import kernel
 from flatplank_analysis.models import nonlinear as nl
-from flatplank_analysis.models.base import defaults, slip_inputs, stack_runs
-from flatplank_analysis.models.contact import TOYO, patch_relaxation
-from flatplank_analysis.models.linear import LinearX, LinearY
-from flatplank_analysis.models.nonlinear import NonlinearX, NonlinearY
-from flatplank_analysis.models.relaxation import deflection
-from flatplank_analysis.models.steady_law import table_law
+from flatplank_analysis.models.base import TOYO, slip_inputs, stack_runs
+from flatplank_analysis.models.linear import LinearX, deflection
+from flatplank_analysis.models.mf_tyre import late_weight
+from flatplank_analysis.models.nonlinear import NonlinearX, table_law
 
 
 def test_deflection_at_rest_and_over_a_long_way():
@@ -32,30 +29,16 @@ def test_deflection_at_rest_and_over_a_long_way():
 
 
 def test_start_forces_in_both_directions():
-    run = slip_inputs(X, 0.0, 3700.0, start_fx=-50.0, start_fy=80.0)
     decay = np.exp(-X / 0.45)
-    for model, start in ((LinearX(), -50.0), (LinearY(), 80.0)):
-        force = model.simulate(np.array([[0.45, 9e4]]), run)[0, 0]
+    for start in (-50.0, 80.0):
+        run = slip_inputs(X, 0.0, 3700.0, start_fx=start)
+        force = LinearX().simulate(np.array([[0.45, 9e4]]), run)[0, 0]
         np.testing.assert_allclose(force, start * decay, rtol=1e-9)
-    for model, start in ((NonlinearX(), -50.0), (NonlinearY(), 80.0)):
-        force = model.simulate(defaults(model), run)[0, 0]
+        force = NonlinearX(lambda _: law()).simulate(np.array([[2e5]]), run)[0, 0]
         assert force[0] == pytest.approx(start, abs=1e-6)
         assert abs(force[-1]) < 2.0
     # a spring without stiffness has no deflection to start from
     assert not LinearX().simulate(np.array([[0.45, 0.0]]), run).any()
-
-
-def test_patch_relaxes_over_what_adheres():
-    """a (1 - theta |slip|/(1 + slip))/(1 + slip), in y without the rolling; at least 1 %."""
-    slip, theta, a = np.array([-0.05, 0.0, 0.05, 0.9]), 8.0, 0.07
-    base = 1.0 + slip[:3]
-    wanted = a * (1.0 - theta * np.abs(slip[:3]) / base) / base
-    found = patch_relaxation(slip, theta, a)
-    np.testing.assert_allclose(found[:3], wanted)
-    assert found[3] == pytest.approx(0.01 * a / 1.9)
-    across = patch_relaxation(slip, theta, a, longitudinal=False)
-    np.testing.assert_allclose(across[:3], a * (1.0 - theta * np.abs(slip[:3])))
-    assert patch_relaxation(np.array(-0.99), 0.0, a) == pytest.approx(10.0 * a)
 
 
 def test_the_tread_that_the_law_has_and_one_that_is_given():
@@ -70,27 +53,10 @@ def test_the_tread_that_the_law_has_and_one_that_is_given():
     assert np.abs(hard.simulate(np.array([[2e5]]), run) - tied).max() > 10.0
 
 
-def test_a_damped_carcass_follows_with_its_time():
-    assert nl._followed(np.array([0.0, 0.01, 0.03]), 0.01) == pytest.approx(
-        [1.0, -math.expm1(-1.0), -math.expm1(-3.0)]
-    )
-    assert nl._followed(np.array([0.0, 5.0]), 0.0).tolist() == [1.0, 1.0]
+def test_the_weight_of_the_end_of_an_increment():
     ratio = np.array([1e-6, 0.5, 40.0])
-    late = nl.late_weight(0.2 * ratio, np.full(3, 0.2))
+    late = late_weight(0.2 * ratio, np.full(3, 0.2))
     assert late == pytest.approx([0.5, 1.0 / -math.expm1(-0.5) - 2.0, 1.0 - 1.0 / 40.0], abs=1e-4)
-
-
-def test_machine_code_and_python_are_one_function():
-    """What is compiled is tested as it is written."""
-    inputs = stack_runs([slip_inputs(X[::8], k, 3700.0, start_fx=-30.0) for k in (-0.1, 0.02)])
-    lanes = np.array([[2e5], [3e5]])
-    fast = NonlinearX().simulate(lanes, inputs)
-    compiled, kernel.compiled = kernel.compiled, kernel.march
-    try:
-        plain = NonlinearX().simulate(lanes, inputs)
-    finally:
-        kernel.compiled = compiled
-    np.testing.assert_allclose(plain, fast, atol=1e-9)
 
 
 @pytest.mark.parametrize("drop", [0.02, 0.2])
@@ -99,7 +65,7 @@ def test_machine_code_and_python_are_one_function():
 def test_beyond_the_peak_of_the_curve_the_force_ends_on_it(drop, step, machine_code, monkeypatch):
     """Where the curve falls no spring holds the contact point: it slides on to the slip."""
     if not machine_code:
-        monkeypatch.setattr(kernel, "compiled", None)
+        monkeypatch.setattr(nl, "march", nl.march.py_func)
     slips = np.array([-0.15, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.15])
     shape = np.array([drop - 1.0, -1.0, -0.85, -0.45, 0.0, 0.45, 0.85, 1.0, 1.0 - drop])
     model, x = NonlinearX(lambda _: table_law(slips, 3700.0 * shape)), np.arange(0.0, 3.0, step)

@@ -1,25 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Steady laws of the contact patch: tables and the smooth law."""
+"""Steady laws of the contact patch."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pytest
 from mod_laws import SLIPS, law
 
 from flatplank_analysis.models import nonlinear as nl
-from flatplank_analysis.models.steady_law import SineLaw, TableLaw, table_law
+from flatplank_analysis.models.nonlinear import TableLaw, table_law
 from flatplank_data.errors import FlatplankError
 
 
 @pytest.mark.parametrize("force", [-2500.0, -40.0, 0.0, 1500.0])
 def test_the_slip_that_gives_the_start_force(force):
-    for one in (law(), SineLaw(*(np.array([[v]]) for v in (9e4, 3700.0, 1.4, 30.0)))):
-        slip = nl.start_slip(one, np.array([[force]]))
-        assert one.force(slip)[0] == pytest.approx(force, abs=1e-6)
-        assert abs(slip.item()) < 0.08
+    slip = nl.start_slip(law(), np.array([[force]]))
+    assert law().force(slip)[0] == pytest.approx(force, abs=1e-6)
+    assert abs(slip.item()) < 0.08
     # beyond the peak there is none: the search ends inside of the table's reach
     assert abs(nl.start_slip(law(), np.array([[9e9]])).item()) <= 0.2
 
@@ -53,18 +50,6 @@ def test_a_table_of_a_law():
             table_law(np.array(bad), np.zeros(len(bad)))
 
 
-def test_slope_of_the_smooth_law_is_its_derivative():
-    sine = SineLaw(*(np.array([[v]]) for v in (9e4, 3700.0, 1.4, 25.0)))
-    slip = np.array([[-0.08, -0.01, 0.0, 0.03]])
-    force, slope = sine.force(slip)
-    assert force[0, 2] == 25.0 and sine.stiffness().item() == slope[0, 2] == 9e4
-    numeric = (sine.force(slip + 1e-7)[0] - sine.force(slip - 1e-7)[0]) / 2e-7
-    np.testing.assert_allclose(slope, numeric, rtol=1e-5)
-    assert sine.force(np.array([[1e6]]))[0].item() == pytest.approx(
-        25.0 + 3700.0 * math.sin(1.4 * math.pi / 2.0), rel=1e-4
-    )
-
-
 @pytest.mark.parametrize("shape", [(1,), (3,), (1, 1), (2, 1), (2, 3)])
 def test_every_lane_and_run_has_its_own_table(shape):
     """Values (runs or 1, nodes) or (lanes, runs or 1, nodes): each looked up alone."""
@@ -85,7 +70,6 @@ def test_every_lane_and_run_has_its_own_table(shape):
             for s in (0.005, -0.005)]  # fmt: skip
     np.testing.assert_allclose(np.broadcast_to(one.stiffness(), (2, 3)),
                                (ends[0] - ends[1]) / 0.01)  # fmt: skip
-    assert one.table() is one
 
 
 def test_a_table_goes_through_its_points_without_overshoot():

@@ -14,9 +14,8 @@ from scipy.optimize import brentq
 
 from flatplank_analysis.models.base import slip_inputs
 from flatplank_analysis.models.magic_formula import steady_forces
-from flatplank_analysis.models.mf_contact_point import ContactPointMF
-from flatplank_analysis.models.mf_tyre import MFTyre
-from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre
+from flatplank_analysis.models.tir import shipped_tir
 from flatplank_analysis.models.tire_state import tire_state
 from flatplank_data.errors import FlatplankError
 
@@ -27,14 +26,14 @@ def test_magic_formula_starts_at_the_measured_force():
     state = tire_state(c, 3700.0)
     still = slip_inputs(X, 0.0, 3700.0, start_fx=-60.0, start_fy=state.fy)
     across = replace(still, start_fx=np.array([state.fx]), start_fy=np.array([50.0]))
-    out = MFTyre(c).simulate_all(np.zeros((1, 0)), still)
-    assert out["fx"][0, 0, 0] == pytest.approx(-60.0, rel=0.06)
-    side = MFTyre(c, (), "fy").simulate(np.zeros((1, 0)), across)[0, 0]
+    out = MFTyre(c).simulate_all(still)
+    assert out["fx"][0, 0] == pytest.approx(-60.0, rel=0.06)
+    side = MFTyre(c).simulate_all(across)["fy"][0]
     assert side[0] == pytest.approx(50.0, rel=0.06)
     np.testing.assert_allclose(
         side - state.fy, (side[0] - state.fy) * np.exp(-X / state.sigma_y), atol=2.0
     )
-    away = out["fx"][0, 0] - state.fx
+    away = out["fx"][0] - state.fx
     np.testing.assert_allclose(away, away[0] * np.exp(-X / state.sigma_x), atol=2.0)
     point = ContactPointMF(c).simulate(np.zeros((1, 0)), still)[0, 0]
     assert point[0] == pytest.approx(-60.0, abs=0.5)
@@ -86,7 +85,7 @@ def test_without_a_relaxation_length_the_side_slip_is_the_wheels_own(alpha):
     c = shipped_tir().replaced({"RBX1": 9.0, "RCX1": 1.0, "QDZ1": 0.1, "QBZ1": 9.0, "QCZ1": 1.1})
     c = c.coefficients
     run = slip_inputs(X, 0.0, 3700.0, alpha=alpha, start_fx=tire_state(c, 3700.0).fx)
-    out = MFTyre(c).simulate_all(np.zeros((1, 0)), run)
+    out = MFTyre(c).simulate_all(run)
     state = tire_state(c, 3700.0, alpha=alpha)
     for name in ("fx", "fy", "mz"):
         np.testing.assert_allclose(out[name][0, 0], getattr(state, name), rtol=1e-6)
@@ -98,13 +97,13 @@ def test_a_load_that_changes_at_once_leaves_the_start_force():
     fz = np.where(X > 0.0, 2500.0, 4000.0)
     own = tire_state(c, 4000.0)
     run = slip_inputs(X, 0.0, fz, start_fx=own.fx - 80.0, start_fy=own.fy + 60.0)
-    out = MFTyre(c).simulate_all(np.zeros((1, 0)), run)
-    assert out["fx"][0, 0, 0] == pytest.approx(own.fx - 80.0, abs=2.0)
-    assert out["fy"][0, 0, 0] == pytest.approx(own.fy + 60.0, abs=2.0)
+    out = MFTyre(c).simulate_all(run)
+    assert out["fx"][0, 0] == pytest.approx(own.fx - 80.0, abs=2.0)
+    assert out["fy"][0, 0] == pytest.approx(own.fy + 60.0, abs=2.0)
     light, way = tire_state(c, 2500.0), X[1] - X[0]
     ratio = own.sigma_x / light.sigma_x * np.exp(-way / light.sigma_x)
     wanted = light.fx - 80.0 / own.kx * light.kx * ratio
-    assert out["fx"][0, 0, 1] == pytest.approx(wanted, abs=2.0)
+    assert out["fx"][0, 1] == pytest.approx(wanted, abs=2.0)
     point = ContactPointMF(c).simulate(np.zeros((1, 0)), run)[0, 0]
     assert point[0] == pytest.approx(own.fx - 80.0, abs=2.0)
 
@@ -116,7 +115,7 @@ def test_camber_of_the_run_reaches_the_force():
     for model in (MFTyre(c), ContactPointMF(c)):
         end = model.simulate(np.zeros((1, 0)), run)[0, 0, -1]
         assert end == pytest.approx(tire_state(c, 3700.0, 0.03, gamma=0.06).fx, rel=1e-3)
-    end = MFTyre(c, (), "fy").simulate(np.zeros((1, 0)), run)[0, 0, -1]
+    end = MFTyre(c).simulate_all(run)["fy"][0, -1]
     assert end == pytest.approx(tire_state(c, 3700.0, 0.03, gamma=0.06).fy, rel=1e-3)
 
 

@@ -9,9 +9,8 @@ from types import MappingProxyType
 
 import pytest
 
-from flatplank_analysis.models.shipped import shipped_tir
-from flatplank_analysis.models.tir import write_tir
-from flatplank_analysis.models.tir_units import DIMENSIONS, UNITS, factor
+from flatplank_analysis.models.magic_formula.coefficients import DIMENSIONS, UNITS, factor
+from flatplank_analysis.models.tir import shipped_tir, write_tir
 from flatplank_analysis.models.tire_record import (
     PLACEHOLDER,
     RANGES,

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.fast_dds import remove_orphans
+from flatplank_control.bench.processes import RUNAWAY_CPU_S, BenchProcesses, Start, Vitals
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.shared_memory import remove_orphans
-from flatplank_control.bench.starting import RUNAWAY_CPU_S, Start, Vitals
 
 NAMES = ("encoders", "recorder")
 LOADING = Vitals("S", 0.0, False)

@@ -6,9 +6,9 @@ import math
 import pytest
 
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.conditions import QUANTITIES
 from flatplank_control.runner.measurement import Measurement, from_mapping
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.quantities import QUANTITIES
 
 ON_THE_ROAD = ["free_rolling", "slip"]
 

@@ -21,7 +21,7 @@ IN_LOOP = {
 }
 THREADS = """
 import os, threading
-from flatplank_hw.realtime import NOT_ALLOWED, prepare_threads
+from flatplank_hw.process import NOT_ALLOWED, prepare_threads
 go = threading.Event()
 threading.Thread(target=go.wait).start()
 said = prepare_threads(7)

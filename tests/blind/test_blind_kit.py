@@ -19,7 +19,7 @@ from flatplank_control.runner.plans import plan_of
 from flatplank_data.campaign import Campaign as Folder
 from flatplank_sim.plant.campaign import Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
-from flatplank_sim.sealed.outside import OUTSIDE
+from flatplank_sim.sealed.menu import OUTSIDE
 from flatplank_sim.sealed.score import score
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin

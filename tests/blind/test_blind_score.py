@@ -6,9 +6,8 @@ from __future__ import annotations
 import pytest
 
 from flatplank_data.errors import FlatplankError
-from flatplank_sim.sealed.score import score
+from flatplank_sim.sealed.score import score, text_of
 from flatplank_sim.sealed.seal import unseal
-from flatplank_sim.sealed.words import text_of
 
 RACK = {
     "name": "rack_backlash", "size": 5e-4, "unit": "m", "class": ["drive_backlash", "road_play"],

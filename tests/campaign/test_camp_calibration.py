@@ -11,22 +11,21 @@ import numpy as np
 import pytest
 
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.calibration import Book, Entry, fit_line
-from flatplank_control.calibration.parasitic import amplitudes, difference, still_fits
+from flatplank_control.calibration.book import Book, Entry
+from flatplank_control.calibration.fits import fit_line, still_fits
+from flatplank_control.calibration.parasitic import amplitudes
 from flatplank_control.calibration.sheet import LINES, blank, starting_values
 from flatplank_control.cli.calibrate import main
 from flatplank_control.cli.tune import main as tune
-from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.standstill import Standstill
-from flatplank_control.runner.turn_watch import TurnWatch
 from flatplank_data.campaign import Campaign
 from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import to_text
+from flatplank_sim.simulator import filter_on_twin, turn_on_twin
 from flatplank_sim.twin.log import TableLog
-from flatplank_sim.twin.parasitic import filter_on_twin, turn_on_twin
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 
@@ -201,15 +200,6 @@ def test_the_parasitic_filter_of_one_mounting():
     assert still_fits(after["fz"]) == ""
     moved = turn._replace(angle=turn.angle + 0.3)
     assert "not that of this mounting" in still_fits(amplitudes(moved, fit, p)["fz"])
-
-
-def test_unfiltered_less_filtered_is_the_parasitic_force():
-    x = np.linspace(0.0, 4.0, 500)
-    tire, parasitic = 1000.0 * x, 250.0 * np.sin(x / 0.31)
-    found = difference(
-        np.column_stack([x, tire + parasitic]), np.column_stack([x, tire]), np.array([1.0, 2.0])
-    )
-    assert found == pytest.approx(np.interp([1.0, 2.0], x, parasitic), abs=0.1)
 
 
 def test_the_sheet_gives_starting_values_of_known_effects(tmp_path):

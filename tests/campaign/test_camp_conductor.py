@@ -7,9 +7,9 @@ import pytest
 import yaml
 from camp_plans import small
 
-from flatplank_control.bench.listing import list_kept
+from flatplank_control.bench.results import list_kept
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict
-from flatplank_control.runner.campaign.adopting import unwritten
+from flatplank_control.runner.campaign.conductor import unwritten
 from flatplank_control.runner.campaign.journal import note, pressure_after
 from flatplank_control.runner.campaign.quality import Finding
 from flatplank_data.run_record import load_record, record_from_dict

@@ -5,10 +5,9 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_control.runner.goal import mapping_of, measurement_of
+from flatplank_control.runner.dry_run import Progress, on_paper
 from flatplank_control.runner.measurement import Measurement
-from flatplank_control.runner.plans import PLANS, plan_of
-from flatplank_control.runner.progress import Progress, on_paper
+from flatplank_control.runner.plans import PLANS, mapping_of, measurement_of, plan_of
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ from camp_plans import HEAD, RUNS, small
 
 from flatplank_control.cli.run import main
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
-from flatplank_control.runner.campaign.dry_run import dry_run
 from flatplank_control.runner.campaign.order import condition
 from flatplank_control.runner.campaign.tires import known_tires
+from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.measurement import Measurement
 from flatplank_data.limits import LIMITS
 from flatplank_data.params import ParameterError, from_mapping

@@ -8,7 +8,6 @@ import pytest
 from camp_plans import LENIENT, ROAD, small
 
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.cli.bench import axes_of
 from flatplank_control.runner.campaign import Conductor, Journal
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import SPEED
@@ -16,12 +15,12 @@ from flatplank_control.runner.plans import plan_of
 from flatplank_control.runner.steps import PlanFailed, Wait
 from flatplank_data.campaign import Campaign
 from flatplank_hw.cia402 import State
-from flatplank_sim.twin.campaign_run import run_on_twin
+from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
 
-SETUP = BenchSetup(pace="hold", axes=axes_of("plank"))
+SETUP = BenchSetup(pace="hold", axes=("plank",))
 
 
 def bench_in(folder) -> TwinBench:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from flatplank_control.runner.campaign.quality import Limits, judge, profile, travel
-from flatplank_control.runner.dry_bench import DryBench
+from flatplank_control.runner.dry_run import DryBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.moves import ENOUGH
 from flatplank_control.runner.plans import plan_of

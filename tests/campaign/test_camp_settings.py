@@ -10,10 +10,10 @@ import pytest
 from camp_plans import small
 
 from flatplank_analysis.steady.rolling_radius import radius_of_run
-from flatplank_control.bench.listing import write_campaign
+from flatplank_control.bench.results import write_campaign
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign import PlanError
-from flatplank_control.runner.campaign.dry_run import dry_run
+from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.measurement import Measurement, MeasurementError
 from flatplank_control.runner.plans import plan_of
 from flatplank_data.campaign import Campaign

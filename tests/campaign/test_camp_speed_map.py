@@ -11,8 +11,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from flatplank_control.speed_map import RoadMap, learn
-from flatplank_control.speed_map.learn import Run, check_follows
+from flatplank_control.speed_map import RoadMap, Run, check_follows, learn
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
 

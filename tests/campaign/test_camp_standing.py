@@ -13,8 +13,8 @@ from pyarrow import parquet
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.cli.run import find_plan
 from flatplank_control.runner.campaign import PlanError, load_plan, plan_from_text
-from flatplank_control.runner.campaign.dry_run import dry_run
-from flatplank_control.runner.campaign.stiffness import EVALUATIONS
+from flatplank_control.runner.campaign.quality import EVALUATIONS
+from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import axes_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
@@ -166,8 +166,7 @@ def test_what_cannot_be_is_refused_with_its_line(block):
 
 def test_the_load_is_judged_by_the_zero_of_its_wheel_angle(tmp_path):
     """What the preloaded shaft feigns at this angle is known from the look before."""
-    from flatplank_control.runner.campaign.supervised import supervised
-    from flatplank_control.runner.standstill import Standstill
+    from flatplank_control.runner.campaign.supervised import Standstill, supervised
 
     setup = BenchSetup(pace="hold", preset="thesis2023")
     bench = TwinBench(Twin(setup), TableLog(tmp_path))

@@ -11,8 +11,8 @@ import pytest
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import Measurement
-from flatplank_control.runner.performing import StopWatch
 from flatplank_control.runner.plans import plan_of
+from flatplank_control.runner.steps import StopWatch
 from flatplank_data.run_record import load_record
 from flatplank_hw.drive.safety import LEFT_OPERATION, QUICK_STOP, RULES
 from flatplank_hw.samples import DriveSample

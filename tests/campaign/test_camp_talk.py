@@ -8,9 +8,8 @@ from types import SimpleNamespace
 import pytest
 from camp_plans import small
 
+from flatplank_control.cli.operator import NOT_ALL_GOOD, OF_A_RUN, Talk, conclude, tell
 from flatplank_control.cli.run import redo
-from flatplank_control.cli.talk import NOT_ALL_GOOD, Talk, conclude
-from flatplank_control.cli.wishes import OF_A_RUN, tell
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.quality import Finding
 

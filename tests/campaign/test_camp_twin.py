@@ -9,17 +9,17 @@ import pytest
 import yaml
 from camp_plans import LENIENT, ROAD, small
 
-from flatplank_control.bench.judging import outcome_of
+from flatplank_control.bench.results import outcome_of
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.runner.campaign import Conductor, Job, Journal, Limits, PlannedRun
+from flatplank_control.runner.campaign.supervised import Standstill
 from flatplank_control.runner.conditions import plank_beyond
-from flatplank_control.runner.dry_bench import DryBench
+from flatplank_control.runner.dry_run import DryBench
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.steps import Wait
 from flatplank_data.campaign import Campaign
-from flatplank_sim.twin.campaign_run import run_on_twin
+from flatplank_sim.twin.campaign import run_on_twin
 from flatplank_sim.twin.log import BagLog, TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench

@@ -171,17 +171,14 @@ def test_unknown_names_give_the_nearest():
     assert "nearest is 'amplitude'" in s.set_waveform("sine", {"ampl": 0.1}, 1.0, RE).reason
 
 
-def test_a_request_takes_effect_at_its_cycle():
+def test_a_request_takes_effect_at_the_next_cycle():
     s = with_step(0.02, 0.0)
     for n in range(5):
         s.step(sample(n, 1.0))
-    assert s.set_slip_step(0.1, 1.0, RE, at_cycle=8).cycle == 8
-    slips = []
-    for n in range(5, 12):
-        s.step(sample(n, 1.0))
-        slips.append(s.state.reference_slip)
-    assert slips == [0.02] * 3 + [0.1] * 4
-    assert "is over" in s.set_slip_step(0.1, 1.0, RE, at_cycle=2).reason
+    assert s.state.reference_slip == 0.02
+    assert s.set_slip_step(0.1, 1.0, RE).cycle == 5
+    s.step(sample(5, 1.0))
+    assert s.state.reference_slip == 0.1
 
 
 def test_a_sequencer_that_is_not_listened_to_still_knows_where_the_plank_is():

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import pytest
+from promises import broken
 
-from flatplank_analysis.discovery import invariants, verdict
+from flatplank_analysis.discovery import verdict
 
 
 @pytest.fixture(autouse=True)
@@ -15,7 +16,7 @@ def every_answer_keeps_what_always_holds(monkeypatch, request):
 
     def asked(*arguments, **named):
         result = whole(*arguments, **named)
-        assert invariants.broken(result) == [], (result.verdict, result.reason)
+        assert broken(result) == [], (result.verdict, result.reason)
         return result
 
     for module in (verdict, request.module):

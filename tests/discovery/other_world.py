@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns, from_tables
+from flatplank_analysis.contact_patch.data import from_tables
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import Campaign, CampaignRun

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numba import njit
 
-from flatplank_analysis.contact_patch.before import side_before
 from flatplank_analysis.contact_patch.data import load_runs
 from flatplank_analysis.contact_patch.kernel import in_play
 from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.tire_runs import side_before
 from flatplank_analysis.discovery.search import run_search
 from flatplank_analysis.effects.registry import library
 from flatplank_control.bench.setup import BenchSetup

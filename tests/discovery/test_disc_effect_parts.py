@@ -13,16 +13,17 @@ import pytest
 from shapes import measured
 
 from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.references import References
+from flatplank_analysis.contact_patch.tire_runs import References
 from flatplank_analysis.discovery.parameters import param
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.effects import checks, registry
 from flatplank_analysis.effects.base import Block, TireEffect
 from flatplank_analysis.effects.crosstalk import other
-from flatplank_analysis.effects.delays import lagged, shifted
-from flatplank_analysis.effects.lost_motion import distance
+from flatplank_analysis.effects.force_channel import lagged, shifted
+from flatplank_analysis.effects.gaps import distance
+from flatplank_analysis.effects.plank_waves import periods, spectrum
 from flatplank_analysis.effects.registry import library
-from flatplank_analysis.effects.waves import periods, spectrum, wave
+from flatplank_analysis.effects.wheel_angle import wave
 from flatplank_data.errors import FlatplankError
 
 LOOKED_FOR = {
@@ -507,7 +508,7 @@ def test_plug_ins_and_names_of_the_library(monkeypatch, tmp_path):
         "@dataclass(frozen=True)\nclass Mine(TireEffect):\n    identifier = 'wear'\n"
         "    a: float = param(0.0, unit='1', bounds=(0.0, 1.0), screen=0.1)\n"
     )
-    with pytest.raises(FlatplankError, match="is taken by flatplank_analysis.effects.wear"):
+    with pytest.raises(FlatplankError, match="is taken by flatplank_analysis.effects.road"):
         library([own])
     own.write_text(own.read_text().replace("'wear'", "'my_own'"))
     assert library([own, tmp_path / "." / "mine.py"])["my_own"].identifier == "my_own"

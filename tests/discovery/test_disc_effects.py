@@ -189,7 +189,7 @@ def test_node_hook_gives_the_same_as_the_compiled_loop(tmp_path):
 def test_lost_motion_is_the_gap():
     """Closed form: after the step the slip travel falls behind by the gap, no more."""
     from flatplank_analysis.effects.base import Motion
-    from flatplank_analysis.effects.lost_motion import lost_motion
+    from flatplank_analysis.effects.gaps import lost_motion
 
     data = probe_model().data
     rolled = (data.radius[:, None] * data.turned)[None]

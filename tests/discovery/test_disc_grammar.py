@@ -10,7 +10,7 @@ import pytest
 from bristles import Truth, campaign
 
 from flatplank_analysis.contact_patch.data import from_tables
-from flatplank_analysis.contact_patch.further import coordinates_of
+from flatplank_analysis.contact_patch.tire_runs import coordinates_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.effects.checks import check_effect, probe_of
 from flatplank_analysis.effects.registry import load_file

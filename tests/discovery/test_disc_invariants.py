@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from ball import Drag, Wind, throw
 from bristles import Truth, campaign, save
+from promises import broken
 from test_disc_signs import turned
 from third_campaigns import session, tables
 
@@ -88,7 +89,7 @@ def test_an_effect_that_makes_it_worse_goes_on_from_where_it_does_nothing(found)
 
 def test_what_is_not_kept_is_said(found):
     search, good = found
-    assert invariants.broken(good) == []
+    assert broken(good) == []
     bare = replace(search, steps=search.steps[:1])
     cases = {
         "the error rises": replace(good, rmse_after=1.01 * good.rmse_before),
@@ -96,7 +97,7 @@ def test_what_is_not_kept_is_said(found):
         "nothing of consequence is left": replace(good, verdict=verdict.PARTLY),
     }
     for told, result in cases.items():
-        assert any(told in line for line in invariants.broken(result)), told
+        assert any(told in line for line in broken(result)), told
 
 
 def state_of(unexplained, floors, largest, form, p=1e-9):

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from flatplank_analysis.contact_patch import compiling, kernel, vector
+from flatplank_analysis import kernels
+from flatplank_analysis.contact_patch import compiling, kernel
 
 RUNS, NODES = 11, 400
 
@@ -19,7 +20,7 @@ RUNS, NODES = 11, 400
 def _powers(x, exponents):
     out = np.empty(len(x))
     for i in range(len(x)):
-        out[i] = vector.power(x[i], exponents[i])
+        out[i] = compiling.power(x[i], exponents[i])
     return out
 
 
@@ -27,8 +28,12 @@ def _powers(x, exponents):
 def _exponentials(x):
     out = np.empty(len(x))
     for i in range(len(x)):
-        out[i] = vector.exponential(x[i])
+        out[i] = compiling.exponential(x[i])
     return out
+
+
+def test_the_set_up_can_call_every_inner_loop():
+    kernels.compile_all()
 
 
 def test_power_is_that_of_the_library():

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from bristles import Truth, campaign, save
 
-from flatplank_analysis.cli import add, compare, diagnose, effects, remove, undo
+from flatplank_analysis.cli import change, compare, diagnose, effects
 from flatplank_analysis.discovery import modelfile
 from flatplank_data import files
 from flatplank_data.errors import FlatplankError
@@ -40,7 +40,7 @@ def test_loop(folder, tmp_path, capsys):
     assert before["unexplained"] > 0.3 * before["floor"]
     assert len(before["conditions"]) == len(SMALL)
 
-    assert add.main(["drive_backlash", str(folder), "--model", str(model), "--json"]) == 0
+    assert change.add(["drive_backlash", str(folder), "--model", str(model), "--json"]) == 0
     added = _json(capsys)
     assert added["size"] == pytest.approx(5e-4, rel=0.15)
     assert added["rmse"] < 0.7 * added["rmse_before"]
@@ -52,23 +52,23 @@ def test_loop(folder, tmp_path, capsys):
     assert compare.main([str(folder), "--model", str(model)]) == 0
     assert "floor" in capsys.readouterr().out
 
-    assert remove.main(["drive_backlash", "--model", str(model)]) == 0
+    assert change.remove(["drive_backlash", "--model", str(model)]) == 0
     content = yaml.safe_load(model.read_text())
     assert content["effects"] == []
     assert [h["action"] for h in content["history"]] == ["start", "add", "remove"]
     with pytest.raises(FlatplankError, match="not in the model"):
-        remove.main(["drive_backlash", "--model", str(model)])
+        change.remove(["drive_backlash", "--model", str(model)])
     assert yaml.safe_load(model.read_text()) == content
 
-    assert undo.main(["--model", str(model)]) == 0
+    assert change.undo(["--model", str(model)]) == 0
     assert "remove drive_backlash undone" in capsys.readouterr().out
     assert yaml.safe_load(model.read_text()) == added_content
-    assert undo.main(["--model", str(model), "--json"]) == 0
+    assert change.undo(["--model", str(model), "--json"]) == 0
     back = _json(capsys)
     assert back["undone"] == {"action": "add", "effect": "drive_backlash"}
     assert back["effects"] == [] and back["rmse"] == added["rmse_before"]
     with pytest.raises(FlatplankError, match="nothing to undo"):
-        undo.main(["--model", str(model)])
+        change.undo(["--model", str(model)])
 
 
 def test_undo_goes_back_to_the_number(tmp_path):

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from promises import broken
 from scipy.signal import lfilter
 from shapes import CONDITIONS, LONG, NOISE, OTHER, REPEATS, TIME, Sum, measured
 
-from flatplank_analysis.discovery.invariants import broken
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.verdict import AT_FLOOR, NONE, diagnose

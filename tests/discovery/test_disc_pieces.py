@@ -9,12 +9,19 @@ import numpy as np
 import pytest
 from spring import SAMPLES, measured, sine, stairs, there_and_back
 
+from flatplank_analysis.discovery import recurring
 from flatplank_analysis.discovery.model import Lane
+from flatplank_analysis.discovery.recurring import cut
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.sources import recurring
-from flatplank_analysis.discovery.sources.base import FOUND, PARTLY, Source, cut
-from flatplank_analysis.discovery.sources.cap import capped
-from flatplank_analysis.discovery.sources.ranked import can_show, level_of, seen
+from flatplank_analysis.discovery.sources import (
+    FOUND,
+    PARTLY,
+    Source,
+    can_show,
+    capped,
+    level_of,
+    seen,
+)
 
 
 def runs_of(*inputs: np.ndarray, **more: np.ndarray) -> RunSet:

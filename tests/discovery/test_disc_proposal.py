@@ -13,7 +13,7 @@ import pytest
 import yaml
 from bristles import Truth, campaign, save
 
-from flatplank_analysis.cli import add, confirm, effects, propose
+from flatplank_analysis.cli import change, confirm, effects, propose
 from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.effects.registry import load_file
@@ -92,7 +92,7 @@ def test_the_file_is_an_ordinary_effect(proposed, pulled, tmp_path, capsys):
     model = tmp_path / "model.yaml"
     arguments = [proposed["name"], str(pulled[0]), "--effects", file, "--model", str(model)]
     capsys.readouterr()
-    assert add.main([*arguments, "--json"]) == 0
+    assert change.add([*arguments, "--json"]) == 0
     added = json.loads(capsys.readouterr().out)
     assert added["rmse"] < added["rmse_before"]
     assert yaml.safe_load(model.read_text())["effects"][0]["file"] == file

@@ -18,7 +18,7 @@ from bristles import Truth, campaign, save
 from matplotlib.figure import Figure
 
 import flatplank_analysis as fp
-from flatplank_analysis.cli import add, compare, diagnose, remove
+from flatplank_analysis.cli import change, compare, diagnose
 from flatplank_analysis.discovery.report.text import text_of
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
@@ -96,13 +96,13 @@ def test_fit_has_the_numbers_of_compare(model, folder, capsys):
 
 def test_add_has_the_numbers_of_the_verb(model, grown, folder, tmp_path, capsys):
     path = tmp_path / "model.yaml"
-    verb = _verb(capsys, add.main, "drive_backlash", folder, "--model", path)
+    verb = _verb(capsys, change.add, "drive_backlash", folder, "--model", path)
     assert {k: v for k, v in verb.items() if k not in ("model", "effect")} == dict(grown.numbers)
     mine = grown.save(tmp_path / "mine.yaml")
     assert yaml.safe_load(mine.read_text()) == yaml.safe_load(path.read_text())
     assert "drive_backlash: " in repr(grown) and model.effects == []
 
-    again = _verb(capsys, remove.main, "drive_backlash", folder, "--model", path)
+    again = _verb(capsys, change.remove, "drive_backlash", folder, "--model", path)
     smaller = grown.remove("drive_backlash")
     assert smaller.numbers["rmse"] == again["rmse"]
     assert smaller.save(tmp_path / "less.yaml").read_text() == path.read_text()

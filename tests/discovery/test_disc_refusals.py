@@ -10,7 +10,7 @@ import pytest
 from bristles import Truth, campaign, save
 from test_disc_effects import OWN
 
-from flatplank_analysis.cli import add, compare, diagnose, effects, remove
+from flatplank_analysis.cli import change, compare, diagnose, effects
 from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.parameters import NAMES
 from flatplank_analysis.contact_patch.session import Session
@@ -83,7 +83,7 @@ def test_an_effect_that_breaks_the_contract_is_refused_everywhere(case, folder, 
         diagnose.main([str(folder), "--effects", str(file)])
     assert str(file) in str(refused.value)
     with pytest.raises(FlatplankError, match=told):
-        add.main(["rail_friction", str(folder), "--effects", str(file), "--model", str(model)])
+        change.add(["rail_friction", str(folder), "--effects", str(file), "--model", str(model)])
     assert not model.exists()
 
 
@@ -99,7 +99,7 @@ def test_a_file_in_the_model_may_be_named_again(folder, tmp_path, monkeypatch, c
     file, model = _own(tmp_path), tmp_path / "model.yaml"
     monkeypatch.chdir(tmp_path)
     line = [str(folder), "--effects", file.name, "--model", str(model), "--json"]
-    assert add.main(["rail_friction", *line]) == 0
+    assert change.add(["rail_friction", *line]) == 0
     (entry,) = modelfile.load_model(model).effects
     assert entry.file == str(file)
     assert compare.main(line) == 0
@@ -134,7 +134,7 @@ def test_a_run_that_cannot_be_used_is_skipped_and_told(tables, tmp_path, capsys)
     seen = capsys.readouterr()
     assert sum(c["runs"] for c in json.loads(seen.out)["conditions"]) == len(tables) - 1
     assert f"{tables[2].info.file}: no 'wheel_angle': not used" in seen.err
-    assert add.main(["hub_gain", str(folder), "--model", str(model)]) == 0
+    assert change.add(["hub_gain", str(folder), "--model", str(model)]) == 0
     assert "no 'wheel_angle': not used" in capsys.readouterr().err
 
 
@@ -186,7 +186,7 @@ def test_a_place_that_cannot_be_written_is_told_before_the_search(folder, tmp_pa
         with pytest.raises(FlatplankError, match=told):
             diagnose.main([str(folder), option, str(tmp_path / place)])
     with pytest.raises(FlatplankError, match="no such folder"):
-        add.main(["hub_gain", str(folder), "--model", str(tmp_path / "none" / "model.yaml")])
+        change.add(["hub_gain", str(folder), "--model", str(tmp_path / "none" / "model.yaml")])
 
 
 def test_add_tells_why_an_effect_cannot_be_added(folder, single, tables, tmp_path):
@@ -195,15 +195,15 @@ def test_add_tells_why_an_effect_cannot_be_added(folder, single, tables, tmp_pat
     quiet.mkdir()
     weak = [t.with_columns(fy=0.01 * t["fy"]) for t in tables]
     with pytest.raises(FlatplankError, match="'crosstalk_fy' cannot show in these runs"):
-        add.main(["crosstalk_fy", str(save(weak, quiet)), "--model", str(model)])
+        change.add(["crosstalk_fy", str(save(weak, quiet)), "--model", str(model)])
     there = modelfile.ModelFile(effects=(modelfile.Entry("hub_gain"),))
     modelfile.save_model(there, model)
     with pytest.raises(FlatplankError, match="'hub_gain' is in the model already"):
-        add.main(["hub_gain", str(folder), "--model", str(model)])
-    for verb in (add, remove):
+        change.add(["hub_gain", str(folder), "--model", str(model)])
+    for verb in (change.add, change.remove):
         with pytest.raises(FlatplankError, match="4 runs: at least 6"):
-            effect = "road_play" if verb is add else "hub_gain"
-            verb.main([effect, str(single), "--model", str(model)])
+            effect = "road_play" if verb is change.add else "hub_gain"
+            verb([effect, str(single), "--model", str(model)])
     assert modelfile.load_model(model).to_dict() == there.to_dict()
 
 
@@ -228,7 +228,7 @@ def test_a_bad_model_file_is_told_in_one_line(text, folder, tmp_path):
     model = tmp_path / "model.yaml"
     content = f"format: {modelfile.FORMAT}\n{text}\n".encode("latin-1")
     model.write_bytes(content)
-    for main, line in ((compare.main, []), (diagnose.main, []), (add.main, ["hub_gain"])):
+    for main, line in ((compare.main, []), (diagnose.main, []), (change.add, ["hub_gain"])):
         with pytest.raises(FlatplankError, match=BAD_MODELS[text]) as told:
             main([*line, str(folder), "--model", str(model)])
         assert str(told.value).startswith(str(model))
@@ -262,7 +262,7 @@ def test_a_model_file_that_changed_meanwhile_is_not_overwritten(tmp_path):
     assert not path.exists()
 
 
-@pytest.mark.parametrize("verb", [add, remove])
+@pytest.mark.parametrize("verb", [change.add, change.remove])
 def test_add_and_remove_keep_what_somebody_else_wrote(verb, folder, tmp_path, monkeypatch):
     path = tmp_path / "model.yaml"
     modelfile.save_model(modelfile.ModelFile(campaign=str(folder)), path)
@@ -272,9 +272,9 @@ def test_add_and_remove_keep_what_somebody_else_wrote(verb, folder, tmp_path, mo
         modelfile.save_model(theirs, path)
         return model.with_step("add", name, {}), None, {}
 
-    monkeypatch.setattr(Session, verb.__name__.rsplit(".", 1)[-1], refit)
+    monkeypatch.setattr(Session, verb.__name__, refit)
     with pytest.raises(FlatplankError, match="changed meanwhile"):
-        verb.main(["hub_gain", "--model", str(path)])
+        verb(["hub_gain", "--model", str(path)])
     assert modelfile.load_model(path).to_dict() == theirs.to_dict()
 
 

@@ -412,7 +412,7 @@ def test_a_size_at_an_end_that_is_not_its_null(low, null, high, value, edge):
     assert decide.at_edge(Term(effect, np.array([value]))) is edge
 
 
-def test_a_channel_that_never_moves_weighs_by_its_form_alone():
+def test_a_channel_that_never_moves_asks_for_no_run():
     """Fz of a table that was written by hand: no scatter, and nothing to divide by."""
     model = SimpleNamespace(form=Form(mean=0.001, side=0.002), runs=SimpleNamespace())
     model.runs.largest = np.array([2000.0, 3700.0])

@@ -12,9 +12,8 @@ from scipy.signal import lfilter
 from scipy.stats import f as f_distribution
 
 from flatplank_analysis.discovery.dispersion import MOST_FREEDOM, Usual, usual
-from flatplank_analysis.discovery.fit import Fitter, Term
+from flatplank_analysis.discovery.fit import Fitter, Term, settle
 from flatplank_analysis.discovery.noise import fit_noise
-from flatplank_analysis.discovery.whitened import settle
 
 
 def _plain(ball: Ball, terms=()):

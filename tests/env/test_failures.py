@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_analysis.cli import failures
+from flatplank_analysis.cli import main as failures
 from flatplank_analysis.cli.main import guard, verbs
 
 pytestmark = pytest.mark.timeout(300)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import configparser
 import importlib.metadata
 import importlib.util
 import os
@@ -39,28 +40,22 @@ def dependencies(package: str) -> set[str]:
 
 
 def setup_values(package: str) -> dict[str, object]:
-    """The literals of setup.py: its constants and the keywords of the call of setup()."""
-    tree = ast.parse((SOURCES / package / "setup.py").read_text())
-    constants = {
-        statement.targets[0].id: statement.value
-        for statement in tree.body
-        if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name)
+    """What setup.cfg declares; `NODES` are the programs that `ros2 run` finds."""
+    file = configparser.ConfigParser()
+    file.read(SOURCES / package / "setup.cfg", encoding="utf-8")
+
+    def several(section: str, key: str) -> list[str]:
+        return [text for text in re.split(r"[\n;] *", file.get(section, key, fallback="")) if text]
+
+    extras, points = "options.extras_require", "options.entry_points"
+    runs = file["install"]["install_scripts"] == f"$base/lib/{package}"
+    return {
+        **file["metadata"],
+        "install_requires": several("options", "install_requires"),
+        "extras_require": {name: several(extras, name) for name in file[extras]},
+        "NODES": several(points, "console_scripts") if runs else [],
+        "VERBS": several(points, "flatplank.verbs"),
     }
-    call = next(n for n in ast.walk(tree) if isinstance(n, ast.Call) and _name(n.func) == "setup")
-    values = constants | {word.arg: word.value for word in call.keywords if word.arg}
-    return {k: ast.literal_eval(v) for k, v in values.items() if _is_literal(v)}
-
-
-def _name(node: ast.expr) -> str:
-    return node.id if isinstance(node, ast.Name) else ""
-
-
-def _is_literal(node: ast.expr) -> bool:
-    try:
-        ast.literal_eval(node)
-    except ValueError:
-        return False
-    return True
 
 
 def imported_modules(package: str) -> set[str]:
@@ -101,7 +96,7 @@ def test_manifest(package: str) -> None:
 @pytest.mark.parametrize("package", PYTHON_PACKAGES)
 def test_setup_agrees_with_the_manifest(package: str) -> None:
     values, root = setup_values(package), manifest(package)
-    assert values["NAME"] == package
+    assert values["name"] == package
     assert values["version"] == root.findtext("version")
     assert values["license"] == root.findtext("license")
     assert (SOURCES / package / "resource" / package).exists()

@@ -14,7 +14,7 @@ import time
 from ethercat_rig import BENCH, Emulator, InsistentNode, be_quick
 
 from flatplank_hw.ethercat.master import BusClient
-from flatplank_sim.namespace import MASTER, BenchNamespace
+from flatplank_sim.emulated import MASTER, BenchNamespace
 
 PATIENCE_MS = 12
 BURN = "while True: pass"

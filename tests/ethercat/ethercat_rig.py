@@ -21,8 +21,7 @@ from stalls import ATTEMPTS, EmulatorStalls
 
 from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
 from flatplank_hw.ethercat.master import BusClient
-from flatplank_sim.emulated import EmulatorProcess
-from flatplank_sim.namespace import MASTER, BenchNamespace, NamespaceError
+from flatplank_sim.emulated import MASTER, BenchNamespace, EmulatorProcess, NamespaceError
 
 BUS_FILES = Path(__file__).parents[2] / "ros_ws/src/flatplank_hw/config/bus"
 BENCH = BUS_FILES / "bench.yaml"

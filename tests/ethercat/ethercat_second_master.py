@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 
 from flatplank_hw.ethercat.master import BusClient, BusError
-from flatplank_sim.namespace import MASTER
+from flatplank_sim.emulated import MASTER
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ import sys
 from ethercat_rig import InsistentNode
 
 from flatplank_hw.ethercat.master import BusClient
-from flatplank_sim.namespace import MASTER
+from flatplank_sim.emulated import MASTER
 
 
 def main() -> None:

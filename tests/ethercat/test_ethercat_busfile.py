@@ -11,10 +11,9 @@ import yaml
 from ethercat_rig import BUS_FILES
 
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.ethercat import channels
+from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.layout import TYPES, Layout, limits
-from flatplank_hw.ethercat.reader import parse_bus, read_bus_file
-from flatplank_hw.ethercat.strict import BusFileError
+from flatplank_hw.ethercat.reader import BusFileError, parse_bus, read_bus_file
 from flatplank_hw.ethercat.writer import write_bus
 
 DATA = Path(__file__).parent / "data"
@@ -36,7 +35,7 @@ def test_the_bench_has_every_channel() -> None:
     bus = read_bus_file(BUS_FILES / "bench_five_axes.yaml")
     inputs = {e.channel for s in bus.slaves for e in s.input_entries} - {""}
     outputs = {e.channel for s in bus.slaves for e in s.output_entries} - {""}
-    assert inputs == channels.INPUTS and outputs == channels.OUTPUTS
+    assert inputs == busfile.INPUTS and outputs == busfile.OUTPUTS
     assert {s.axis for s in bus.slaves} - {""} == set(AXES)
 
 

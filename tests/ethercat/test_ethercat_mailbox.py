@@ -11,8 +11,7 @@ from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_sim.emulator.al import State
 from flatplank_sim.emulator.dictionary import Dictionary, variable
 from flatplank_sim.emulator.mailbox import Mailbox
-from flatplank_sim.emulator.sdo import SdoServer
-from flatplank_sim.emulator.sdo_info import SdoInfo
+from flatplank_sim.emulator.sdo import SdoInfo, SdoServer
 from flatplank_sim.emulator.slave import EmulatedSlave
 
 ROOM = 128

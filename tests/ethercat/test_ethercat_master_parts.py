@@ -6,24 +6,28 @@ from __future__ import annotations
 import pytest
 from ethercat_rig import BUS_FILES
 
+from flatplank_hw.bus.histogram import Histogram
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
 from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
-from flatplank_hw.ethercat.master import messages
-from flatplank_hw.ethercat.master.bits import place_bits
-from flatplank_hw.ethercat.master.counter import Counter
-from flatplank_hw.ethercat.master.health import HealthMonitor, Seen, SlaveState
-from flatplank_hw.ethercat.master.histogram import Histogram
-from flatplank_hw.ethercat.master.image import InputImage, OutputImage, expected_counter
-from flatplank_hw.ethercat.master.inbox import Inbox
-from flatplank_hw.ethercat.master.pacing import CATCH_UP, CycleClock
-from flatplank_hw.ethercat.master.recovery import (
+from flatplank_hw.ethercat.master import link
+from flatplank_hw.ethercat.master.health import (
     EFFECT_TIMEOUT_S,
     SETTLE_S,
+    HealthMonitor,
     RecoveryPolicy,
     RecoveryStep,
+    Seen,
+    SlaveState,
 )
-from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.ethercat.strict import BusFileError
+from flatplank_hw.ethercat.master.image import (
+    Counter,
+    InputImage,
+    OutputImage,
+    expected_counter,
+    place_bits,
+)
+from flatplank_hw.ethercat.master.pacing import CATCH_UP, CycleClock, Inbox
+from flatplank_hw.ethercat.reader import BusFileError, read_bus_file
 
 BENCH = read_bus_file(BUS_FILES / "bench.yaml")
 PERIOD = 4_000_000
@@ -124,9 +128,9 @@ def test_narrow_counters_are_continued(bits: int, raw: list[int], seen: list[int
 
 def test_messages_come_through_unchanged() -> None:
     inputs = image()._replace(cycle=2**40, stamp_ns=2**60, plank_counts=-(2**31), lvdt_volts=-0.1)
-    assert messages.unpack_inputs(messages.pack_inputs(inputs)) == inputs
+    assert link.unpack_inputs(link.pack_inputs(inputs)) == inputs
     asked = command()._replace(target_position=-(2**31), mode=-1, cycle=2**40)
-    assert messages.unpack_command(messages.pack_command(asked)) == asked
+    assert link.unpack_command(link.pack_command(asked)) == asked
 
 
 # --- health -------------------------------------------------------------------------------

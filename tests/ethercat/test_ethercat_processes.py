@@ -18,7 +18,7 @@ from ethercat_rig import BENCH, Bench, Emulator
 from stalls import undisturbed
 
 from flatplank_hw.bus.image import Health
-from flatplank_sim.namespace import MASTER
+from flatplank_sim.emulated import MASTER
 
 HERE = Path(__file__).parent
 INTRUDER = """

@@ -15,7 +15,7 @@ from ethercat_rig import BUS_FILES, Emulator, namespace
 
 from flatplank_hw.ethercat.reader import read_bus_file
 from flatplank_hw.ethercat.writer import write_bus
-from flatplank_sim.namespace import MASTER
+from flatplank_sim.emulated import MASTER
 
 HERE = Path(__file__).parent
 DEVICES = HERE / "data" / "pysoem_devices.yaml"

@@ -16,10 +16,9 @@ from ethercat_rig import BENCH, BUS_FILES, Emulator, InsistentNode, namespace
 
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master import BusClient, BusError
-from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.ethercat.strict import BusFileError
+from flatplank_hw.ethercat.reader import BusFileError, read_bus_file
 from flatplank_hw.ethercat.writer import write_bus
-from flatplank_sim.namespace import MASTER, BenchNamespace
+from flatplank_sim.emulated import MASTER, BenchNamespace
 
 STUB = ("--plant", "ethercat_stub_plant:make")
 

@@ -246,6 +246,6 @@ def test_same_frames_same_bench() -> None:
         seen = []
         for _ in range(60):
             bench.step()
-            seen.append([s.input_values for s in bench.slaves])
+            seen.append([s.inputs.values for s in bench.slaves])
         runs.append(seen)
     assert runs[0] == runs[1] and runs[0][10] != runs[0][30]

@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
+from collections.abc import Callable
+
+import pytest
 
 from flatplank_hw.bus.image import AxisCommand
-from flatplank_hw.ethercat.master.waiting import Waiting
+from flatplank_hw.ethercat.master.pacing import Waiting
 
 PATIENCE_S = 0.08
 
@@ -27,28 +31,36 @@ def always() -> bool:
     return True
 
 
+def hold(
+    waiting: Waiting, cycle: int, nodes: Nodes, go_on: Callable[[], bool] = always
+) -> list[AxisCommand]:
+    """A cycle that began just now and is over."""
+    now = time.perf_counter_ns()
+    return waiting.hold(cycle, now, now, nodes.take, go_on)
+
+
 def test_nobody_has_answered_yet() -> None:
     waiting = Waiting(PATIENCE_S)
-    assert waiting.hold(5, Nodes().take, always) == []
+    assert hold(waiting, 5, Nodes()) == []
     assert (waiting.waited_ns, waiting.given_up) == (0, 0)
 
 
 def test_a_real_bus_never_waits() -> None:
     waiting = Waiting(0.0)
-    assert len(waiting.hold(5, Nodes([1]).take, always)) == 1
+    assert len(hold(waiting, 5, Nodes([1]))) == 1
     assert (waiting.waited_ns, waiting.given_up) == (0, 0)
 
 
 def test_waits_for_the_answer_to_the_last_cycle() -> None:
     waiting = Waiting(PATIENCE_S)
-    found = waiting.hold(5, Nodes([1], [2], [], [3, 4], [5]).take, always)
+    found = hold(waiting, 5, Nodes([1], [2], [], [3, 4]))
     assert [c.cycle for c in found] == [1, 2, 3, 4]
     assert waiting.given_up == 0
 
 
 def test_a_batch_is_answered_once() -> None:
     waiting = Waiting(PATIENCE_S, batch=4)
-    assert [c.cycle for c in waiting.hold(7, Nodes([3]).take, always)] == [3]
+    assert [c.cycle for c in hold(waiting, 7, Nodes([3]))] == [3]
     assert waiting.lacking(8) == [0]
 
 
@@ -57,14 +69,47 @@ def test_who_is_silent_delays_the_bus_only_for_a_moment() -> None:
     waiting = Waiting(PATIENCE_S)
     start = time.perf_counter()
     for cycle in range(2, 22):
-        waiting.hold(cycle, Nodes([cycle - 2]).take, always)
+        hold(waiting, cycle, Nodes([cycle - 2]))
     assert time.perf_counter() - start < 10 * PATIENCE_S
     assert waiting.given_up == 20
-    waiting.hold(22, Nodes([21]).take, always)
+    hold(waiting, 22, Nodes([21]))
     assert waiting.given_up == 20
 
 
 def test_an_end_is_not_waited_for() -> None:
     waiting = Waiting(60.0)
-    waiting.hold(5, Nodes([1]).take, lambda: False)
+    hold(waiting, 5, Nodes([1]), lambda: False)
     assert waiting.given_up == 0
+
+
+PERIOD_NS = 40_000_000
+
+
+class Slow(Nodes):
+    """One axis that answers a cycle so long after its start."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self._at = time.perf_counter() + seconds
+
+    def take(self, seconds: float) -> list[AxisCommand]:
+        time.sleep(max(min(seconds, self._at - time.perf_counter()), 0.0))
+        if time.perf_counter() < self._at:
+            return []
+        self._at = math.inf
+        return [AxisCommand(0, 5, 0, 9, 0, 0, 0, 0)]
+
+
+@pytest.mark.parametrize(("answer_s", "at_least"), [(0.005, 1.0), (0.03, 1.5), (0.06, 3.0)])
+def test_a_late_answer_makes_the_cycle_twice_as_long_as_the_answer(answer_s, at_least) -> None:
+    """Answers take at most half of the time: the rest is for who only listens."""
+    waiting = Waiting(1.0)
+    hold(waiting, 5, Nodes([4]))
+    begun = time.perf_counter_ns()
+    found = waiting.hold(6, begun, begun + PERIOD_NS, Slow(answer_s).take, always)
+    took = (time.perf_counter_ns() - begun) / PERIOD_NS
+    assert [c.cycle for c in found] == [5]
+    assert took >= at_least
+    assert waiting.waited_ns >= (at_least - 1.0) * PERIOD_NS
+    if at_least == 1.0:
+        assert waiting.waited_ns == 0

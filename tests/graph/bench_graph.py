@@ -10,12 +10,12 @@ from pathlib import Path
 
 from std_srvs.srv import SetBool
 
-from flatplank_control.bench.loopback import loopback as on_loopback
+from flatplank_control.bench.fast_dds import loopback as on_loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
 from flatplank_control.recording.mcap_scan import scan, stored_messages
-from flatplank_control.topics import at_every_cycle
+from flatplank_control.recording.topics import at_every_cycle
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs
 from flatplank_msgs.srv import (

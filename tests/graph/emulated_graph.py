@@ -15,6 +15,7 @@ from bench_graph import loopback, next_domain
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from ethercat_rig import namespace
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import SetBool
 
 from flatplank_control.bench.processes import BenchProcesses
@@ -23,11 +24,20 @@ from flatplank_control.nodes.client import BenchClient
 from flatplank_data.campaign import Campaign
 from flatplank_data.table import MeasurementTable
 from flatplank_hw.cia402 import State
-from flatplank_hw.nodes.qos import STREAM
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.srv import PlankSwitch, StartRecording, StopRecording
 
-IDLE_SPINS = 3
+LATEST = QoSProfile(
+    reliability=ReliabilityPolicy.RELIABLE, history=HistoryPolicy.KEEP_LAST, depth=1
+)
+"""A client that is slower than the bench hears the newest sample all the same."""
+TOPICS = {
+    BusInputs: "/bus/inputs",
+    EncoderState: "/encoders/state",
+    HubState: "/measurement_hub/state",
+    DriveStatus: "/wheel_drive/status",
+    DiagnosticArray: "/diagnostics",
+}
 
 
 def below(pid: int) -> Iterator[tuple[int, list[str]]]:
@@ -45,30 +55,20 @@ class EmulatedGraph:
         self.client = client
         self.nodes = nodes
         self.latest: dict[type, object] = {}
-        self.arrived = 0
         self.newest = Time()
-        for kind, topic in {
-            BusInputs: "/bus/inputs",
-            EncoderState: "/encoders/state",
-            HubState: "/measurement_hub/state",
-            DriveStatus: "/wheel_drive/status",
-            DiagnosticArray: "/diagnostics",
-        }.items():
-            client.node.create_subscription(kind, topic, self._keep, STREAM)
+        for kind, topic in TOPICS.items():
+            client.node.create_subscription(kind, topic, self._keep, LATEST)
 
     def _keep(self, message: object) -> None:
         self.latest[type(message)] = message
-        self.arrived += 1
         if isinstance(message, BusInputs):
             self.newest = message.header.stamp
 
     def catch_up(self) -> None:
-        """Take what has come while nobody listened; a spin may end with something else."""
-        idle = 0
-        while idle < IDLE_SPINS:
-            before = self.arrived
+        """Take what has come while nobody listened: at most one sample of each topic, and as many
+        calls of a round that was begun before."""
+        for _ in range(2 * len(TOPICS)):
             self.client.spin(0.0)
-            idle = idle + 1 if self.arrived == before else 0
 
     def until(self, kind: type, condition: Callable[[object], bool], seconds: float) -> object:
         """The first sample from now on that fulfils a condition; bench time, which the emulated

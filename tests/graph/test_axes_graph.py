@@ -8,7 +8,7 @@ import pytest
 from bench_graph import graph
 from std_srvs.srv import SetBool
 
-from flatplank_control.bench.judging import COLUMNS
+from flatplank_control.bench.results import COLUMNS
 from flatplank_control.nodes.client import BenchError
 from flatplank_hw.drive.safety import RULES
 from flatplank_hw.nodes.qos import STREAM

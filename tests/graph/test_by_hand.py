@@ -9,7 +9,7 @@ from bench_graph import graph
 from std_srvs.srv import SetBool
 
 from flatplank_analysis.report.analysis import analyse
-from flatplank_control.topics import RECORDED
+from flatplank_control.recording.topics import RECORDED
 from flatplank_data.campaign import Campaign
 from flatplank_data.run_record import load_record
 from flatplank_msgs.srv import (

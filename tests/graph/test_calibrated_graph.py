@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from bench_graph import Graph, graph
 
-from flatplank_control.calibration import Book, Entry
+from flatplank_control.calibration.book import Book, Entry
 from flatplank_control.runner.provenance import software_version
 from flatplank_data.run_record import RunRecord, load_record
 from flatplank_msgs.srv import StartRecording, StopRecording

@@ -17,7 +17,7 @@ from bench_graph import loopback, next_domain
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient
-from flatplank_hw.parent import STARTED
+from flatplank_hw.process import STARTED
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
 

@@ -10,9 +10,9 @@ from bench_graph import graph
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.client import BenchError
+from flatplank_control.runner.dry_run import on_paper
 from flatplank_control.runner.measurement import from_mapping
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.runner.progress import on_paper
 from flatplank_data.run_record import load_record
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.troubles import TROUBLES

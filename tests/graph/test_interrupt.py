@@ -10,8 +10,7 @@ from bench_graph import loopback, next_domain
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.task import Future
 
-from flatplank_control.nodes.client import BenchClient, BenchError
-from flatplank_control.nodes.interrupt import Interrupt
+from flatplank_control.nodes.client import BenchClient, BenchError, Interrupt
 from flatplank_msgs.action import RunMeasurement
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(60)]

@@ -14,7 +14,7 @@ import pytest
 from bench_graph import graph
 from test_lab import Hands
 
-from flatplank_control.investigate.journal import NAME
+from flatplank_control.investigate.opening import NAME
 
 pytestmark = [pytest.mark.graph, pytest.mark.long, pytest.mark.timeout(3600)]
 VERB = (

@@ -9,7 +9,7 @@ import pytest
 from bench_graph import graph, loopback, next_domain
 from std_srvs.srv import Trigger
 
-from flatplank_control.recording.arrivals import BEHIND_NS
+from flatplank_control.recording.bus_cycles import BEHIND_NS
 from flatplank_msgs.srv import (
     LoadParasiticFit,
     MoveTo,

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from bench_graph import loopback, next_domain
 
+from flatplank_control.bench.fast_dds import SHARED_MEMORY
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.shared_memory import SHARED_MEMORY
 from flatplank_control.nodes.client import BenchClient, BenchError
 from flatplank_validation.bench.cold_start import busy, forget_files, without_byte_code
 

@@ -15,9 +15,9 @@ from flatplank_analysis.investigation import loop
 from flatplank_analysis.investigation.decoys import Decoys
 from flatplank_analysis.investigation.planner import DECIDED, Choice
 from flatplank_analysis.investigation.settings import Setting
-from flatplank_control.bench.listing import list_kept
+from flatplank_control.bench.results import list_kept
 from flatplank_control.investigate.bench import CampaignBench
-from flatplank_control.investigate.journal import DiskLog
+from flatplank_control.investigate.opening import DiskLog
 from flatplank_control.runner.campaign import SUFFIX, Conductor, Journal, Outcome, Verdict
 from flatplank_control.runner.campaign.quality import Finding
 from flatplank_control.runner.campaign.tires import known_tires

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from flatplank_control.investigate.journal import NAME
+from flatplank_control.investigate.opening import NAME
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(7200)]
 VERB = (

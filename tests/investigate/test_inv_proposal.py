@@ -13,11 +13,9 @@ from flatplank_analysis.effects.registry import library, load_file
 from flatplank_analysis.investigation.loop import Loop
 from flatplank_analysis.investigation.notebook import summary, text_of
 from flatplank_analysis.investigation.report import write_notebook
-from flatplank_control.investigate.journal import DiskLog
-from flatplank_control.investigate.opening import proposed
+from flatplank_control.investigate.opening import DiskLog, proposed
 from flatplank_panel.analysis.investigating import investigation
-from flatplank_sim.sealed.menu import MENU
-from flatplank_sim.sealed.outside import OUTSIDE
+from flatplank_sim.sealed.menu import MENU, OUTSIDE
 from flatplank_validation.investigate.fast import FastBench
 
 pytestmark = pytest.mark.timeout(1800)  # whole searches: a busy machine takes minutes

@@ -7,8 +7,8 @@ import json
 
 import pytest
 
-from flatplank_analysis.investigation.notebook import summary, text_of
-from flatplank_analysis.investigation.report import entries_of, write_notebook
+from flatplank_analysis.investigation.notebook import entries_of, summary, text_of
+from flatplank_analysis.investigation.report import write_notebook
 
 RUN = {"kappa": 0.02, "start": 1, "step_position": 1.5, "fz": 3700, "pressure": 2.5}
 

@@ -14,7 +14,7 @@ import yaml
 from inv_stub import BAD, ENOUGH, investigate
 
 from flatplank_analysis.investigation.notebook import summary, text_of
-from flatplank_control.investigate.journal import NAME, DiskLog
+from flatplank_control.investigate.opening import NAME, DiskLog
 from flatplank_data.errors import FlatplankError
 
 pytestmark = pytest.mark.timeout(900)  # fifty processes: a busy machine takes minutes

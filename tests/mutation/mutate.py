@@ -76,7 +76,7 @@ AREAS = (
     Area(
         "identify", "identify",
         (*PARTS, *FITS, "tests/analysis_data/test_steering_zero.py"),
-        ("carcass_report.py",),
+        ("carcass.py",),
     ),
 )  # fmt: skip
 

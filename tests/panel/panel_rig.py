@@ -15,9 +15,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.bench.loopback import loopback as on_loopback
+from flatplank_control.bench.fast_dds import loopback as on_loopback
 from flatplank_hw.nodes import convert
-from flatplank_hw.parent import END_WITH_PARENT
+from flatplank_hw.process import END_WITH_PARENT
 
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = [

@@ -18,17 +18,16 @@ from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 from flatplank_panel import validation as check
 from flatplank_panel.access import COOKIE, Guard, address, host_of, is_loopback
 from flatplank_panel.analysis.worker import plain
-from flatplank_panel.bench_state import BEHIND, BenchState, Samples, Slip
+from flatplank_panel.bench_state import BEHIND, BenchState, Ring, Samples, Slip
 from flatplank_panel.charge import HOLDER_TIMEOUT_S, Charge, NotInCharge
-from flatplank_panel.constants import CONSTANTS
 from flatplank_panel.host import Host
 from flatplank_panel.link import Reply
 from flatplank_panel.live import Live, script
 from flatplank_panel.operator import Operator
-from flatplank_panel.rings import Ring
 from flatplank_panel.signals import SIGNALS
+from flatplank_panel.validation import CONSTANTS
 from flatplank_panel.views import page
-from flatplank_panel.views.waveform import preview
+from flatplank_panel.views.drive import preview
 
 COLUMN = {signal.key: i for i, signal in enumerate(SIGNALS)}
 

@@ -15,7 +15,7 @@ from looks import looked_after, take
 from own_loop import finished
 from panel_rig import wait_for
 
-from flatplank_control.investigate.journal import NAME
+from flatplank_control.investigate.opening import NAME
 from flatplank_panel.analysis import investigating
 from flatplank_panel.bench_state import Progress
 from flatplank_panel.charge import Charge

@@ -7,8 +7,8 @@ import json
 import re
 import xml.etree.ElementTree as ET
 
+from flatplank_control.recording.topics import RECORDED
 from flatplank_control.recording.typestore import typestore
-from flatplank_control.topics import RECORDED
 from flatplank_hw.share import config_file
 
 KINDS = {spec.name: spec.type for spec in RECORDED} | {"/run": "flatplank_msgs/msg/Run"}

@@ -15,7 +15,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import verdict
 from flatplank_control.runner.campaign import load_plan
 from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_panel.analysis.proposal import runs_of
+from flatplank_panel.analysis.fit_jobs import runs_of
 from flatplank_panel.next_plan import block_of, plans_of, write_next
 
 RUN = {"kappa": 0.05, "fz": 3700.0, "pressure": 2.5, "step_position": 1.5}

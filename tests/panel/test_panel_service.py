@@ -14,9 +14,8 @@ from own_loop import finished
 from flatplank_control.calibration.parasitic import Turn, identify_turn
 from flatplank_control.runner.campaign import Conductor, Journal, Outcome, Verdict, plan_from_text
 from flatplank_control.runner.campaign.quality import Finding
-from flatplank_panel.analysis import browse_jobs, fit_jobs, identifying
-from flatplank_panel.analysis.stamp import stamp_of
-from flatplank_panel.analysis.verdicts import verdicts_of
+from flatplank_panel.analysis import browse_jobs, fit_jobs
+from flatplank_panel.analysis.browse_jobs import stamp_of, verdicts_of
 from flatplank_panel.service import AnalysisService, PageAnalysis
 
 
@@ -182,11 +181,11 @@ def test_only_unloaded_turns_are_identified(tmp_path):
         (tmp_path / name).mkdir()
         (tmp_path / name / "run.yaml").write_text(f"tire: TOY\nmeasurement: {kind}\nname: x\n")
     root, target = str(tmp_path), str(tmp_path / "fit.yaml")
-    assert identifying.turns(quiet, root) == ["turn"]
+    assert browse_jobs.turns(quiet, root) == ["turn"]
     with pytest.raises(ValueError, match="unloaded turns"):
-        identifying.identify(quiet, root, "slip", "m", "2026-01-01", target)
+        browse_jobs.identify(quiet, root, "slip", "m", "2026-01-01", target)
     with pytest.raises(ValueError, match="no bag"):
-        identifying.identify(quiet, root, "turn", "m", "2026-01-01", target)
+        browse_jobs.identify(quiet, root, "turn", "m", "2026-01-01", target)
 
 
 def test_too_short_a_turn_gives_no_fit(tmp_path):

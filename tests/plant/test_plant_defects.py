@@ -6,6 +6,7 @@ must not.
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,7 @@ from plant_rig import Rig, wrap_free
 from flatplank_hw.hub.appendix_a import contact_from_wheel, gains, wheel_from_volts
 from flatplank_hw.hub.params import HubParameters
 from flatplank_sim.plant import PlantConfig
-from flatplank_sim.plant.defects import defects, describe
+from flatplank_sim.plant.defects.base import defects
 
 NEGLIGIBLE = {
     "fx": 2.0, "fy": 2.0, "fz": 2.0, "mz": 0.5, "fx_true": 0.5, "lvdt_volts": 1e-4, "c4": 1e-5,
@@ -104,11 +105,12 @@ def test_a_defect_shows_where_it_must_and_nowhere_else(name: str) -> None:
 
 
 def test_every_parameter_has_a_unit_a_note_and_a_default_inside_its_bounds() -> None:
-    for info in describe():
-        assert info.unit and info.note, info
-        values = info.default if isinstance(info.default, tuple) else (info.default,)
-        assert all(info.bounds[0] <= v <= info.bounds[1] for v in values), info
     for name, cls in defects().items():
+        for info in fields(cls):
+            assert info.metadata["unit"] and info.metadata["note"], (name, info)
+            values = info.default if isinstance(info.default, tuple) else (info.default,)
+            low, high = info.metadata["bounds"]
+            assert all(low <= v <= high for v in values), (name, info)
         assert cls.source, f"{name} says where it comes from"
 
 

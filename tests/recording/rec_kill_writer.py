@@ -13,7 +13,7 @@ from pathlib import Path
 
 import rec_samples as samples
 
-from flatplank_control.recording import RecordingSession
+from flatplank_control.recording.session import RecordingSession
 
 PATIENCE = 30.0
 """a process that nobody kills ends by itself [s]"""

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 from rosbags.highlevel import AnyReader
 
-from flatplank_control.recording import CdrLayout, TopicSpec
-from flatplank_control.recording.cdr_layout import set_stamps, to_bytes
-from flatplank_control.recording.qos import LATCHED
+from flatplank_control.recording.cdr_layout import CdrLayout, set_stamps, to_bytes
+from flatplank_control.recording.topics import LATCHED, TopicSpec
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.run_record import RunRecord, record_from_dict
 

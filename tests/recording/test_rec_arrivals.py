@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pytest
 
-from flatplank_control.recording.arrivals import BEHIND_NS, Arrivals
-from flatplank_control.topics import RECORDED, at_every_cycle
+from flatplank_control.recording.bus_cycles import BEHIND_NS, Arrivals
+from flatplank_control.recording.topics import RECORDED, at_every_cycle
 
 PERIOD_NS = 4_000_000
 BUS, ENCODERS, HUB = TOPICS = ("/bus/inputs", "/encoders/state", "/measurement_hub/state")

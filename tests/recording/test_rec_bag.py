@@ -14,9 +14,9 @@ import yaml
 from mcap.reader import NonSeekingReader, make_reader
 from rosbags.highlevel import AnyReader
 
-from flatplank_control.recording import BagWriter, TopicSpec
+from flatplank_control.recording.bag_writer import BagWriter
 from flatplank_control.recording.mcap_file import McapFile
-from flatplank_control.recording.qos import LATCHED, REFERENCE, Qos, qos_text
+from flatplank_control.recording.topics import LATCHED, REFERENCE, Qos, TopicSpec, qos_text
 from flatplank_control.recording.typestore import message_definition, type_hash
 from flatplank_data.errors import RecordingError
 
@@ -112,9 +112,9 @@ def test_channels_carry_hash_and_qos(tmp_path):
 
 
 def test_qos_durations_are_split_as_rmw_does():
-    (deadline,) = (p["deadline"] for p in yaml.safe_load(qos_text([REFERENCE])))
+    (deadline,) = (p["deadline"] for p in yaml.safe_load(qos_text(REFERENCE)))
     assert deadline == {"sec": 0, "nsec": 100_000_000}
-    (endless,) = (p["deadline"] for p in yaml.safe_load(qos_text([Qos()])))
+    (endless,) = (p["deadline"] for p in yaml.safe_load(qos_text(Qos())))
     assert endless == {"sec": 9223372036, "nsec": 854775807}
 
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import rec_samples as samples
 from mcap.reader import make_reader
 
-from flatplank_control.recording import mend
 from flatplank_control.recording.bag_writer import bag_file_name
 from flatplank_control.recording.bus_cycles import read_bus_image
+from flatplank_control.recording.recovery import mend
 from flatplank_data.run_record import load_record
 
 COUNT = 20

@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 from rosbags.interfaces import Nodetype
 
-from flatplank_control.recording import CdrLayout, typestore
-from flatplank_control.recording.cdr_layout import to_bytes
-from flatplank_control.recording.typestore import message_folder, type_hash
+from flatplank_control.recording.cdr_layout import CdrLayout, to_bytes
+from flatplank_control.recording.typestore import message_folder, type_hash, typestore
 from flatplank_data.errors import RecordingError
 
 OWN = [f"flatplank_msgs/msg/{path.stem}" for path in sorted(message_folder().glob("*.msg"))]

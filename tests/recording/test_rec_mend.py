@@ -13,10 +13,11 @@ import yaml
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from flatplank_control.recording import BagWriter, RecordingSession, mend
-from flatplank_control.recording.bag_writer import bag_file_name
+from flatplank_control.recording.bag_writer import BagWriter, bag_file_name
 from flatplank_control.recording.bus_cycles import read_bus_image
 from flatplank_control.recording.mcap_scan import scan
+from flatplank_control.recording.recovery import mend
+from flatplank_control.recording.session import RecordingSession
 from flatplank_data.files import PART
 from flatplank_data.run_record import load_record
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import rec_samples as samples
 
-from flatplank_control.recording.run_message import TOPIC, run_message
+from flatplank_control.recording.topics import RUN_TOPIC, run_message
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.errors import RecordingError
 from flatplank_data.record_checks import STATUSES
@@ -122,7 +122,7 @@ def test_what_is_no_record_is_refused_with_its_source(text):
 @pytest.mark.parametrize("status", STATUSES)
 def test_message_says_what_the_record_says(status):
     record = FULL.with_changes(status=status)
-    message = typestore().deserialize_cdr(run_message(record, 12_000_000_034), TOPIC.type)
+    message = typestore().deserialize_cdr(run_message(record, 12_000_000_034), RUN_TOPIC.type)
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 34)
     assert (message.uuid, message.name, message.status) == (record.uuid, record.name, status)
     assert record_from_yaml(message.record) == record

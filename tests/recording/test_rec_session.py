@@ -8,11 +8,11 @@ import pytest
 import rec_samples as samples
 import yaml
 
-from flatplank_control.recording import BagWriter, RecordingSession
+from flatplank_control.recording.bag_writer import BagWriter
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
 from flatplank_control.recording.cdr_layout import to_bytes
-from flatplank_control.recording.run_message import TOPIC
-from flatplank_control.recording.session import State
+from flatplank_control.recording.session import RecordingSession, State
+from flatplank_control.recording.topics import RUN_TOPIC
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.errors import RecordingError
 from flatplank_data.run_record import load_record, record_from_yaml
@@ -40,9 +40,9 @@ def told(path) -> list[str]:
     """Status of each message on /run."""
     store = typestore()
     return [
-        store.deserialize_cdr(data, TOPIC.type).status
+        store.deserialize_cdr(data, RUN_TOPIC.type).status
         for topic, _, data in samples.read(path)
-        if topic == TOPIC.name
+        if topic == RUN_TOPIC.name
     ]
 
 
@@ -86,8 +86,8 @@ def test_lost_cycles_are_counted(session):
     feed(session, [0, 1, 2, 5, 6, 10])
     record = session.stop("complete")
     assert (record.cycles_received, record.cycles_lost) == (6, 5)
-    last = [d for t, _, d in samples.read(path) if t == TOPIC.name][-1]
-    message = typestore().deserialize_cdr(last, TOPIC.type)
+    last = [d for t, _, d in samples.read(path) if t == RUN_TOPIC.name][-1]
+    message = typestore().deserialize_cdr(last, RUN_TOPIC.type)
     assert record_from_yaml(message.record) == record
 
 

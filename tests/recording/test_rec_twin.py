@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 import rec_samples as samples
 
-from flatplank_control.recording import (
-    BagWriter,
-    CdrLayout,
-    RecordingSession,
-    TopicSpec,
-    TwinWriter,
-)
+from flatplank_control.recording.bag_writer import BagWriter
+from flatplank_control.recording.blocks import TwinWriter
+from flatplank_control.recording.cdr_layout import CdrLayout
+from flatplank_control.recording.session import RecordingSession
+from flatplank_control.recording.topics import TopicSpec
 from flatplank_data.errors import RecordingError
 
 FIXED = {"count": 1, "period_ns": samples.PERIOD_NS}

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_control.bench.node_specs import DRIVEN, NODES
-from flatplank_control.topics import TABLE
+from flatplank_control.bench.setup import DRIVEN, NODES
+from flatplank_control.recording.topics import TABLE
 from flatplank_hw.drive.modes import MODES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,7 +32,6 @@ BY_TABLE = {
         "set_cleat_mm", "set_steer_deg", "set_wheel_camber_deg", "set_road_camber_deg", "plank",
         "unload",
     ),
-    "wheel_drive": ("reset_fault", "home", "quick_stop"),
 }  # fmt: skip
 """services whose names are in a table of their node"""
 
@@ -54,7 +53,7 @@ def served() -> set[str]:
     for path in SHELLS:
         text = path.read_text(encoding="utf-8")
         name = NAMES.get(path.stem, path.stem)
-        for own in re.findall(r'self\.add_service\(\s*\w+,\s*"([~/][\w/]+)"', text):
+        for own in re.findall(r'self\.add_(?:service|request)\(\s*\w+,\s*"([~/][\w/]+)"', text):
             found.add(own.replace("~", f"/{name}"))
         prefix = "/simulated_plant" if path.stem == "operator_services" else f"/{name}"
         found |= {f"{prefix}/{own}" for own in BY_TABLE.get(path.stem, ())}

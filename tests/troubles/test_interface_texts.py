@@ -10,11 +10,9 @@ import pytest
 from rclpy.parameter import Parameter
 from rclpy.parameter import get_parameter_value as as_the_command_line_reads_it
 
-from flatplank_control.bench.node_specs import DRIVEN
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import DRIVEN, BenchSetup
 from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_control.steering_hold import AngleControl, AngleParameters
-from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_control.steering_hold import PROFILES, AngleControl, AngleParameters
 from flatplank_data.params import describe
 
 ROOT = Path(__file__).resolve().parents[2]

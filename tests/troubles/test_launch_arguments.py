@@ -10,7 +10,6 @@ import pytest
 
 from flatplank_control.bench.launching import (
     ARGUMENTS,
-    LaunchError,
     refuse_unknown,
     setup_of,
     why_ended,
@@ -57,19 +56,19 @@ def test_the_arguments_become_the_bench(tmp_path):
     ],
 )
 def test_a_wrong_argument_is_one_line_with_what_to_do(tmp_path, given, reason):
-    with pytest.raises(LaunchError) as refused:
+    with pytest.raises(ValueError) as refused:
         asked(tmp_path, **({"sim": "true"} if given else {}) | given)
     assert reason in str(refused.value) and "\n" not in str(refused.value)
 
 
 def test_data_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(LaunchError, match="is a file; give a folder"):
+    with pytest.raises(ValueError, match="is a file; give a folder"):
         setup_of({**DEFAULTS, "sim": "true", "data": str(tmp_path / "file")})
 
 
 def test_an_argument_that_is_none_is_refused():
-    with pytest.raises(LaunchError, match="unknown argument 'simm'; the nearest is 'sim'"):
+    with pytest.raises(ValueError, match="unknown argument 'simm'; the nearest is 'sim'"):
         refuse_unknown(["ros2", "launch", "flatplank_control", "bench.launch.py", "simm:=true"])
     refuse_unknown(["ros2", "launch", "bench.launch.py", *(f"{name}:=x" for name in ARGUMENTS)])
 

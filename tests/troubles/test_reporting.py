@@ -10,9 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from flatplank_hw.nodes import reporting
 from flatplank_hw.nodes.reporting import Collector, Reporter, telling
-from flatplank_hw.troubles import TROUBLES
-from flatplank_hw.troubles.bus import OF_HEALTH
-from flatplank_hw.troubles.drive import DRIVE
+from flatplank_hw.troubles import DRIVE, OF_HEALTH, TROUBLES
 
 
 class Terminal:

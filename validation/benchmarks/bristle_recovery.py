@@ -15,8 +15,7 @@ import numpy as np
 
 from flatplank_analysis.report.radii import radius_values
 from flatplank_analysis.report.results import CampaignResult
-from flatplank_analysis.steady.contact import fit_contact_length
-from flatplank_analysis.steady.stiffness import vertical_stiffness
+from flatplank_analysis.steady.stiffness import fit_contact_length, vertical_stiffness
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.config import PlantConfig

@@ -58,7 +58,7 @@ FACTS = (
     "proposal.scan.POINTS", "proposal.writing.WIDTH",
 )  # fmt: skip
 """not varied: the machine's, or of no consequence for a result"""
-MATHEMATICS = ("contact_patch.vector",)
+MATHEMATICS = ("contact_patch.compiling",)
 """modules whose numbers could not be others"""
 ABOUT = {"discovery.invariants.AT_FLOOR": 1.0}
 """number from which a distance is halved and doubled, where it is not 0; shares above one half

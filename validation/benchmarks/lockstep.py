@@ -14,7 +14,7 @@ from pathlib import Path
 
 from std_srvs.srv import SetBool
 
-from flatplank_control.bench.loopback import loopback
+from flatplank_control.bench.fast_dds import loopback
 from flatplank_control.bench.processes import BenchProcesses
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.nodes.client import BenchClient

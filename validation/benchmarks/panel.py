@@ -17,9 +17,9 @@ from pathlib import Path
 from diagnostic_msgs.msg import DiagnosticArray
 from playwright.sync_api import Page, sync_playwright
 
-from flatplank_control.bench.loopback import loopback
+from flatplank_control.bench.fast_dds import loopback
 from flatplank_control.nodes.client import BenchClient
-from flatplank_hw.parent import END_WITH_PARENT
+from flatplank_hw.process import END_WITH_PARENT
 from flatplank_msgs.srv import StartRecording, StopRecording
 from realtime import wait
 

@@ -9,7 +9,7 @@ from flatplank_control.runner.moves import SPEED
 from flatplank_hw.bus.image import BusInputs
 from flatplank_hw.cia402 import State
 from flatplank_hw.samples import EncoderSample, HubSample
-from flatplank_sim.twin.axes import make_axis
+from flatplank_sim.twin.twin import make_axis
 from flatplank_validation.bench.start_bench import StartBench
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP, Columns, Run
-from flatplank_sim.sealed.outside import OUTSIDE, Force
+from flatplank_sim.sealed.menu import OUTSIDE, Force
 from flatplank_validation.blind.detectable import (
     consequence_of_force,
     detectable,

@@ -19,9 +19,9 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
 import flatplank_sim.plant
-from flatplank_sim.sealed import conditions, outside
+from flatplank_sim.sealed import conditions, menu
 from flatplank_sim.sealed.conditions import STEP, Columns
-from flatplank_sim.sealed.outside import Force
+from flatplank_sim.sealed.menu import Force
 from flatplank_validation.blind.menu import MENU
 from flatplank_validation.blind.noise import NOISES, RELATIVE, covariance
 from flatplank_validation.blind.plan import runs_of
@@ -46,7 +46,7 @@ NO_PART = (
     "markdown.py", "nulls.py",
 )  # fmt: skip
 """files of the kit that the campaigns do not depend on"""
-SHARED = tuple(Path(str(m.__file__)) for m in (conditions, outside))
+SHARED = tuple(Path(str(m.__file__)) for m in (conditions, menu))
 """what sealed challenges have in common with the kit"""
 
 

@@ -19,16 +19,12 @@ from flatplank_validation.blind.second_kernel import (
     CAMBER_SLIP,
     CARCASS_X,
     CELLS,
-    DELAY,
-    KAPPA,
     NOMINAL,
     RADIUS,
     SAMPLE,
-    SPEED,
     START,
-    STEP,
     SUB,
-    WHEEL_SPEED,
+    driven,
     tire_step,
 )
 
@@ -116,14 +112,8 @@ def run_forms(p, q, friction, bumps, out):
     total = out.shape[1] * SUB
     for n in range(total):
         t = n * h
-        if t > 0.5:
-            speed = min(speed + 0.206 * h, p[SPEED])
         fx, fy = carcass[3], carcass[4]
-        travel = speed * h * (1.0 + 1e-7 * fx)
-        on = 1.0 if t > 0.5 + p[DELAY] else 0.0
-        extra = p[KAPPA] if pinion > p[STEP] else 0.0
-        free = p[WHEEL_SPEED] * h * on
-        turned = free * (1.0 + extra)
+        speed, travel, free, turned = driven(p, t, h, pinion, speed, fx)
         pinion += travel
         wheel += turned
         angle = wheel / p[RADIUS] + p[START]

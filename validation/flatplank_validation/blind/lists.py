@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flatplank_sim.sealed.outside import OUTSIDE
+from flatplank_sim.sealed.menu import OUTSIDE
 from flatplank_validation.blind.cases import Case
 from flatplank_validation.blind.menu import MENU, PAIRS
 from flatplank_validation.blind.noise import NOISES

@@ -128,6 +128,20 @@ def dragged(ahead, follower, gap):
 
 
 @njit(cache=True, nogil=True)
+def driven(p, t, h, pinion, speed, fx):
+    """Drives of plank and wheel over a step: speed and travel of the plank [m/s, m], travel of the
+    wheel without slip and with it [m].
+    """
+    if t > 0.5:
+        speed = min(speed + 0.206 * h, p[SPEED])
+    travel = speed * h * (1.0 + 1e-7 * fx)
+    on = 1.0 if t > 0.5 + p[DELAY] else 0.0
+    extra = p[KAPPA] if pinion > p[STEP] else 0.0
+    free = p[WHEEL_SPEED] * h * on
+    return speed, travel, free, free * (1.0 + extra)
+
+
+@njit(cache=True, nogil=True)
 def load_of(p, x, angle, fx, bumps):
     """Load on the tire [N], and what of it comes unseen by the hub."""
     load = p[NOMINAL] + bumps[0] * math.sin(x / 0.207 + bumps[1])
@@ -156,14 +170,8 @@ def run_one(p, friction, bumps, out):
     total = out.shape[1] * SUB
     for n in range(total):
         t = n * h
-        if t > 0.5:
-            speed = min(speed + 0.206 * h, p[SPEED])
         fx, fy = carcass[3], carcass[4]
-        travel = speed * h * (1.0 + 1e-7 * fx)
-        on = 1.0 if t > 0.5 + p[DELAY] else 0.0
-        extra = p[KAPPA] if pinion > p[STEP] else 0.0
-        free = p[WHEEL_SPEED] * h * on
-        turned = free * (1.0 + extra)
+        speed, travel, free, turned = driven(p, t, h, pinion, speed, fx)
         pinion += travel
         wheel += turned
         angle = wheel / p[RADIUS] + p[START]

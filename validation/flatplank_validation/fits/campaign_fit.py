@@ -20,10 +20,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
-from flatplank_analysis.identify.campaign import fit_campaign
-from flatplank_analysis.identify.fit_file import FitFile
+from flatplank_analysis.identify.campaign import FitFile, fit_campaign
 from flatplank_analysis.identify.runs import StepRun, step_run
-from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_analysis.models.tir import shipped_tir
 from flatplank_data.campaign import Campaign, Run
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_runs
 from flatplank_validation.fits.command import command

@@ -15,10 +15,8 @@ from scipy.signal import lfilter
 
 from flatplank_analysis.identify.runs import StepRun
 from flatplank_analysis.identify.steady_curve import curve_law, slope_weights
-from flatplank_analysis.models.base import slip_inputs, stack_runs
-from flatplank_analysis.models.contact import TOYO
-from flatplank_analysis.models.nonlinear import NonlinearX
-from flatplank_analysis.models.steady_law import TableLaw
+from flatplank_analysis.models.base import TOYO, slip_inputs, stack_runs
+from flatplank_analysis.models.nonlinear import NonlinearX, TableLaw
 
 SLIPS = (-0.10, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.10)
 SPACING = 0.002

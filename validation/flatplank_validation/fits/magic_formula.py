@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from flatplank_analysis.models.magic_formula import DEFAULTS, Coefficients, steady_forces
-from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_analysis.models.tir import shipped_tir
 from flatplank_validation.fits.command import command
 
 COUNT = 1_000_000

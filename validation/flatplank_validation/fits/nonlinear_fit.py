@@ -21,7 +21,7 @@ from flatplank_analysis.identify.carcass_problem import (
     carcass_problem,
     search_carcass,
 )
-from flatplank_analysis.models.contact import LOWEST_SHARE
+from flatplank_analysis.models.nonlinear import LOWEST_SHARE
 from flatplank_validation.fits.campaigns import Truth, simulate_runs
 from flatplank_validation.fits.command import command
 

@@ -20,14 +20,15 @@ from pathlib import Path
 import numpy as np
 
 from flatplank_analysis.identify.carcass import fit_carcass
-from flatplank_analysis.identify.mf import fit_magic_formula, steady_points
+from flatplank_analysis.identify.mf.fit import fit_magic_formula
+from flatplank_analysis.identify.mf.points import steady_points
 from flatplank_analysis.identify.repeats import fit_linear
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.models.contact import TOYO
+from flatplank_analysis.models.base import TOYO
 from flatplank_analysis.models.magic_formula import steady_forces
 from flatplank_analysis.models.magic_formula import structure as shape
 from flatplank_analysis.models.magic_formula.state import operating_point
-from flatplank_analysis.models.shipped import shipped_tir
+from flatplank_analysis.models.tir import shipped_tir
 from flatplank_validation.fits.campaigns import SLIPS, Truth, simulate_linear, simulate_runs
 
 Draw = Callable[[int], dict[str, tuple[float, Estimate]]]

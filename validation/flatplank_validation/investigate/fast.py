@@ -18,7 +18,7 @@ from flatplank_analysis.effects.registry import library
 from flatplank_analysis.investigation.loop import Made
 from flatplank_analysis.investigation.planner import Price
 from flatplank_analysis.investigation.settings import Candidate, Setting, seed_of
-from flatplank_control.investigate.plans import price_of
+from flatplank_control.investigate.bench import price_of
 from flatplank_data.campaign import Campaign
 from flatplank_data.campaign import Run as Recorded
 from flatplank_data.run_record import RunRecord
@@ -29,8 +29,7 @@ from flatplank_sim.plant.campaign import CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed import conditions
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, Run
-from flatplank_sim.sealed.menu import Defects
-from flatplank_sim.sealed.outside import Force
+from flatplank_sim.sealed.menu import Defects, Force
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
 
 SCATTER = 0.01

@@ -16,7 +16,6 @@ from flatplank_analysis.investigation.evidence import (
     Evidence,
     log_e,
     times,
-    with_term,
 )
 from flatplank_analysis.investigation.loop import rows_of
 from flatplank_analysis.investigation.settings import Setting
@@ -35,7 +34,7 @@ def likeliest(session: Session) -> Bet | None:
         effect = item.candidate.effect
         if effect.generic or effect.law or item.visible < VISIBLE or not item.gain:
             continue
-        made = with_term(state, term_of(item.candidate, item.sizes))
+        made = state.with_term(term_of(item.candidate, item.sizes), most=4)
         judge = Judge(state, state.whitened.chi2, step.screen.usual)
         decision = judge.decide(made, len(made.fit.terms) - 1, 1)
         return Bet.of([decision], state, made.fit, state.whitened.fit)

@@ -7,9 +7,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from flatplank_hw.cia402 import ERROR_CODES
 from flatplank_hw.drive.safety import HOLDING, STOPS
 from flatplank_hw.troubles import SECTIONS, Trouble
-from flatplank_hw.troubles.drive import ERROR_CODES
 
 CODES = {name: code for code, name in STOPS.items()}
 HEAD = """\

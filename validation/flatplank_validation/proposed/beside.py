@@ -16,10 +16,10 @@ from zlib import crc32
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns, from_tables
-from flatplank_analysis.contact_patch.further import coordinates_of
+from flatplank_analysis.contact_patch.data import from_tables
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.proposal.modulators import BY_NAME
 from flatplank_analysis.proposal.propose import of_diagnosis

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator as Random
 
-from flatplank_sim.sealed import outside
 from flatplank_sim.sealed.conditions import LOAD, STEP, Columns, Run, Setting
+from flatplank_sim.sealed.menu import OUTSIDE, Force
 
 TEMPERATURE, VOLTAGE = "temperature [degC]", "supply voltage [V]"
 
@@ -66,7 +66,7 @@ class Item:
 
 def _outside(name: str, modulators: Sequence[str], shapes: Sequence[str], own: bool) -> Maker:
     def make(size: float, random: Random) -> tuple[Change, Truth]:
-        force, _ = outside.OUTSIDE[name](size, random)
+        force, _ = OUTSIDE[name](size, random)
         words = tuple(modulators)
         if own:  # which side it is on was drawn with the force
             words = tuple(m for m in words if _on(force, m))
@@ -76,7 +76,7 @@ def _outside(name: str, modulators: Sequence[str], shapes: Sequence[str], own: b
     return make
 
 
-def _on(force: outside.Force, side: str) -> bool:
+def _on(force: Force, side: str) -> bool:
 
     kappa = {"driving": 0.05, "braking": -0.05}[side]
     place = {"plank_position": np.linspace(0.0, 4.15, 400)}

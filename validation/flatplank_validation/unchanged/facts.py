@@ -22,10 +22,10 @@ from flatplank_analysis.cli.main import verbs
 from flatplank_analysis.discovery.parameters import parameters_of
 from flatplank_analysis.effects.registry import library
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.recording.topics import RECORDED
 from flatplank_control.recording.typestore import message_folder
 from flatplank_control.runner.measurement import Measurement
 from flatplank_control.runner.plans import plan_of
-from flatplank_control.topics import RECORDED
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.run_record import RunRecord
 from flatplank_sim.twin.log import BagLog

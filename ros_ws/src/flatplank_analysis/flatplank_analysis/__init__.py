@@ -12,18 +12,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from flatplank_analysis.api.diagnosis import Diagnosed, diagnose
-    from flatplank_analysis.api.machines import explain, script
+    from flatplank_analysis.api.diagnosis import Diagnosed, diagnose, explain, script
     from flatplank_analysis.api.model import Comparison, Model, fit
-    from flatplank_analysis.api.report import write_report
-    from flatplank_analysis.api.runs import Run, load
+    from flatplank_analysis.api.runs import Run, load, write_report
     from flatplank_analysis.api.sweeps import Sweeps, sweeps
     from flatplank_analysis.discovery.parameters import param
-    from flatplank_analysis.machines.declared import Missing
     from flatplank_analysis.machines.files import column, read_table
-    from flatplank_analysis.machines.motion import Motion
-    from flatplank_analysis.machines.records import Record, table_of
-    from flatplank_analysis.machines.swings import half_swings
+    from flatplank_analysis.machines.motion import Missing, Motion
+    from flatplank_analysis.machines.records import Record, half_swings, table_of
     from flatplank_data.errors import FlatplankError
 
 __all__ = [
@@ -50,17 +46,13 @@ __all__ = [
     "write_report",
 ]
 _HOMES = {
-    "flatplank_analysis.api.runs": ("Run", "load"),
+    "flatplank_analysis.api.runs": ("Run", "load", "write_report"),
     "flatplank_analysis.api.model": ("Comparison", "Model", "fit"),
-    "flatplank_analysis.api.diagnosis": ("Diagnosed", "diagnose"),
-    "flatplank_analysis.api.report": ("write_report",),
+    "flatplank_analysis.api.diagnosis": ("Diagnosed", "diagnose", "explain", "script"),
     "flatplank_analysis.api.sweeps": ("Sweeps", "sweeps"),
-    "flatplank_analysis.api.machines": ("explain", "script"),
-    "flatplank_analysis.machines.declared": ("Missing",),
     "flatplank_analysis.machines.files": ("column", "read_table"),
-    "flatplank_analysis.machines.motion": ("Motion",),
-    "flatplank_analysis.machines.records": ("Record", "table_of"),
-    "flatplank_analysis.machines.swings": ("half_swings",),
+    "flatplank_analysis.machines.motion": ("Missing", "Motion"),
+    "flatplank_analysis.machines.records": ("Record", "half_swings", "table_of"),
     "flatplank_analysis.discovery.parameters": ("param",),
     "flatplank_data.errors": ("FlatplankError",),
 }

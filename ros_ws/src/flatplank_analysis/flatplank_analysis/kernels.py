@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from flatplank_analysis.contact_patch import kernel as contact_patch
-from flatplank_analysis.effects import lost_motion
-from flatplank_analysis.models import kernel as models
+from flatplank_analysis.effects import gaps
+from flatplank_analysis.models.nonlinear import march
 
 
 def compile_all() -> None:
@@ -25,6 +25,5 @@ def compile_all() -> None:
             states, blocks, node, pair, node, node, node, 1.0, pair.copy(), across
         )  # fmt: skip
     cube = np.zeros((0, 1, 1))
-    lost_motion.distance(cube, node, cube.copy())
-    if models.compiled is not None:
-        models.compiled(node, node, node, node, node, node, node, cube, 0.0, 1.0, cube, True)
+    gaps.distance(cube, node, cube.copy())
+    march(node, node, node, node, node, cube, 0.0, 1.0, cube, True)

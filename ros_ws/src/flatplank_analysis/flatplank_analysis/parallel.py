@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from threading import Thread
 from typing import Protocol, TypeVar
 
@@ -101,8 +101,7 @@ class Dask:
 
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
         futures = self.client.map(function, list(items), retries=RETRIES, pure=False)
-        for future in futures:
-            yield future.result()
+        return (future.result() for future in futures)
 
 
 @contextmanager
@@ -110,11 +109,8 @@ def _dask(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise FlatplankError(
-            "a scheduler needs the package distributed",
-            address,
-            "pip install distributed",
-        ) from error
+        what = "a scheduler needs the package distributed"
+        raise FlatplankError(what, address, "pip install distributed") from error
     try:
         client = Client(address, timeout="20s", set_as_default=False)
     except OSError as error:
@@ -122,11 +118,6 @@ def _dask(address: str) -> Iterator[Executor]:
         raise FlatplankError(what, address, "start one, or leave '--scheduler' out") from error
     with client:
         yield Dask(client)
-
-
-@contextmanager
-def _here(executor: Executor) -> Iterator[Executor]:
-    yield executor
 
 
 def available_cores() -> int:
@@ -145,4 +136,4 @@ def open_executor(
     jobs = jobs if jobs is not None else available_cores()
     if jobs < 1:
         raise FlatplankError(f"{jobs} jobs", "--jobs", "use 1 or more")
-    return _here(Serial() if jobs == 1 else Processes(jobs))
+    return nullcontext(Serial() if jobs == 1 else Processes(jobs))

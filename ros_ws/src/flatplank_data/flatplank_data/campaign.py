@@ -17,11 +17,11 @@ from flatplank_data.naming import facts_of_name
 from flatplank_data.problem import Problem, problem_of
 from flatplank_data.readers import Request, describe, reader_for, suffixes
 from flatplank_data.readers.bag import MEASURED, METADATA_FILE, RECORD_FILE
+from flatplank_data.readers.base import turned_columns, turned_facts, turned_info, turned_names
 from flatplank_data.record_checks import default_of
 from flatplank_data.run_record import RunRecord, read_run, stem_of
 from flatplank_data.store import Store, open_store
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
-from flatplank_data.turned import turned_columns, turned_facts, turned_info, turned_names
 from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-measurement-table/1"
@@ -49,7 +49,9 @@ class Run:
     ) -> tuple[MeasurementTable, list[Problem]]:
         """The samples and the remarks on them; raises on a fatal one. further: with the numeric
         columns whose names are not ours."""
-        wanted = None if columns is None else _with_required(columns, self.info, check)
+        wanted = columns
+        if columns is not None and check:
+            wanted = [*dict.fromkeys([*columns, *checks.REQUIRED.get(self.info.measurement, ())])]
         request = Request(self.store, self.info.file, wanted, self.mapping, further)
         loaded = reader_for(self.store, self.info.file)(request)
         facts = dict(loaded.facts)
@@ -67,11 +69,6 @@ class Run:
             more = [name for name in table.columns if name not in COLUMN_UNITS]
             table = table.select([*(name for name in columns if name in table), *more])
         return table, remarks
-
-
-def _with_required(columns: Sequence[str], info: RunRecord, check: bool) -> list[str]:
-    extra = checks.REQUIRED.get(info.measurement, ()) if check else ()
-    return list(dict.fromkeys([*columns, *extra]))
 
 
 def _described(store: Store, info: RunRecord, mapping: Mapping | None) -> RunRecord:
@@ -157,10 +154,8 @@ class Campaign:
         if info.status not in USED and not store.exists(RECORD_FILE):
             self.problems.append(_left_out(info.file, info.to_dict()))
             return
-        self.problems += [
-            Problem(info.file, text, where, "correct the spelling", fatal=False)
-            for text in remarks
-        ]
+        for text in remarks:
+            self.problems.append(Problem(info.file, text, where, "correct the spelling", False))
         if own and _is_bag(store, info.file):
             self.problems += untold(info, RECORD_FILE)
         said = () if own else frozenset(k for k, v in entry.items() if v not in (None, "", {}))
@@ -203,17 +198,12 @@ class Campaign:
 
     def where(self, keep: Callable[[RunRecord], bool]) -> Campaign:
         """The runs for which `keep(info)` is true; shares the list of problems."""
-        runs = [run for run in self.runs if keep(run.info)]
-        return Campaign(self.path, runs, self.tire, self.problems, self._files)
+        return dataclasses.replace(self, runs=[run for run in self.runs if keep(run.info)])
 
     def merged(self, other: Campaign) -> Campaign:
         """Both campaigns as one."""
-        out = Campaign(
-            f"{self.path}+{other.path}",
-            self.runs + other.runs,
-            self.tire or other.tire,
-            self.problems + other.problems,
-        )
+        path, tire = f"{self.path}+{other.path}", self.tire or other.tire
+        out = Campaign(path, self.runs + other.runs, tire, self.problems + other.problems)
         if os.path.abspath(self.path) == os.path.abspath(other.path):
             out._drop_doubles()
         return out
@@ -266,9 +256,7 @@ def _records(store: Store, problems: list[Problem]) -> dict[str, Any]:
         raise FlatplankError("no list 'runs'", CAMPAIGN_FILE, f"write 'format: {FORMAT}' and runs")
     if raw.get("format") != FORMAT:
         what = f"format '{raw.get('format')}' is not {FORMAT}"
-        problems.append(
-            Problem(CAMPAIGN_FILE, what, "key 'format'", "check the file", fatal=False)
-        )
+        problems.append(Problem(CAMPAIGN_FILE, what, "key 'format'", "check the file", False))
     return dict(raw)
 
 

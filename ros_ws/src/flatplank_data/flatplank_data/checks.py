@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks on import: each is one function from a table to remarks; the registry runs them all."""
+"""Checks on import: each is one function from a table to remarks; `CHECKS` has them all."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -34,52 +34,39 @@ LOCKED = 0.05
 BACKWARD_LIMIT = 2e-3
 """the plank may fall back by this much before it counts as an error [m]"""
 
-Check = Callable[[MeasurementTable], Iterable[Problem]]
-CHECKS: list[Check] = []
-
-
-def check(function: Check) -> Check:
-    """Register a check."""
-    CHECKS.append(function)
-    return function
+Remark = tuple[str, str, str, bool]
+"""what is wrong, in which row, column or key, what to do, and whether the run cannot be used"""
 
 
 def run_checks(table: MeasurementTable) -> list[Problem]:
     """All remarks on a table; stops at the first fatal one, the rest would follow from it."""
     found: list[Problem] = []
-    for function in CHECKS:
-        found.extend(function(table))
+    for check in CHECKS:
+        found += [Problem(table.info.file, *remark) for remark in check(table)]
         if any(problem.fatal for problem in found):
             break
     return found
 
 
-@check
-def columns_present(table: MeasurementTable) -> Iterator[Problem]:
+def columns_present(table: MeasurementTable) -> Iterator[Remark]:
     """The columns that this kind of measurement needs are there."""
     for name in REQUIRED.get(table.info.measurement, ()):
         if name not in table:
-            have = ", ".join(table.columns) or "none"
-            yield Problem(
-                table.info.file,
-                f"no column '{name}' (has {have})",
-                remedy=f"add '{name}', or map a foreign name to it",
-            )
+            what = f"no column '{name}' (has {', '.join(table.columns) or 'none'})"
+            yield what, "", f"add '{name}', or map a foreign name to it", True
     if len(table) == 0:
-        yield Problem(table.info.file, "no samples", remedy="record or export it again")
+        yield "no samples", "", "record or export it again", True
 
 
-@check
-def slip_channels(table: MeasurementTable) -> Iterator[Problem]:
+def slip_channels(table: MeasurementTable) -> Iterator[Remark]:
     """A slip step without these is kept for what it can tell, but no model is fitted to it."""
     for name in ("wheel_angle", "fz") if table.info.measurement == "slip" else ():
         if name not in table and len(table.columns) > len(REQUIRED["slip"]):
             remedy = f"add '{name}', or map a foreign name to it"
-            yield Problem(table.info.file, f"no column '{name}': no fit", "", remedy, fatal=False)
+            yield f"no column '{name}': no fit", "", remedy, False
 
 
-@check
-def not_a_number(table: MeasurementTable) -> Iterator[Problem]:
+def not_a_number(table: MeasurementTable) -> Iterator[Remark]:
     """No NaN where a value is needed; a column that is NaN throughout was not measured."""
     needed = REQUIRED.get(table.info.measurement, ())
     for name, values in table.columns.items():
@@ -90,131 +77,91 @@ def not_a_number(table: MeasurementTable) -> Iterator[Problem]:
             continue
         place = f"row {int(np.argmax(bad)) + 1}, column '{name}'"
         what = f"{int(bad.sum())} of {bad.size} values are not numbers"
-        yield Problem(table.info.file, what, place, "repair or leave out the run", name in needed)
+        yield what, place, "repair or leave out the run", name in needed
 
 
-@check
-def time_increases(table: MeasurementTable) -> Iterator[Problem]:
-    """Time strictly increases."""
+def time_increases(table: MeasurementTable) -> Iterator[Remark]:
     if "time" not in table or not table.has("time"):
         return
-    step = np.diff(table["time"])
-    if (step <= 0.0).any():
-        row = int(np.argmax(step <= 0.0)) + 2
-        yield Problem(
-            table.info.file, "time does not increase", f"row {row}", "sort or mend the samples"
-        )
+    back = np.diff(table["time"]) <= 0.0
+    if back.any():
+        row = int(np.argmax(back)) + 2
+        yield "time does not increase", f"row {row}", "sort or mend the samples", True
 
 
-@check
-def samples_lost(table: MeasurementTable) -> Iterator[Problem]:
+def samples_lost(table: MeasurementTable) -> Iterator[Remark]:
     """A run that lacks samples is told; one that lacks many and would be fitted is refused."""
     found = lost_samples(table)
     if not found.lost:
         return
     if found.harmless or table.info.measurement not in FITTED:
-        remedy = "see why the recorder did not keep up"
-        yield Problem(table.info.file, str(found), "column 'time'", remedy, fatal=False)
+        yield str(found), "column 'time'", "see why the recorder did not keep up", False
     else:
         remedy = "measure it again: no model is fitted across them"
-        yield Problem(table.info.file, str(found), "column 'time'", remedy)
+        yield str(found), "column 'time'", remedy, True
 
 
-@check
-def position_increases(table: MeasurementTable) -> Iterator[Problem]:
+def position_increases(table: MeasurementTable) -> Iterator[Remark]:
     """The plank goes one way."""
     if table.info.measurement not in ROLLING:
         return
     travel = table["plank_position"] * (1.0 if table.info.direction >= 0 else -1.0)
     fall = np.maximum.accumulate(travel) - travel
     if (fall > BACKWARD_LIMIT).any():
-        row = int(np.argmax(fall > BACKWARD_LIMIT)) + 1
-        yield Problem(
-            table.info.file,
-            f"plank position goes back by {1e3 * fall.max():.1f} mm",
-            f"row {row}, column 'plank_position'",
-            "cut the return stroke off, or set 'direction: -1' for a reversed run",
-        )
+        what = f"plank position goes back by {1e3 * fall.max():.1f} mm"
+        place = f"row {int(np.argmax(fall > BACKWARD_LIMIT)) + 1}, column 'plank_position'"
+        remedy = "cut the return stroke off, or set 'direction: -1' for a reversed run"
+        yield what, place, remedy, True
 
 
-@check
-def plank_moves(table: MeasurementTable) -> Iterator[Problem]:
-    """The plank has a speed."""
+def plank_moves(table: MeasurementTable) -> Iterator[Remark]:
     if table.info.measurement not in ROLLING:
         return
     travel = float(np.ptp(table["plank_position"]))
     if travel < 0.01:
-        yield Problem(
-            table.info.file,
-            f"zero speed: the plank travels {1e3 * travel:.1f} mm",
-            "column 'plank_position'",
-            "check the plank encoder; repeat the run",
-        )
+        what = f"zero speed: the plank travels {1e3 * travel:.1f} mm"
+        remedy = "check the plank encoder; repeat the run"
+        yield what, "column 'plank_position'", remedy, True
 
 
-@check
-def reaches_step(table: MeasurementTable) -> Iterator[Problem]:
+def reaches_step(table: MeasurementTable) -> Iterator[Remark]:
     """A slip run goes on after its step."""
     info = table.info
     if info.measurement != "slip" or not np.isfinite(info.step_position):
         return
-    last = float(np.max(table["plank_position"]))
-    if last < info.step_position + 0.05:
-        yield Problem(
-            info.file,
-            f"the run ends at {last:.3f} m, before the step at {info.step_position:g} m has acted",
-            f"row {len(table)}",
-            "repeat the run, or correct 'step_position'",
-        )
+    last, step = float(np.max(table["plank_position"])), info.step_position
+    if last < step + 0.05:
+        what = f"the run ends at {last:.3f} m, before the step at {step:g} m has acted"
+        yield what, f"row {len(table)}", "repeat the run, or correct 'step_position'", True
 
 
-@check
-def units_of_record(table: MeasurementTable) -> Iterator[Problem]:
+def units_of_record(table: MeasurementTable) -> Iterator[Remark]:
     """The run record is in the units that it says."""
-    info = table.info
-    if abs(info.kappa) > 0.95:
-        yield Problem(
-            info.file, f"kappa {info.kappa:g} is no slip", "key 'kappa'", "0.05 means 5 %"
-        )
-    if info.pressure > 20.0:
-        yield Problem(
-            info.file, f"pressure {info.pressure:g} bar", "key 'pressure'", "write it in bar"
-        )
-    if info.effective_rolling_radius > 2.0:
-        remedy = "write it in m"
-        yield Problem(
-            info.file,
-            f"effective rolling radius {info.effective_rolling_radius:g} m",
-            "key 'effective_rolling_radius'",
-            remedy,
-        )
+    kappa, pressure = table.info.kappa, table.info.pressure
+    radius = table.info.effective_rolling_radius
+    if abs(kappa) > 0.95:
+        yield f"kappa {kappa:g} is no slip", "key 'kappa'", "0.05 means 5 %", True
+    if pressure > 20.0:
+        yield f"pressure {pressure:g} bar", "key 'pressure'", "write it in bar", True
+    if radius > 2.0:
+        what = f"effective rolling radius {radius:g} m"
+        yield what, "key 'effective_rolling_radius'", "write it in m", True
 
 
-@check
-def load_positive(table: MeasurementTable) -> Iterator[Problem]:
+def load_positive(table: MeasurementTable) -> Iterator[Remark]:
     """ISO W: the road pushes up, fz > 0."""
     if table.info.measurement not in ROLLING or not table.has("fz"):
         return
-    mean = float(np.nanmean(table["fz"]))
+    mean, nominal = float(np.nanmean(table["fz"])), table.info.fz
     if mean <= 0.0:
-        yield Problem(
-            table.info.file,
-            f"mean vertical force {mean:.0f} N",
-            "column 'fz'",
-            "ISO W has fz > 0 on a loaded tire: turn the sign, or the tire was not loaded",
-        )
-    elif np.isfinite(table.info.fz) and abs(mean - table.info.fz) > 0.25 * table.info.fz:
-        yield Problem(
-            table.info.file,
-            f"mean vertical force {mean:.0f} N, nominal {table.info.fz:.0f} N",
-            "column 'fz'",
-            "check 'fz' of the run record and the unit",
-            fatal=False,
-        )
+        remedy = "ISO W has fz > 0 on a loaded tire: turn the sign, or the tire was not loaded"
+        yield f"mean vertical force {mean:.0f} N", "column 'fz'", remedy, True
+    elif np.isfinite(nominal) and abs(mean - nominal) > 0.25 * nominal:
+        what = f"mean vertical force {mean:.0f} N, nominal {nominal:.0f} N"
+        yield what, "column 'fz'", "check 'fz' of the run record and the unit", False
 
 
-@check
-def slip_sign(table: MeasurementTable) -> Iterator[Problem]:
+def slip_sign(table: MeasurementTable) -> Iterator[Remark]:
     """The wheel turns as the desired slip says: omega r_e / (V cos alpha) - 1 is near kappa."""
     info = table.info
     if not (table.has("wheel_velocity") and table.has("plank_velocity")):
@@ -231,39 +178,25 @@ def slip_sign(table: MeasurementTable) -> Iterator[Problem]:
     omega = float(np.nanmean(table["wheel_velocity"][after]))
     radius = info.effective_rolling_radius
     if np.isfinite(radius) and abs(omega) * radius < LOCKED * abs(speed):
-        yield Problem(
-            info.file,
-            "the wheel stood while the plank moved: it was stopped, or never driven",
-            "column 'wheel_velocity'",
-            "see why the drive stopped (stop_text of /wheel_drive/status), make the run again",
-        )
+        what = "the wheel stood while the plank moved: it was stopped, or never driven"
+        remedy = "see why the drive stopped (stop_text of /wheel_drive/status), make the run again"
+        yield what, "column 'wheel_velocity'", remedy, True
     elif speed * omega < 0.0:
-        yield Problem(
-            info.file,
-            "wheel and plank turn against each other",
-            "column 'wheel_velocity'",
-            "forward rolling has both positive: turn the sign of one",
-        )
+        remedy = "forward rolling has both positive: turn the sign of one"
+        yield "wheel and plank turn against each other", "column 'wheel_velocity'", remedy, True
     elif np.isfinite(radius) and speed != 0.0:
         kappa = omega * radius / speed - 1.0
         if abs(info.kappa) >= 0.005 and kappa * info.kappa < 0 and abs(kappa) > 0.002:
-            yield Problem(
-                info.file,
-                f"kappa is {info.kappa:+g} but the wheel ran at {kappa:+.4f}",
-                "key 'kappa'",
-                "driving is positive (ISO): turn the sign",
-            )
+            what = f"kappa is {info.kappa:+g} but the wheel ran at {kappa:+.4f}"
+            yield what, "key 'kappa'", "driving is positive (ISO): turn the sign", True
         elif abs(kappa - info.kappa) > 0.01 + 0.25 * abs(info.kappa):
-            yield Problem(
-                info.file,
-                f"desired slip {info.kappa:+g}, measured {kappa:+.4f}",
-                "key 'kappa'",
-                "check 'effective_rolling_radius' and the step",
-                fatal=abs(kappa - info.kappa) > 0.02 + 0.5 * abs(info.kappa),
-            )
+            what = f"desired slip {info.kappa:+g}, measured {kappa:+.4f}"
+            fatal = abs(kappa - info.kappa) > 0.02 + 0.5 * abs(info.kappa)
+            remedy = "check 'effective_rolling_radius' and the step"
+            yield what, "key 'kappa'", remedy, bool(fatal)
 
 
-def _unsaid_step(table: MeasurementTable) -> Iterator[Problem]:
+def _unsaid_step(table: MeasurementTable) -> Iterator[Remark]:
     """A run said to have no step whose wheel gets faster or slower: the wheel over the road in
     the middle of its first and of its last third."""
     x = table["plank_position"]
@@ -279,9 +212,12 @@ def _unsaid_step(table: MeasurementTable) -> Iterator[Problem]:
     ]
     change = turned[1] / turned[0] - 1.0 if turned[0] else np.nan
     if abs(change) > UNSAID_STEP:
-        yield Problem(
-            table.info.file,
-            f"no step is said, but the slip changes by {100.0 * change:+.1f} %",
-            "key 'step_position'",
-            "write 'kappa', 'step_position' and 'effective_rolling_radius'",
-        )
+        what = f"no step is said, but the slip changes by {100.0 * change:+.1f} %"
+        remedy = "write 'kappa', 'step_position' and 'effective_rolling_radius'"
+        yield what, "key 'step_position'", remedy, True
+
+
+CHECKS: tuple[Callable[[MeasurementTable], Iterator[Remark]], ...] = (
+    columns_present, slip_channels, not_a_number, time_increases, samples_lost,
+    position_increases, plank_moves, reaches_step, units_of_record, load_positive, slip_sign,
+)  # fmt: skip

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -16,6 +15,7 @@ import pyarrow.parquet as pq
 import yaml
 
 from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT
+from flatplank_data.condition import is_nan
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.naming import name_of, numbered
@@ -25,21 +25,7 @@ from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 from flatplank_data.tydex import Channel, Quantity, TydexFile, format_tydex
 
-Exporter = Callable[[MeasurementTable, Path], None]
-EXPORTERS: dict[str, Exporter] = {}
 
-
-def exporter(suffix: str) -> Callable[[Exporter], Exporter]:
-    """Register an exporter for a suffix."""
-
-    def register(function: Exporter) -> Exporter:
-        EXPORTERS[suffix] = function
-        return function
-
-    return register
-
-
-@exporter(".parquet")
 def write_parquet(table: MeasurementTable, path: Path) -> None:
     """float64 columns, unit in the field metadata, run record in the schema metadata."""
     fields = [
@@ -52,7 +38,6 @@ def write_parquet(table: MeasurementTable, path: Path) -> None:
     pq.write_table(pa.table(arrays, schema=schema), path, compression="zstd", use_dictionary=False)
 
 
-@exporter(".csv")
 def write_csv(table: MeasurementTable, path: Path) -> None:
     """Header with units; numbers with all their digits."""
     names = [f"{name} [{COLUMN_UNITS.get(name, '1')}]" for name in table.columns]
@@ -60,7 +45,6 @@ def write_csv(table: MeasurementTable, path: Path) -> None:
     pc.write_csv(arrow, path, pc.WriteOptions(quoting_style="none"))
 
 
-@exporter(".tdx")
 def write_tydex(table: MeasurementTable, path: Path) -> None:
     """TYDEX 1.3; nine characters per number, so about seven digits."""
     names = {ours: theirs for theirs, ours in reversed(CHANNELS.items())}
@@ -69,24 +53,16 @@ def write_tydex(table: MeasurementTable, path: Path) -> None:
         Channel(names[n], {"1": "-"}.get(COLUMN_UNITS[n], COLUMN_UNITS[n]), note=n) for n in used
     ]
     data = np.column_stack([table[name] for name in used])
-    file = TydexFile(_header(table.info), _comments(table.info), _constants(table.info))
-    text = format_tydex(
-        TydexFile(file.header, file.comments, file.constants, tuple(channels), data)
-    )
-    path.write_text(text, encoding="latin-1", errors="replace")
-
-
-def _header(info: RunRecord) -> dict[str, str]:
-    return {
+    info = table.info
+    header = {
         "RELEASE": "1.3",
         "MEASID": info.uuid or info.name,
         "SUPPLIER": info.operator,
         "DATE": info.date,
     }
-
-
-def _comments(info: RunRecord) -> list[str]:
-    return [f"flat plank measurement {info.name}", *info.notes.splitlines()]
+    comments = [f"flat plank measurement {info.name}", *info.notes.splitlines()]
+    file = TydexFile(header, comments, _constants(info), tuple(channels), data)
+    path.write_text(format_tydex(file), encoding="latin-1", errors="replace")
 
 
 def _constants(info: RunRecord) -> dict[str, Quantity]:
@@ -94,11 +70,17 @@ def _constants(info: RunRecord) -> dict[str, Quantity]:
     out = {}
     for key, (ours, si, _) in CONSTANTS.items():
         value = getattr(info, ours)
-        if isinstance(value, float) and math.isnan(value):
-            continue
-        unit = units.get(ours, {"1": "-"}.get(si, si))
-        out[key] = Quantity(unit, f"{value:.10g}", ours)
+        if not is_nan(value):
+            unit = units.get(ours, {"1": "-"}.get(si, si))
+            out[key] = Quantity(unit, f"{value:.10g}", ours)
     return out
+
+
+EXPORTERS: dict[str, Callable[[MeasurementTable, Path], None]] = {
+    ".parquet": write_parquet,
+    ".csv": write_csv,
+    ".tdx": write_tydex,
+}
 
 
 def export_campaign(

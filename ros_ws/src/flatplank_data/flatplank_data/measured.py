@@ -64,9 +64,9 @@ def measured_facts(columns: Columns) -> Facts:
 
 def _control(columns: Columns, moving: np.ndarray) -> Facts:
     """Which control was on while the plank moved, and what it was asked for."""
-    if _spoken(columns, "controller_error", moving):
+    if _was_active(columns, "controller_error", moving):
         return {"measurement": FREE_ROLLING}
-    if not _spoken(columns, "slip_reference", moving):
+    if not _was_active(columns, "slip_reference", moving):
         return {"measurement": UNKNOWN}
     facts: Facts = {"measurement": SLIP}
     start, radius = (_last(columns, name) for name in ("slip_start", "slip_radius"))
@@ -85,7 +85,7 @@ def _control(columns: Columns, moving: np.ndarray) -> Facts:
     return facts
 
 
-def _spoken(columns: Columns, name: str, moving: np.ndarray) -> bool:
+def _was_active(columns: Columns, name: str, moving: np.ndarray) -> bool:
     return name in columns and bool(np.isfinite(columns[name][moving]).mean() > 0.5)
 
 

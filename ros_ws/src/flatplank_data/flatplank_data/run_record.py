@@ -23,13 +23,7 @@ from flatplank_data.errors import FlatplankError, RecordingError, YamlError
 from flatplank_data.files import read_text, write_atomic
 from flatplank_data.naming import STEPS, check_name, name_of
 from flatplank_data.params import alike
-from flatplank_data.record_checks import (
-    STATUSES,
-    converted,
-    default_of,
-    refuse,
-    refuse_unknown,
-)
+from flatplank_data.record_checks import STATUSES, converted, default_of, refuse, refuse_unknown
 from flatplank_data.yaml_text import load_yaml
 
 FORMAT = "flatplank-run/1"

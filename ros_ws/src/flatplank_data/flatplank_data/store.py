@@ -9,43 +9,19 @@ import posixpath
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import BinaryIO, TypeAlias
 
 from flatplank_data.errors import FlatplankError
 
 
-class Store(Protocol):
-    """A folder of files; names are relative to it and use '/'."""
-
-    @property
-    def root(self) -> str: ...
-
-    def names(self) -> list[str]:
-        """Files and folders directly in the root, sorted."""
-        ...
-
-    def exists(self, name: str) -> bool: ...
-
-    def is_dir(self, name: str) -> bool: ...
-
-    def open(self, name: str) -> BinaryIO: ...
-
-    def local(self, name: str) -> Path:
-        """A path on this machine with the content of `name` (a file or a folder)."""
-        ...
-
-    def stamp(self, name: str) -> tuple[int, int]:
-        """Size [bytes] and modification time [ns] of a file."""
-        ...
-
-
 @dataclass(frozen=True)
 class LocalStore:
-    """A folder on this machine."""
+    """A folder on this machine; names are relative to it and use '/'."""
 
     root: str
 
     def names(self) -> list[str]:
+        """Files and folders directly in the root, sorted."""
         return sorted(os.listdir(self.root))
 
     def exists(self, name: str) -> bool:
@@ -58,9 +34,11 @@ class LocalStore:
         return open(self._path(name), "rb")
 
     def local(self, name: str) -> Path:
+        """A path on this machine with the content of `name` (a file or a folder)."""
         return Path(self._path(name))
 
     def stamp(self, name: str) -> tuple[int, int]:
+        """Size [bytes] and modification time [ns] of a file."""
         stat = os.stat(self._path(name))
         return stat.st_size, stat.st_mtime_ns
 
@@ -79,11 +57,8 @@ class RemoteStore:
         try:
             import fsspec
         except ImportError as error:
-            raise FlatplankError(
-                "a folder with a protocol needs the package fsspec",
-                self.root,
-                "pip install fsspec",
-            ) from error
+            what = "a folder with a protocol needs the package fsspec"
+            raise FlatplankError(what, self.root, "pip install fsspec") from error
         return fsspec.core.url_to_fs(self.root)
 
     def names(self) -> list[str]:
@@ -116,6 +91,9 @@ class RemoteStore:
         fs, path = self._fs()
         details = fs.info(posixpath.join(path, name))
         return int(details.get("size") or 0), 0
+
+
+Store: TypeAlias = LocalStore | RemoteStore
 
 
 def open_store(path: str | os.PathLike[str]) -> Store:

@@ -125,3 +125,24 @@ so a cycle with another goal comes before and after."""
 def control_word(state: State, goal: Goal) -> int:
     """Control word that brings a drive in `state` one step closer to `goal`."""
     return TRANSITIONS[goal][state]
+
+
+ERROR_CODES = {
+    0x2310: "too much current",
+    0x3210: "voltage of the DC link too high",
+    0x3220: "voltage of the DC link too low",
+    0x4210: "the drive is too hot",
+    0x7121: "the motor is blocked",
+    0x7305: "fault of the motor's encoder",
+    0x7500: "no communication: the watchdog has tripped, or the bus is bad",
+    0x8130: "the commands of the drive's node are too old",
+    0x8611: "following error",
+    0xFF01: "the emergency stop circuit is open",
+    0xFF02: "a limit switch was run into",
+}
+"""603Fh (CiA 402; those of our own guard in the manufacturer's part) -> words"""
+
+
+def error_words(code: int) -> str:
+    """An error code of a drive for people."""
+    return f"0x{code:04X}, {ERROR_CODES.get(code, 'see the manual of the drive')}"

@@ -71,12 +71,6 @@ def serve(
     app.on_shutdown(operator.host.stop)
     app.on_shutdown(service.close)
     ui.run(
-        host=host,
-        port=port,
-        title="Flat Plank",
-        reload=False,
-        show=False,
-        show_welcome_message=False,
-        favicon="⏺",
-        reconnect_timeout=HOLDER_TIMEOUT_S,
-    )
+        host=host, port=port, title="Flat Plank", favicon="⏺", reload=False, show=False,
+        show_welcome_message=False, reconnect_timeout=HOLDER_TIMEOUT_S,
+    )  # fmt: skip

@@ -5,16 +5,43 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from flatplank_hw.bus.image import AXES, BusInputs, Digital, Health
 from flatplank_hw.cia402 import State, decode
 from flatplank_hw.drive.modes import MODES
 from flatplank_hw.drive.safety import REASONS
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
-from flatplank_panel.rings import Ring
 from flatplank_panel.signals import DEG, SIGNALS
+
+
+class Ring:
+    """The latest `length` rows of `width` numbers; the serial number of rows only grows."""
+
+    def __init__(self, length: int, width: int) -> None:
+        self._rows = np.full((length, width), np.nan)
+        self.serial = 0
+        """rows pushed so far; the latest row has this number"""
+        self.begun = 0
+        """serial number when it was cleared last"""
+
+    def push(self, row: Sequence[float]) -> None:
+        self._rows[self.serial % len(self._rows)] = row
+        self.serial += 1
+
+    def clear(self) -> None:
+        self.begun = self.serial
+
+    def since(self, serial: int) -> np.ndarray:
+        """Rows after number `serial` that are still there, oldest first; shape (n, width)."""
+        first = max(serial, self.serial - len(self._rows), self.begun)
+        places = np.arange(first, self.serial) % len(self._rows)
+        return self._rows[places]
+
 
 POLL_HZ = 20
 KEPT_SECONDS = 600
@@ -126,29 +153,12 @@ class BenchState:
         e, d = s.encoders or _nothing(EncoderSample), s.drive or _nothing(DriveSample)
         slip = s.slip or _nothing(Slip)
         return (
-            (stamp_ns - self._t0_ns) * 1e-9,
-            e.plank_position,
-            e.plank_velocity,
-            c.fx,
-            c.fy,
-            c.fz,
-            c.mx,
-            c.my,
-            c.mz,
-            e.wheel_angle * DEG,
-            e.wheel_velocity,
-            e.steer_angle * DEG,
-            e.road_camber * DEG,
-            s.hub.loaded_radius if s.hub else _NAN,
-            d.position * DEG,
-            d.reference_position * DEG,
-            d.velocity,
-            d.reference_velocity,
-            d.torque,
-            d.reference_torque,
-            slip.actual * 100.0,
-            slip.reference * 100.0,
-        )
+            (stamp_ns - self._t0_ns) * 1e-9, e.plank_position, e.plank_velocity,
+            c.fx, c.fy, c.fz, c.mx, c.my, c.mz, e.wheel_angle * DEG, e.wheel_velocity,
+            e.steer_angle * DEG, e.road_camber * DEG, s.hub.loaded_radius if s.hub else _NAN,
+            d.position * DEG, d.reference_position * DEG, d.velocity, d.reference_velocity,
+            d.torque, d.reference_torque, slip.actual * 100.0, slip.reference * 100.0,
+        )  # fmt: skip
 
     # words
     def words(self, now: float) -> dict[str, str]:

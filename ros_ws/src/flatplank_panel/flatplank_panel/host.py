@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from flatplank_control.bench.node_specs import BUSES
 from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import BUSES, BenchSetup
 from flatplank_control.calibration.book import book_for
 from flatplank_data.params import load_parameters
 from flatplank_data.yaml_text import load_yaml

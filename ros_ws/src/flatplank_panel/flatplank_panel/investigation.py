@@ -78,16 +78,14 @@ class Investigation:
     # what a page can do
     async def open(self, folder: str) -> None:
         """Show what there is of it in a folder."""
-        if self.busy:
-            raise ValueError(f"{self.folder}: an investigation is under way; stop it first")
+        self._require_rest()
         where = check.inside(self.service.data, folder)
         self.told = await self.service.investigating.ask("investigation", folder=str(where))
         self.folder, self.said = folder, "" if self.told["entries"] else "nothing is there yet"
 
     def begin(self, page: str, wish: Mapping[str, Any], each: bool) -> None:
         """Begin, or go on with what there is in the folder."""
-        if self.busy:
-            raise ValueError(f"{self.folder}: an investigation is under way; stop it first")
+        self._require_rest()
         checked = self._checked(page, wish)
         self.told, self.folder = EMPTY, str(wish["folder"])
         self.each, self.said, self._ending = bool(each), "", False
@@ -102,10 +100,8 @@ class Investigation:
 
     def refuse(self, page: str) -> None:
         """Have another batch chosen in place of the one that waits."""
-        if not self.asking:
-            raise ValueError("no batch waits to be approved")
+        self.approve(page)
         self._refused = True
-        self._go.set()
 
     def run_all(self, page: str) -> None:
         """Let this batch and all that follow be made."""
@@ -145,6 +141,10 @@ class Investigation:
             }
         minutes = check.number(wish["minutes"], "minutes", 1.0, 99_999.0, "min")
         return Wish(page, str(folder), minutes, tire, twin)
+
+    def _require_rest(self) -> None:
+        if self.busy:
+            raise ValueError(f"{self.folder}: an investigation is under way; stop it first")
 
     # the loop
     async def _run(self, wish: Wish) -> None:

@@ -26,9 +26,9 @@ from flatplank_data.params import from_mapping
 from flatplank_hw.drive.modes import MODES
 from flatplank_panel import validation as check
 from flatplank_panel.charge import Charge
-from flatplank_panel.constants import CONSTANTS
 from flatplank_panel.host import Host
 from flatplank_panel.link import BenchLink, Reply
+from flatplank_panel.validation import CONSTANTS
 
 PREDETERMINED = (0.0, 120.0, 240.0, 360.0, 1080.0)
 """[deg], thesis 4.1"""
@@ -186,16 +186,12 @@ class Operator:
         wave = waveform_of(name, values)
         known = {k: float(getattr(wave, k)) for k in values}
         text = f"{name} from {start} m with r_e {radius} m"
-        await self._do(
-            page,
-            "waveform",
-            text,
-            name=name,
-            parameters=list(known),
-            values=list(known.values()),
-            start_position=check.setting(start, "step_position"),
-            effective_rolling_radius=check.setting(radius, "effective_rolling_radius"),
-        )
+        request = {
+            "name": name, "parameters": list(known), "values": list(known.values()),
+            "start_position": check.setting(start, "step_position"),
+            "effective_rolling_radius": check.setting(radius, "effective_rolling_radius"),
+        }  # fmt: skip
+        await self._do(page, "waveform", text, **request)
         return await self.set_mode(page, "slip")
 
     # measurement hub
@@ -208,9 +204,8 @@ class Operator:
 
     async def load_fit(self, page: str, file: str) -> str:
         path = check.inside(self.data, file, "file")
-        return await self._do(
-            page, "load_fit", f"parasitic fit {path.name} loaded", file=str(path)
-        )
+        text = f"parasitic fit {path.name} loaded"
+        return await self._do(page, "load_fit", text, file=str(path))
 
     async def set_constants(self, page: str, values: Mapping[str, Any]) -> str:
         """Parameters of hub and encoders; all of one node or none."""
@@ -242,15 +237,10 @@ class Operator:
         record = {"tire": UNKNOWN} | dict(facts)
         record |= {"name": check.name(name), "notes": check.note(note)}
         record["operator"] = self.charge.name
-        return await self._do(
-            page,
-            "record",
-            f"recording {name}",
-            name=record["name"],
-            folder=str(check.folder_below(self.data, folder)),
-            at_once=bool(at_once),
-            record=yaml.safe_dump(record),
-        )
+        where = str(check.folder_below(self.data, folder))
+        request = {"name": record["name"], "folder": where, "at_once": bool(at_once)}
+        request["record"] = yaml.safe_dump(record)
+        return await self._do(page, "record", f"recording {name}", **request)
 
     async def save(self, page: str) -> str:
         return await self._do(page, "stop_record", "recording saved", status="complete", notes="")
@@ -294,14 +284,8 @@ class Operator:
         if stop_at not in (None, ""):
             limit = check.number(stop_at, "stop position", -1.0, ROAD_LENGTH, "m")
         move = self._do if direction else self._calm
-        return await move(
-            page,
-            "plank",
-            f"plank {word}",
-            direction=int(direction),
-            fast=bool(fast),
-            stop_at=limit,
-        )
+        request = {"direction": int(direction), "fast": bool(fast), "stop_at": limit}
+        return await move(page, "plank", f"plank {word}", **request)
 
     # helpers
     async def _in_charge(self, page: str) -> None:

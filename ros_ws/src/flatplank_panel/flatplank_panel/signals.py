@@ -58,3 +58,17 @@ RIBBON = (
 FORCE_PLOTS = ("fx", "fy", "fz", "mx", "my", "mz")
 DRIVE_PLOTS = (("pos", "pos_ref"), ("vel", "vel_ref"), ("tq", "tq_ref"))
 """Actual and reference of the wheel drive."""
+
+CHANNELS = {
+    "fx": "Fx [N]", "fy": "Fy [N]", "fz": "Fz [N]",
+    "mx": "Mx [N m]", "my": "My [N m]", "mz": "Mz [N m]",
+    "loaded_radius": "loaded radius [m]", "wheel_velocity": "wheel speed [rad/s]",
+    "plank_velocity": "plank speed [m/s]", "motor_torque": "motor torque [N m]",
+}  # fmt: skip
+"""Signals that Runs can draw: column of the measurement table -> title."""
+OVER = {
+    "plank_position": "road displacement [m]",
+    "time": "time [s]",
+    "wheel_angle": "wheel angle [rad]",
+}
+"""What Runs draws them over."""

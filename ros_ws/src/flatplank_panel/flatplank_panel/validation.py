@@ -9,12 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from flatplank_data.errors import RecordingError
 from flatplank_data.limits import LIMITS, Limit
 from flatplank_data.naming import check_name
-from flatplank_data.params import nearest
+from flatplank_data.params import ParamInfo, describe, nearest
+from flatplank_hw.encoders import EncoderParameters
+from flatplank_hw.encoders.params import SETUP_CONSTANTS as OF_ENCODERS
+from flatplank_hw.hub import HubParameters
+from flatplank_hw.hub.params import SETUP_CONSTANTS as OF_HUB
 
 NOTE_LENGTH = 2000
 
@@ -80,3 +84,28 @@ def folder_below(root: Path, value: Any) -> Path:
         name(part)
     target.mkdir(parents=True, exist_ok=True)
     return target
+
+
+class Constant(NamedTuple):
+    """One constant and the node that uses it."""
+
+    node: str
+    info: ParamInfo
+
+    @property
+    def name(self) -> str:
+        return self.info.name
+
+
+def _of(node: str, cls: type, names: tuple[str, ...]) -> list[Constant]:
+    return [Constant(node, info) for info in describe(cls) if info.name in names]
+
+
+CONSTANTS = {
+    c.name: c
+    for c in (
+        *_of("measurement_hub", HubParameters, OF_HUB),
+        *_of("encoders", EncoderParameters, OF_ENCODERS),
+    )
+}
+"""name -> constant"""

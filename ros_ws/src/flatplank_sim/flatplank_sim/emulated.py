@@ -7,17 +7,65 @@ What `flatplank bench --emulated-bus` and the tests use.
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 from flatplank_hw.ethercat.master import BusClient, BusError
-from flatplank_hw.ethercat.programs import environment
+from flatplank_hw.process import environment
 from flatplank_sim.emulator.control import Control
-from flatplank_sim.namespace import EMULATOR, MASTER, BenchNamespace, Closed
+
+MASTER, EMULATOR = "veth0", "veth1"
+_HOLD = (
+    "ip link add {0} type veth peer name {1} && ip link set {0} up && ip link set {1} up"
+    " && echo ready && exec cat"
+)
+
+
+class NamespaceError(ValueError):
+    """No namespace can be had here: one line with the reason."""
+
+
+class BenchNamespace(AbstractContextManager):
+    """Holds the namespace open by a process that waits for the end of its input."""
+
+    def __init__(self) -> None:
+        for tool in ("unshare", "nsenter", "ip"):
+            if shutil.which(tool) is None:
+                raise NamespaceError(f"'{tool}' is missing; apt-get install iproute2 util-linux")
+        flags = ["-n"] if os.geteuid() == 0 else ["-U", "-r", "-n"]
+        self._holder = subprocess.Popen(
+            ["unshare", *flags, "sh", "-c", _HOLD.format(MASTER, EMULATOR)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        assert self._holder.stdout is not None
+        if self._holder.stdout.readline().strip() != b"ready":
+            _, errors = self._holder.communicate()
+            text = errors.decode().strip().partition("\n")[0]
+            raise NamespaceError(f"no network namespace with a veth pair: {text}")
+        own = ["-U", "--preserve-credentials"] if os.geteuid() != 0 else []
+        self.enter = ["nsenter", "-t", str(self._holder.pid), *own, "-n"]
+        """words in front of a command that shall run inside"""
+
+    def run(self, *command: str) -> None:
+        """A command inside, for instance `ip link set veth0 down`."""
+        subprocess.run([*self.enter, *command], check=True, capture_output=True)
+
+    def close(self) -> None:
+        """Let it go; what still runs inside keeps it alive."""
+        self._holder.communicate()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
 
 REPLY_TIMEOUT_MS = 12.0
 """how late an answer may be: emulator and master share a computer that has other work"""
@@ -35,8 +83,7 @@ class EmulatorProcess:
         arguments: Sequence[str] = (),
         fifo: bool = True,
     ) -> None:
-        """arguments: further words of the emulator's command line. BusError when it does not
-        start."""
+        """arguments: further words of the command line. BusError when it does not start."""
         self._folder = tempfile.TemporaryDirectory(prefix="fp-")
         self.control_path = f"{self._folder.name}/control"
         words = [*namespace.enter, sys.executable, "-m", "flatplank_sim.emulator"]
@@ -72,7 +119,7 @@ class EmulatorProcess:
         self._folder.cleanup()
 
 
-class EmulatedBus(Closed):
+class EmulatedBus(AbstractContextManager):
     """Namespace and emulator; `client()` gives a `BusClient` that fits."""
 
     def __init__(
@@ -108,20 +155,12 @@ class EmulatedBus(Closed):
         on_event: Callable[[dict[str, Any]], None] | None = None,
         batch: int = 1,
     ) -> BusClient:
-        """A client for the master's end of the wire; not started yet. batch: the last of so many
-        cycles is answered."""
+        """A client, not started yet. batch: the last of so many cycles is answered."""
         return BusClient(
-            self.bus_file,
-            MASTER,
-            rate_hz=self.rate_hz,
-            fifo=fifo,
-            slip=True,
-            reply_timeout_ms=REPLY_TIMEOUT_MS,
-            patience_ms=self.patience_ms,
-            batch=batch,
-            launch=self.namespace.enter,
-            on_event=on_event,
-        )
+            self.bus_file, MASTER, rate_hz=self.rate_hz, fifo=fifo, slip=True, batch=batch,
+            reply_timeout_ms=REPLY_TIMEOUT_MS, patience_ms=self.patience_ms,
+            launch=self.namespace.enter, on_event=on_event,
+        )  # fmt: skip
 
     def operate(self, switch: str, *arguments: Any) -> None:
         """A switch of the plant's operator, for instance operate('plank', 1, True)."""
@@ -131,3 +170,6 @@ class EmulatedBus(Closed):
         """End the emulator and let the namespace go."""
         self.emulator.close()
         self.namespace.close()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -3,10 +3,23 @@
 
 from __future__ import annotations
 
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from flatplank_control.bench.results import read
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.calibration.fits import under_load
+from flatplank_control.calibration.parasitic import Turn, turn_of
+from flatplank_control.runner.measurement import Measurement
+from flatplank_control.runner.plans import plan_of
+from flatplank_data.run_record import RunRecord
 from flatplank_sim.plant import PlantConfig
 from flatplank_sim.sealed.generate import make_challenge
-from flatplank_sim.twin.campaign_run import run_on_twin
-from flatplank_sim.twin.parasitic import filter_on_twin, turn_on_twin
+from flatplank_sim.twin.campaign import run_on_twin
+from flatplank_sim.twin.log import TableLog
+from flatplank_sim.twin.twin import Cycle, Twin
+from flatplank_sim.twin.twin_bench import TwinBench
 
 __all__ = [
     "check", "filter_on_twin", "free_radius", "make_challenge", "run_on_twin", "turn_on_twin",
@@ -21,3 +34,47 @@ def free_radius(tire: str) -> float:
 def check(tire: str, preset: str) -> None:
     """ValueError or OSError when the plant has no such tire or preset."""
     PlantConfig.load(tire, preset=preset or None)
+
+
+class RawLog:
+    """Keeps the bridge volts of a twin's run."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[int, tuple[float, ...]]] = []
+
+    def start(self, record: RunRecord, stamp_ns: int, at_once: bool = False) -> None:
+        self._rows = []
+
+    def add(self, cycle: Cycle) -> None:
+        self._rows += [(i.wheel_counts, i.bridge_volts) for i in cycle.batch]
+
+    def stop(self, status: str, notes: str) -> Path:
+        return Path("raw")
+
+    @property
+    def turn(self) -> Turn:
+        """What was recorded."""
+        return turn_of([r[0] for r in self._rows], [r[1] for r in self._rows])
+
+
+def turn_on_twin(setup: BenchSetup) -> Turn:
+    """The run on the simulated bench."""
+    log = RawLog()
+    TwinBench(Twin(setup), log).perform(plan_of(Measurement(measurement="unloaded_turn")))
+    return log.turn
+
+
+def filter_on_twin(
+    setup: BenchSetup, fit: Path, kappa: float, last: float = 4.0
+) -> dict[str, tuple[float, float]]:
+    """A slip run without and with the filter: what is left under load and slip."""
+    columns = []
+    for on in (False, True):
+        hub = {"parasitic_fit": str(fit), "filter_on": on}
+        own = replace(setup, parameters={**setup.parameters, "measurement_hub": hub})
+        m = Measurement(kappa=kappa, step_position=0.3, end_position=last)
+        with tempfile.TemporaryDirectory() as folder:
+            bench = TwinBench(Twin(own), TableLog(Path(folder)))
+            bench.perform(plan_of(m))
+            columns.append(read(bench.kept[0]).columns)
+    return under_load(columns[0], columns[1], last - 2.4, last)

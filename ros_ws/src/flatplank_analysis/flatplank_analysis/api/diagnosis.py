@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model lacks, as `flatplank diagnose` tells it, with figures."""
+"""What a model of a tire, or of something else, lacks: the words of `diagnose`, and figures."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,11 +13,13 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from flatplank_analysis.api.model import Model, open_session
-from flatplank_analysis.api.runs import same_runs
-from flatplank_analysis.api.shown import figure_of, page
+from flatplank_analysis.api.runs import figure_of, page, same_runs
 from flatplank_analysis.cli import loop
+from flatplank_analysis.discovery import verdict
+from flatplank_analysis.discovery.effect import Effect
+from flatplank_analysis.discovery.model import Model as Predicting
 from flatplank_analysis.discovery.report.text import text_of
-from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_data.errors import FlatplankError
 
 if TYPE_CHECKING:
@@ -49,7 +52,7 @@ class Diagnosed:
     """A verdict with everything that is told with it; `print` shows what the command prints."""
 
     def __init__(
-        self, result: Diagnosis, campaign: str, history: Sequence[Mapping[str, Any]]
+        self, result: verdict.Diagnosis, campaign: str, history: Sequence[Mapping[str, Any]]
     ) -> None:
         self.result, self.campaign, self._history = result, campaign, history
 
@@ -105,3 +108,23 @@ class Diagnosed:
     def _repr_html_(self) -> str:
         drawn = [self.plot("conditions"), self.plot("ranking")] if self.result.search else []
         return page(repr(self), figures=drawn)
+
+
+def explain(model: Predicting, effects: Sequence[type[Effect]]) -> Diagnosed:
+    """Which of these effects a model of one's own lacks, with the floor and the verdict.
+
+    model: a `Motion` with its records, or anything that predicts (docs/discovery.md).
+    """
+    result = verdict.diagnose(run_search(model, list(effects), Options(progress=loop.progress)))
+    loop.progress_done()
+    return Diagnosed(result, type(model).__name__, ())
+
+
+def script(main: Callable[..., Any], *arguments: Any) -> None:
+    """Run a function as a program: what is wrong with its data is one line, and exit code 1."""
+    try:
+        main(*arguments)
+    except FlatplankError as error:
+        sys.exit(str(error))
+    except KeyError as error:
+        sys.exit(f"the data have no {error}")

@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from flatplank_analysis.api.runs import campaign_of, same_runs, warn
-from flatplank_analysis.api.shown import figure_of, page
+from flatplank_analysis.api.runs import campaign_of, figure_of, page, same_runs, warn
 from flatplank_analysis.cli import loop
 from flatplank_analysis.contact_patch import comparison
 from flatplank_analysis.contact_patch.session import Session
@@ -113,15 +112,15 @@ class Model:
 
     def add(self, effect: str) -> Model:
         """The model with one more effect, everything refitted; `flatplank add` does the same."""
-        loop.progress("refit of everything", 0.3)
-        file, _, numbers = self.session.add(self._begin, effect, self.step)
-        loop.progress_done()
-        return Model(self.session, file, self, numbers)
+        return self._refitted(lambda: self.session.add(self._begin, effect, self.step))
 
     def remove(self, effect: str) -> Model:
         """The model without the last instance of an effect, everything refitted."""
+        return self._refitted(lambda: self.session.remove(self._begin, effect))
+
+    def _refitted(self, change: Callable[[], tuple[ModelFile, Any, dict[str, Any]]]) -> Model:
         loop.progress("refit of everything", 0.3)
-        file, _, numbers = self.session.remove(self._begin, effect)
+        file, _, numbers = change()
         loop.progress_done()
         return Model(self.session, file, self, numbers)
 
@@ -136,18 +135,14 @@ class Model:
 
     def compare(self, runs: pd.DataFrame) -> Comparison:
         """The model fitted to runs, beside the floor of their repeats."""
-        if same_runs(self.session.campaign, runs):
-            return Comparison(self.session, [m.step for m in (self._first, self) if m is not None])
-        session = open_session(runs, self.session.files)
-        return Comparison(session, [session.fit(self.start)])
-
-    @property
-    def _first(self) -> Model | None:
-        """The model that this one grew from."""
-        first = self.before
-        while first is not None and first.before is not None:
+        if not same_runs(self.session.campaign, runs):
+            session = open_session(runs, self.session.files)
+            return Comparison(session, [session.fit(self.start)])
+        first = self
+        while first.before is not None:
             first = first.before
-        return first
+        steps = [self.step] if first is self else [first.step, self.step]
+        return Comparison(self.session, steps)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write a model file, which the verbs and `fit(runs, model=path)` read."""

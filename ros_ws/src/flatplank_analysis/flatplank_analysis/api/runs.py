@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign as a pandas table of runs, and the samples of a run as a DataFrame with units."""
+"""A campaign as a pandas table of runs, the samples of a run as a DataFrame with units, their
+report, and what a notebook shows of an answer.
+"""
 
 from __future__ import annotations
 
+import base64
 import dataclasses
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import pandas as pd
 
@@ -19,6 +24,9 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.problem import Problem
 from flatplank_data.run_record import OF_THE_RECORDING, UNITS, RunRecord
 from flatplank_data.table import MeasurementTable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 RUN = "run"
 """column of a table of runs that holds the runs themselves"""
@@ -112,3 +120,40 @@ def warn(problems: Iterable[Problem]) -> None:
     """Problems as Python's warnings, one line each."""
     for problem in problems:
         warnings.warn(str(problem), stacklevel=3)
+
+
+def write_report(
+    runs: pd.DataFrame, folder: str | os.PathLike[str], tire: str | os.PathLike[str] | None = None
+) -> Path:
+    """Write the page of `flatplank report` with its figures and tables; returns the page.
+
+    tire: a tire record; None: `tire.yaml` of the campaign, or made from the data.
+    """
+    from flatplank_analysis.report_files.build import build
+
+    campaign = campaign_of(runs)
+    page = build(campaign, folder, tire=tire)
+    warn(campaign.problems)
+    return page
+
+
+Plot = TypeVar("Plot")
+
+
+def figure_of(known: Mapping[str, Plot], name: str) -> Plot:
+    """The figure of that name; FlatplankError says which there are."""
+    if name not in known:
+        raise FlatplankError(f"no figure '{name}'", "plot", f"known: {', '.join(known)}")
+    return known[name]
+
+
+def page(text: str, tables: Iterable[pd.DataFrame] = (), figures: Iterable[Figure] = ()) -> str:
+    """HTML of an answer that needs nothing beside it."""
+    from flatplank_analysis.discovery.report.figures import png
+
+    parts = [f"<pre>{escape(text)}</pre>"]
+    parts += [table.to_html(index=False, border=0) for table in tables if len(table)]
+    for figure in figures:
+        data = base64.b64encode(png(figure)).decode("ascii")
+        parts.append(f'<img alt="figure" src="data:image/png;base64,{data}">')
+    return "\n".join(parts)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from flatplank_analysis.api.shown import page
+from flatplank_analysis.api.runs import page
 from flatplank_analysis.models.tir import TirFile, read_tir
 from flatplank_analysis.slip_sweeps.channels import BY_NAME
 from flatplank_analysis.slip_sweeps.study import Study, study
@@ -54,9 +54,7 @@ class Sweeps:
 
     def plot(self, tir: str | os.PathLike[str] | None = None) -> Figure:
         """Force over slip, a panel per condition."""
-        from flatplank_analysis.slip_sweeps.figure import curves
-
-        return curves(self.study, self.study.failures(read_tir(os.fspath(tir))) if tir else ())
+        return self.study.plot(read_tir(os.fspath(tir)) if tir else None)
 
     def _rows(self, tir: TirFile | None) -> list[dict]:
         return self.study.to_json(tir)["conditions"]

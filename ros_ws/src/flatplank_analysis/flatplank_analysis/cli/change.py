@@ -1,39 +1,87 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `add` and `remove` have in common: change the model file and refit everything."""
+"""The verbs that change the model file: `add` and `remove` refit everything, `undo` takes back."""
 
 from __future__ import annotations
 
-from argparse import Namespace
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.contact_patch.session import Session
-from flatplank_analysis.discovery.modelfile import ModelFile, save_unchanged
+from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
+from flatplank_data.arguments import Parser
+from flatplank_data.wording import sized
 
 Change = Callable[[Session, ModelFile, str], tuple[ModelFile, Any, dict[str, Any]]]
 """session, model, effect -> changed model, its fit, numbers by name"""
-Words = Callable[[str, dict[str, Any], Path], str]
-"""effect, numbers, model file -> what is told"""
+Words = Callable[[str, dict[str, Any]], str]
+"""effect, numbers -> what is told"""
 
 
-def run(
+def add(argv: Sequence[str] | None = None) -> int:
+    """Put an effect into the model file and refit everything jointly."""
+
+    def words(effect: str, n: dict[str, Any]) -> str:
+        return (
+            f"{effect}: {sized(n['size'], n['interval'], n['unit'])}\n"
+            f"error of Fx {n['rmse_before']:.1f} -> {n['rmse']:.1f} N, "
+            f"held out {n['held_out']:.1f} N, floor {n['floor']:.1f} N"
+        )
+
+    return _refit("add", add.__doc__, argv, Session.add, words)
+
+
+def remove(argv: Sequence[str] | None = None) -> int:
+    """Take an effect out of the model file and refit everything."""
+
+    def words(effect: str, n: dict[str, Any]) -> str:
+        return f"{effect} removed: error of Fx {n['rmse']:.1f} N, floor {n['floor']:.1f} N"
+
+    return _refit("remove", remove.__doc__, argv, Session.remove, words)
+
+
+def _refit(
     verb: str, text: str | None, argv: Sequence[str] | None, change: Change, words: Words
 ) -> int:
-    """Run one of the two verbs; its exit code."""
+    """`flatplank VERB EFFECT [DIR] [--model FILE] [--json]`."""
     arguments = loop.loop_parser(verb, text, effect=True).parse_args(argv)
-    return common.guarded(verb, lambda: _run(arguments, change, words))
+
+    def work() -> int:
+        session, model, path = loop.open_for_change(arguments)
+        loop.progress("refit of everything", 0.3)
+        changed, _, numbers = change(session, model, arguments.effect)
+        loop.progress_done()
+        save_unchanged(changed, path)
+        if arguments.json:
+            common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
+        else:
+            print(f"{words(arguments.effect, numbers)}; written to {path}")
+            for doubt in numbers.get("doubts", ()):
+                print(f"doubt: {doubt}")
+        return 0
+
+    return common.guarded(verb, work)
 
 
-def _run(arguments: Namespace, change: Change, words: Words) -> int:
-    session, model, path = loop.open_for_change(arguments)
-    loop.progress("refit of everything", 0.3)
-    changed, _, numbers = change(session, model, arguments.effect)
-    loop.progress_done()
-    save_unchanged(changed, path)
+def undo(argv: Sequence[str] | None = None) -> int:
+    """Take back the last `add` or `remove`: the model file is what it was, to the number."""
+    parser = Parser(prog="flatplank undo", description=undo.__doc__)
+    parser.add_argument("folder", metavar="DIR", nargs="?", help="campaign folder")
+    parser.add_argument("--model", metavar="FILE", help="model file (YAML)")
+    parser.add_argument("--json", action="store_true", help="print JSON for programs")
+    arguments = parser.parse_args(argv)
+    path = loop.model_path(arguments)
+    model = load_model(path)
+    before = model.undone()
+    save_unchanged(before, path)
+    taken, now = model.history[-1], before.history[-1]
     if arguments.json:
-        common.print_json({"model": str(path), "effect": arguments.effect, **numbers})
-    else:
-        print(words(arguments.effect, numbers, path))
+        names = [e.name for e in before.effects]
+        common.print_json(
+            {"model": str(path), "undone": {k: taken[k] for k in ("action", "effect")},
+             "effects": names, **{k: now.get(k) for k in ("rmse", "held_out", "floor")}}
+        )  # fmt: skip
+        return 0
+    error = f": error of Fx {now['rmse']:.1f} N" if now.get("rmse") is not None else ""
+    print(f"{taken['action']} {taken['effect']} undone{error}; written to {path}")
     return 0

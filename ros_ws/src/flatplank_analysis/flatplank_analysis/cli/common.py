@@ -46,11 +46,6 @@ def parallel_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, instead")
 
 
-def load_campaign(arguments: argparse.Namespace) -> Campaign:
-    """The campaign of the command line."""
-    return load_folder(arguments.folder, arguments.mapping)
-
-
 def load_folder(folder: str, mapping: str | None = None) -> Campaign:
     """The campaign in a folder, with the mapping file when there is one."""
     return Campaign.load(folder, mapping=read_mapping(mapping))

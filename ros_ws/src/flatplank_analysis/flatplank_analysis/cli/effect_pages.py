@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -36,11 +37,8 @@ KINDS = {
 @lru_cache(maxsize=1)
 def stage() -> TireModel:
     """A made-up campaign that differs in everything that an effect may look at."""
-    tables: list[MeasurementTable] = []
-    for start in STARTS:
-        for kappa in SLIPS:
-            tables.append(_table(len(tables), kappa, start))
-    return TireModel(from_tables(tables))
+    runs = product(STARTS, SLIPS)
+    return TireModel(from_tables([_table(i, kappa, s) for i, (s, kappa) in enumerate(runs)]))
 
 
 def _table(index: int, kappa: float, start: int) -> MeasurementTable:
@@ -98,9 +96,8 @@ def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
     own = len(free) + 1
     columns = ((out[1:own] - out[0]) * 1e3).reshape(len(free), -1)
     gram = columns @ columns.T
-    rest = []
-    for change in (out[own:] - out[0]).reshape(len(variants), -1):
-        rest.append(change - solve(gram, columns @ change)[0] @ columns)
+    changes = (out[own:] - out[0]).reshape(len(variants), -1)
+    rest = [change - solve(gram, columns @ change)[0] @ columns for change in changes]
     # of several places or periods the one that shows most
     best = int(np.argmax([np.sum(r**2) for r in rest]))
     return rest[best].reshape(out[0].shape), each[best]
@@ -124,10 +121,7 @@ def _thin(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Means of a few nodes, in the order of x; a wrapping angle is sorted."""
     order = np.argsort(x, kind="stable")
     groups = np.array_split(order, 110)
-    return (
-        np.array([x[g].mean() for g in groups]),
-        np.array([y[g].mean() for g in groups]),
-    )
+    return (np.array([x[g].mean() for g in groups]), np.array([y[g].mean() for g in groups]))
 
 
 def _svg(lines, across: str, up: str) -> str:
@@ -142,19 +136,19 @@ def _svg(lines, across: str, up: str) -> str:
 
     middle, floor = 10 + 0.5 * (HEIGHT - BOTTOM - 10), HEIGHT - BOTTOM
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
-        f'width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="11">',
-        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>',
-        f'<path d="M{LEFT},10V{floor}H{WIDTH - 12}M{LEFT},{middle}H{WIDTH - 12}" '
-        'stroke="#bbbbbb" fill="none"/>',
-        f'<text x="{LEFT - 6}" y="18" text-anchor="end">{reach:.3g}</text>',
-        f'<text x="{LEFT - 6}" y="{middle + 4}" text-anchor="end">0</text>',
-        f'<text x="{LEFT - 6}" y="{floor}" text-anchor="end">-{reach:.3g}</text>',
-        f'<text x="12" y="{middle}" transform="rotate(-90 12 {middle})" '
-        f'text-anchor="middle">{up}</text>',
-        f'<text x="{LEFT}" y="{floor + 14}">{low_x:.3g}</text>',
-        f'<text x="{WIDTH - 12}" y="{floor + 14}" text-anchor="end">{high_x:.3g}</text>',
-        f'<text x="{LEFT + span / 2}" y="{floor + 14}" text-anchor="middle">{across}</text>',
+        f'''\
+<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" \
+width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="11">
+<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>
+<path d="M{LEFT},10V{floor}H{WIDTH - 12}M{LEFT},{middle}H{WIDTH - 12}" \
+stroke="#bbbbbb" fill="none"/>
+<text x="{LEFT - 6}" y="18" text-anchor="end">{reach:.3g}</text>
+<text x="{LEFT - 6}" y="{middle + 4}" text-anchor="end">0</text>
+<text x="{LEFT - 6}" y="{floor}" text-anchor="end">-{reach:.3g}</text>
+<text x="12" y="{middle}" transform="rotate(-90 12 {middle})" text-anchor="middle">{up}</text>
+<text x="{LEFT}" y="{floor + 14}">{low_x:.3g}</text>
+<text x="{WIDTH - 12}" y="{floor + 14}" text-anchor="end">{high_x:.3g}</text>
+<text x="{LEFT + span / 2}" y="{floor + 14}" text-anchor="middle">{across}</text>'''
     ]
     for colour, x, y in lines:
         points = " ".join(place(a, b) for a, b in zip(x, y, strict=True))
@@ -167,40 +161,35 @@ def _svg(lines, across: str, up: str) -> str:
 
 def text_of(effect: type[Effect]) -> str:
     """The page of one effect in Markdown."""
-    rows = [
-        "| parameter | unit | null | range | of consequence from | note |",
-        "|---|---|---|---|---|---|",
-    ]
+    rows = []
     for p in effect.parameters():
         matters = f"{p.matters:g}" if p.matters else "-"
         rows.append(
             f"| {p.name} | {p.unit} | {p.null:g} | {p.lower:g} .. {p.upper:g} | {matters} "
             f"| {p.note or '-'} |"
         )
-    name = effect.identifier
+    table, name = "\n".join(rows), effect.identifier
     shown = ", ".join(f"{p.name} {p.null + p.screen:g} {p.unit}" for p in effect.linear())
-    return "\n".join(
-        [
-            f"# {effect.title}",
-            "",
-            f"`{name}`: {KINDS[effect.kind]}; shows over **{effect.coordinate}**.",
-            "",
-            f"**What it is.** {effect.what}",
-            "",
-            f"**How to check it.** {effect.check}",
-            "",
-            f"**What removes it.** {effect.removes}",
-            "",
-            f"![what a fit of the tire leaves of it]({name}.svg)",
-            "",
-            f"What a fit of the tire leaves of it, for {shown}; one line per slip.",
-            "",
-            *rows,
-            "",
-            f"Source: {effect.source}. Made by `flatplank effects --write docs/effects`.",
-            "",
-        ]
-    )
+    return f"""# {effect.title}
+
+`{name}`: {KINDS[effect.kind]}; shows over **{effect.coordinate}**.
+
+**What it is.** {effect.what}
+
+**How to check it.** {effect.check}
+
+**What removes it.** {effect.removes}
+
+![what a fit of the tire leaves of it]({name}.svg)
+
+What a fit of the tire leaves of it, for {shown}; one line per slip.
+
+| parameter | unit | null | range | of consequence from | note |
+|---|---|---|---|---|---|
+{table}
+
+Source: {effect.source}. Made by `flatplank effects --write docs/effects`.
+"""
 
 
 def index_of(known: Mapping[str, type[Effect]]) -> str:

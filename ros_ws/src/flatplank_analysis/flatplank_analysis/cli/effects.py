@@ -38,25 +38,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def describe(effect: type[Effect]) -> dict:
     """An effect for programs."""
+    words = ("title", "kind", "coordinate", "source", "what", "check", "removes")
     return {
         "name": effect.identifier,
-        "title": effect.title,
-        "kind": effect.kind,
-        "coordinate": effect.coordinate,
-        "source": effect.source,
-        "what": effect.what,
-        "check": effect.check,
-        "removes": effect.removes,
+        **{k: getattr(effect, k) for k in words},
         "parameters": [
-            {
-                "name": p.name,
-                "unit": p.unit,
-                "null": p.null,
-                "bounds": [p.lower, p.upper],
-                "screen": p.screen,
-                "matters": p.matters,
-                "note": p.note,
-            }
+            {k: getattr(p, k) for k in ("name", "unit", "null")}
+            | {"bounds": [p.lower, p.upper]}
+            | {k: getattr(p, k) for k in ("screen", "matters", "note")}
             for p in effect.parameters()
         ],
     }
@@ -66,11 +55,8 @@ def _all(known: dict[str, type[Effect]], as_json: bool) -> int:
     if as_json:
         common.print_json([describe(e) for e in known.values()])
         return 0
-    rows = [("name", "kind", "what")]
-    rows += [(e.identifier, e.kind, e.title) for e in known.values()]
-    widths = [max(len(r[i]) for r in rows) for i in range(3)]
-    for row in rows:
-        print("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip())
+    rows = [(e.identifier, e.kind, e.title) for e in known.values()]
+    common.print_rows(("name", "kind", "what"), rows)
     return 0
 
 

@@ -13,19 +13,24 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_analysis.cli import common
-from flatplank_analysis.identify.campaign import FITTERS, ConditionFits, carcass_fits, fit_campaign
+from flatplank_analysis.identify.campaign import (
+    FITTERS,
+    ConditionFits,
+    FitFile,
+    carcass_fits,
+    fit_campaign,
+    read_fit_file,
+)
 from flatplank_analysis.identify.carcass import CarcassFit
-from flatplank_analysis.identify.fit_file import FitFile, read_fit_file
 from flatplank_analysis.identify.mf.fit import MFFit
-from flatplank_analysis.identify.mf.parameters import general_start
+from flatplank_analysis.identify.mf.stages import general_start
 from flatplank_analysis.identify.repeats import LinearCondition
 from flatplank_analysis.identify.results import Estimate, to_plain
 from flatplank_analysis.models.tir import write_tir
 from flatplank_analysis.models.tire_record import TireRecord, start_tir
 from flatplank_analysis.parallel import open_executor
-from flatplank_analysis.report.geometry import geometry_of_campaigns
 from flatplank_analysis.report.steps import extra_points, read_group, read_lateral, read_steps
-from flatplank_analysis.report.tire import record_for, tires_of
+from flatplank_analysis.report.tire import geometry_of_campaigns, record_for, tires_of
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 
@@ -59,7 +64,10 @@ def _run(arguments: argparse.Namespace) -> int:
         settings, told = _with_geometry(settings, campaigns, record)
         start, extra = None, []
         if settings.model == "mf":
-            _one_tire(campaigns)
+            if len(names := tires_of(campaigns)) > 1:
+                what = f"runs of {len(names)} tires ({', '.join(names)})"
+                remedy = "fit the folders of one tire at a time"
+                raise FlatplankError(what, "Magic Formula", remedy)
             start = start_tir(record, general_start())
             fits = carcass_fits(steps, settings, executor.map)
             extra = extra_points(campaigns, steps, radii, fits, record)
@@ -67,7 +75,9 @@ def _run(arguments: argparse.Namespace) -> int:
     problems = [p for campaign in campaigns for p in campaign.problems]
     common.tell(problems)
     if arguments.out:
-        _write_tire(result, arguments.out)
+        if not isinstance(result, MFFit):
+            raise FlatplankError("this model has no .tir", "--out", "use --model mf")
+        write_tir(result.file, arguments.out)
     if arguments.json:
         head = {
             "format": FORMAT,
@@ -85,13 +95,6 @@ def _run(arguments: argparse.Namespace) -> int:
         SHOW[type(result)](result)
         _say([f"{k} = {v['value']:.5g}: {v['source']}" for k, v in told.items()])
     return 0
-
-
-def _one_tire(campaigns: Sequence[Campaign]) -> None:
-    names = tires_of(campaigns)
-    if len(names) > 1:
-        what = f"runs of {len(names)} tires ({', '.join(names)})"
-        raise FlatplankError(what, "Magic Formula", "fit the folders of one tire at a time")
 
 
 def _with_geometry(
@@ -113,14 +116,9 @@ def _with_geometry(
 def _settings(arguments: argparse.Namespace) -> FitFile:
     """The fit file, with what the command line says over it."""
     base = read_fit_file(arguments.settings) if arguments.settings else FitFile()
-    changes: dict[str, Any] = {}
-    if arguments.model:
-        changes["model"] = arguments.model
-    if arguments.stage:
-        changes["stages"] = tuple(arguments.stage)
-    if arguments.tire:
-        changes["tire"] = arguments.tire
-    return dataclasses.replace(base, **changes)
+    stages = tuple(arguments.stage or ())
+    said = {"model": arguments.model, "stages": stages, "tire": arguments.tire}
+    return dataclasses.replace(base, **{k: v for k, v in said.items() if v})
 
 
 def _campaigns(arguments: argparse.Namespace, settings: FitFile) -> list[Campaign]:
@@ -131,12 +129,6 @@ def _campaigns(arguments: argparse.Namespace, settings: FitFile) -> list[Campaig
     if not folders:
         raise FlatplankError("no campaign", "command line", "name a folder")
     return [common.load_folder(folder, arguments.mapping) for folder in folders]
-
-
-def _write_tire(result: object, path: str) -> None:
-    if not isinstance(result, MFFit):
-        raise FlatplankError("this model has no .tir", "--out", "use --model mf")
-    write_tir(result.file, path)
 
 
 def _conditions(result: ConditionFits) -> None:
@@ -158,17 +150,14 @@ def _linear_rows(fit: LinearCondition) -> list[tuple[str, ...]]:
 
 
 def _carcass_rows(fit: CarcassFit) -> list[tuple[str, ...]]:
-    return [
-        _row(fit.condition.label(), "", e, _bias(fit, e.name) if e.determined else "")
-        for e in fit.estimates
-    ]
+    return [_row(fit.condition.label(), "", e, _bias(fit, e)) for e in fit.estimates]
 
 
-def _bias(fit: CarcassFit, name: str) -> str:
+def _bias(fit: CarcassFit, e: Estimate) -> str:
     """The model's own bias, beside the number that has it."""
-    if name not in fit.model_bias:
+    if not e.determined or e.name not in fit.model_bias:
         return ""
-    share, free = 100.0 * fit.model_bias[name], fit.without_bias()[name]
+    share, free = 100.0 * fit.model_bias[e.name], fit.without_bias()[e.name]
     low, high = free.interval()
     told = f"{free.value:.5g} without it (90 %: {low:.5g} to {high:.5g})"
     return f"the model's own bias on bristles {share:+.1f} %: {told}"

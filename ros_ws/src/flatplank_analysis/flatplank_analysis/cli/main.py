@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `flatplank VERB ...`: finds the verb among the installed packages and runs it.
 
-A verb is an entry point of the group `flatplank.verbs`: a module with `main(argv) -> exit code`.
+A verb is an entry point of the group `flatplank.verbs`: a function `main(argv) -> exit code`.
 With this package alone there are the verbs of the analysis; the bench's packages add theirs.
 Exit codes: 0 done, 1 the input or the bench is at fault (one line on stderr says how), 2 nothing
 could be used or the command line is wrong, 70 the program is at fault (the line names a file with
@@ -11,14 +11,87 @@ the trace), 130 stopped by Ctrl-C. A verb may give others their own meaning.
 from __future__ import annotations
 
 import ast
+import errno
 import os
 import sys
+import tempfile
+import traceback
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 
-from flatplank_analysis.cli.failures import told
+from flatplank_data.errors import FlatplankError
+
+AT_FAULT = 1
+"""The input, the computer or the bench is at fault; the line says how to mend it."""
+
+UNEXPECTED = 70
+"""The program is at fault (EX_SOFTWARE of sysexits.h); the line names the file of the trace."""
+
+REMEDIES = {
+    errno.ENOSPC: "free some space, or name a folder on another disk",
+    errno.EDQUOT: "free some of your quota, or name a folder on another disk",
+    errno.EFBIG: "raise the limit of file sizes (ulimit -f)",
+    errno.EROFS: "name a folder that can be written",
+    errno.EACCES: "name a folder that is yours, or get the permission",
+    errno.EPERM: "get the permission",
+    errno.EADDRINUSE: "end the program that has it, or name another port",
+    errno.EMFILE: "raise the limit of open files (ulimit -n)",
+    errno.ENOENT: "",
+    errno.ENOTDIR: "",
+    errno.EISDIR: "",
+    errno.EEXIST: "",
+}
+"""Errors of the system that are the user's to mend, and how."""
+
+
+def told(verb: str, error: BaseException) -> tuple[str, int]:
+    """The line for the user and the exit code."""
+    known = _known(error)
+    if known is not None:
+        return f"{verb}: {_one_line(known)}", AT_FAULT
+    what = f"unexpected {type(error).__name__}: {_one_line(str(error)) or 'no message'}"
+    file = _keep_trace(error)
+    where = f"please report it with {file}" if file else "its trace could not be written anywhere"
+    return f"{verb}: {what}; {where}", UNEXPECTED
+
+
+def _known(error: BaseException) -> str | None:
+    """Words for a failure that is foreseen."""
+    ours = type(error).__module__.startswith("flatplank_")  # so written for the user
+    if isinstance(error, FlatplankError | ValueError) or ours:
+        return str(error)
+    if isinstance(error, OSError) and error.errno in REMEDIES:
+        place = f"{error.filename}: " if error.filename else ""
+        remedy = REMEDIES[error.errno]
+        return f"{place}{error.strerror}" + (f"; {remedy}" if remedy else "")
+    if isinstance(error, FileNotFoundError):  # raised by us, with a sentence
+        return str(error)
+    if isinstance(error, ImportError):
+        return f"{error}; ./flatplank doctor says what is missing"
+    if isinstance(error, MemoryError):
+        return "not enough memory; --jobs 1 needs less where it is an option"
+    if any(kind.__name__ == "BrokenExecutor" for kind in type(error).__mro__):
+        return "a process of the calculation was killed, often for want of memory; try --jobs 1"
+    return None
+
+
+def _keep_trace(error: BaseException) -> str:
+    """Path of a file with the whole trace; empty when nothing can be written."""
+    text = "".join(traceback.format_exception(error))
+    try:
+        handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError:
+        return ""
+    return path
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
 
 GROUP = "flatplank.verbs"
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -31,14 +104,17 @@ def verbs() -> dict[str, EntryPoint]:
 
 
 def summary(entry: EntryPoint) -> str:
-    """First line of the verb's docstring, read without importing it: listing must not load the
-    world.
+    """First line of the docstring of the verb's module, or of its function if that is no `main`.
+
+    Read without importing it: listing must not load the world.
     """
     spec = find_spec(entry.module)
     if spec is None or spec.origin is None:
         return "(not installed)"
-    docstring = ast.get_docstring(ast.parse(Path(spec.origin).read_text(encoding="utf-8")))
-    return (docstring or "").split("\n", 1)[0]
+    module = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+    functions = {node.name: node for node in module.body if isinstance(node, ast.FunctionDef)}
+    found = module if entry.attr == "main" else functions.get(entry.attr, module)
+    return (ast.get_docstring(found) or "").split("\n", 1)[0]
 
 
 def listing(known: dict[str, EntryPoint]) -> str:

@@ -10,15 +10,11 @@ import numpy as np
 
 from flatplank_analysis.cli import common
 from flatplank_analysis.models.tir import TirFile, read_tir
-from flatplank_analysis.slip_sweeps.axes import SYSTEMS
-from flatplank_analysis.slip_sweeps.conditions import FORCE
+from flatplank_analysis.slip_sweeps.channels import SYSTEMS
+from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD
 from flatplank_analysis.slip_sweeps.curves import NAMES, Formula
-from flatplank_analysis.slip_sweeps.levels import HELD
-from flatplank_analysis.slip_sweeps.study import FAILS, TITLES, Study, by_level, study
+from flatplank_analysis.slip_sweeps.study import FAILS, Study, by_level, study
 from flatplank_data.arguments import Parser
-
-DEGREES = {"alpha": 180.0 / np.pi, "kappa": 100.0}
-PER = {"alpha": "deg", "kappa": "%"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -32,7 +28,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     o = parser.parse_args(argv)
     found, tir = study(o.file, o.axes), read_tir(o.tir) if o.tir else None
     if o.figure:
-        _draw(found, tir, Path(o.figure))
+        from flatplank_analysis.discovery.report.figures import png
+
+        Path(o.figure).write_bytes(png(found.plot(tir)))
     if o.json:
         common.print_json(found.to_json(tir))
         return 0
@@ -42,13 +40,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     for line in found.lacking():
         print(line)
     return 0
-
-
-def _draw(found: Study, tir: TirFile | None, path: Path) -> None:
-    from flatplank_analysis.discovery.report.figures import png
-    from flatplank_analysis.slip_sweeps.figure import curves
-
-    path.write_bytes(png(curves(found, found.failures(tir) if tir else ())))
 
 
 def _tell(found: Study) -> None:
@@ -61,12 +52,10 @@ def _tell(found: Study) -> None:
     held = [h for h in HELD if h.name in told]
     same = found.conditions[0].held
     alike = [
-        f"{TITLES[h.name]} {h.word(same[h.name])}"
-        for h in HELD
-        if h.name in same and h.name not in told
+        f"{h.title} {h.word(same[h.name])}" for h in HELD if h.name in same and h.name not in told
     ]
     print(f"the same in all conditions: {', '.join(alike)}\n" if alike else "")
-    header = ("", "swept", *(f"{TITLES[h.name]} [{h.unit}]" for h in held), "samples",
+    header = ("", "swept", *(f"{h.title} [{h.unit}]" for h in held), "samples",
               "floor [N]", *NAMES[:4], "BCD", "rms [N]")  # fmt: skip
     rows = []
     for k, (c, curve, formula) in enumerate(
@@ -74,18 +63,18 @@ def _tell(found: Study) -> None:
     ):
         levels = (h.word(c.held[h.name]).split()[0] if h.name in c.held else "-" for h in held)
         floor = f"{curve.floor:.1f}" if np.isfinite(curve.floor) else "-"
-        cells = (str(k), TITLES[c.swept], *levels, str(len(c.samples)), floor)
-        rows.append((*cells, *_cells(formula, c.swept)))
+        cells = (str(k), c.slip.title, *levels, str(len(c.samples)), floor)
+        rows.append((*cells, *_cells(formula, 1.0 / c.slip.scale)))
     common.print_rows(header, rows)
     sources = sorted({curve.floor_from for curve in found.curves})
     print(f"\nfloor: from {'; or '.join(sources)}")
     print("B and BCD per deg of slip angle or % of slip; in brackets: not known to a half")
 
 
-def _cells(formula: Formula | None, swept: str) -> tuple[str, ...]:
+def _cells(formula: Formula | None, per: float) -> tuple[str, ...]:
+    """B, C, D, E, BCD, rms; B and BCD are multiplied by `per`."""
     if formula is None:
         return ("-",) * 6
-    per = 1.0 / DEGREES[swept]
     scale = {"B": per, "C": 1.0, "D": 1.0, "E": 1.0}
     numbers = {n: f"{scale[n] * formula.values[n]:.4g}" for n in NAMES[:4]}
     cells = (text if formula.known(n) else f"({text})" for n, text in numbers.items())
@@ -100,7 +89,7 @@ def _tell_failures(found: Study, tir: TirFile, name: str) -> None:
     for k in order:
         f, c, curve = failures[k], found.conditions[k], found.curves[k]
         ratio = f"{f.error / curve.floor:.1f}" if curve.floor > 0.0 else "-"
-        at = f"{DEGREES[c.swept] * f.worst_slip:+.1f} {PER[c.swept]}"
+        at = f"{c.slip.scale * f.worst_slip:+.1f} {c.slip.unit}"
         force = FORCE[c.swept].capitalize()
         rows.append((str(k + 1), f"{f.error:.0f}", f"{100.0 * f.share:.0f}", ratio,
                      f"{force} {f.worst:+.0f} N at {at}", c.label))  # fmt: skip

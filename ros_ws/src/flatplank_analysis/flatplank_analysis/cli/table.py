@@ -26,8 +26,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments) -> int:
-    campaign = common.load_campaign(arguments)
-    infos, samples = _usable(campaign)
+    campaign = common.load_folder(arguments.folder, arguments.mapping)
+    # every run once, one at a time, so that all its problems are known
+    sizes = [(table.info, len(table)) for table in campaign.tables()]
+    infos, samples = [info for info, _ in sizes], sum(size for _, size in sizes)
     lost = _lost(campaign, {info.file for info in infos})
     common.tell(campaign.problems)
     if not infos:
@@ -42,15 +44,6 @@ def _run(arguments) -> int:
     return 0
 
 
-def _usable(campaign: Campaign) -> tuple[list[RunRecord], int]:
-    """Read every run once, one at a time, so that all its problems are known."""
-    infos, samples = [], 0
-    for table in campaign.tables():
-        infos.append(table.info)
-        samples += len(table)
-    return infos, samples
-
-
 def _lost(campaign: Campaign, used: set[str]) -> list[dict[str, Any]]:
     """Runs that lack samples, also those that are not used because of it."""
     found = []
@@ -60,9 +53,8 @@ def _lost(campaign: Campaign, used: set[str]) -> list[dict[str, Any]]:
         except FlatplankError:
             continue  # among the problems
         if lost.lost:
-            numbers = {"lost": lost.lost, "of": lost.of, "longest": lost.longest}
-            named = {"file": run.info.file, "used": run.info.file in used}
-            found.append(named | numbers | {"road": lost.road})
+            numbers = {k: getattr(lost, k) for k in ("lost", "of", "longest", "road")}
+            found.append({"file": run.info.file, "used": run.info.file in used} | numbers)
     return found
 
 
@@ -104,25 +96,23 @@ def _print(found: dict[str, Any]) -> None:
     print(f"{found['campaign']}: {found['runs']} runs, tire {found['tire'] or 'not named'}\n")
     header = ("measurement", "Fz [N]", "p [bar]", "alpha", "gamma", "kappa [%]", "runs", "starts",
               "lost")  # fmt: skip
-    rows = [
-        (
-            c["measurement"],
-            _text(c["fz"]),
-            _text(c["pressure"]),
-            _text(c["alpha_deg"]),
-            _text(c["gamma_deg"]),
-            _text(None if c["kappa"] is None else 100.0 * c["kappa"]),
-            str(c["runs"]),
-            " ".join(str(s) for s in c["starts"]),
-            str(c["cycles_lost"]),
-        )
-        for c in found["conditions"]
-    ]
+    rows = []
+    for c in found["conditions"]:
+        numbers = [c[k] for k in ("fz", "pressure", "alpha_deg", "gamma_deg")]
+        numbers.append(None if c["kappa"] is None else 100.0 * c["kappa"])
+        starts = " ".join(map(str, c["starts"]))
+        counts = (str(c["runs"]), starts, str(c["cycles_lost"]))
+        rows.append((c["measurement"], *map(_text, numbers), *counts))
     common.print_rows(header, rows)
     if found["lost"]:
         print("\nlost: cycles without a sample")
         columns = ("run", "lost", "of", "longest [s]", "road [mm]", "used")
-        common.print_rows(columns, [_lost_row(entry) for entry in found["lost"]])
+        lost = [
+            (e["file"], str(e["lost"]), str(e["of"]), _text(e["longest"]), _text(1e3 * e["road"]),
+             "yes" if e["used"] else "no")
+            for e in found["lost"]
+        ]  # fmt: skip
+        common.print_rows(columns, lost)
     print("\nparameters that these runs can tell:")
     for item in found["parameters"]:
         if not item["missing"]:
@@ -131,11 +121,6 @@ def _print(found: dict[str, Any]) -> None:
     for item in found["parameters"]:
         if item["missing"]:
             print(f"  {item['parameters']} ({item['meaning']}): {item['missing']}")
-
-
-def _lost_row(entry: Mapping[str, Any]) -> tuple[str, ...]:
-    numbers = (str(entry["lost"]), str(entry["of"]), _text(entry["longest"]))
-    return (entry["file"], *numbers, _text(1e3 * entry["road"]), "yes" if entry["used"] else "no")
 
 
 def _text(value: float | None) -> str:

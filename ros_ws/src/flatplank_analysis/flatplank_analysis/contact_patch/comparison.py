@@ -8,7 +8,7 @@ from typing import Any
 
 from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import invariants, where
-from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
 from flatplank_data.wording import span, table
 
@@ -60,7 +60,6 @@ def by_condition(session: Session, step: Step) -> list[dict[str, Any]]:
 
 
 def text_of(data: Mapping[str, Any]) -> str:
-    """The same in words."""
     rows = [("condition", "runs", "error [N]", "floor [N]", "beyond [N]")]
     rows += [
         (

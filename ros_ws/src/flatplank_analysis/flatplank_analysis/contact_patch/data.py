@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a campaign to aligned runs: filtered increments of position and angle, load, forces."""
+"""From a campaign to aligned runs: filtered, on common nodes, with what was recorded beside."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.before import side_before
-from flatplank_analysis.contact_patch.denoising import Common, as_input, as_load
-from flatplank_analysis.contact_patch.further import coordinate_of, further_columns
+from flatplank_analysis.contact_patch.denoising import (
+    Common,
+    as_input,
+    as_load,
+    at_rest,
+    side_force,
+    steps_of,
+)
 from flatplank_analysis.contact_patch.grid import (
     BEFORE,
     SPEED,
@@ -20,21 +25,18 @@ from flatplank_analysis.contact_patch.grid import (
     smooth_columns,
     uniform_positions,
 )
-from flatplank_analysis.contact_patch.references import References
-from flatplank_analysis.contact_patch.rest import at_rest, steps_of
-from flatplank_analysis.contact_patch.side_force import side_force
-from flatplank_analysis.contact_patch.signs import WrongSign, wrong_signs
-from flatplank_analysis.contact_patch.truncated import ended_early
+from flatplank_analysis.contact_patch.signs import wrong_signs
+from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem, problem_of
-from flatplank_data.table import MeasurementTable
+from flatplank_data.table import COLUMN_UNITS, MeasurementTable
 
 COLUMNS = ("time", "plank_position", "wheel_angle", "fx", "fy", "fz", "mx", "mz")
 NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
-"""channels that may speak over into Fx"""
+"""channels with possible crosstalk into Fx"""
 STIFFNESS = 1.9e5
 """[N/m] of a car tire in x for short waves: what a step of an encoder is worth"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5
@@ -42,77 +44,9 @@ START_TRAVEL, START_ROUGH = 0.08, 2.5
 that no scatter would warn"""
 PINION_TURN = 2.0 * np.pi * 0.05
 """[m] plank travel of one pinion turn, placeholder of the bench"""
-
-
-@dataclass(frozen=True)
-class TireRuns:
-    """Inputs of the tire model on the nodes; arrays (runs, samples) unless said otherwise."""
-
-    runs: RunSet
-    position: np.ndarray
-    """plank travel [m]"""
-    angle: np.ndarray
-    """wheel angle since the start [rad]"""
-    travel: np.ndarray
-    """increments of plank travel [m]; first column 0"""
-    turned: np.ndarray
-    """increments of the wheel angle [rad]; first column 0"""
-    step_time: np.ndarray
-    """increments of time [s]; first column 0"""
-    load: np.ndarray
-    """denoised vertical load [N]"""
-    nominal: np.ndarray
-    """(runs,) nominal load [N]"""
-    radius: np.ndarray
-    """(runs,) effective rolling radius [m]"""
-    alpha: np.ndarray
-    """(runs,) side slip angle [rad]"""
-    gamma: np.ndarray
-    """(runs,) camber [rad]"""
-    kappa: np.ndarray
-    """(runs,) commanded slip"""
-    pressure: np.ndarray
-    """(runs,) [bar]"""
-    since_step: np.ndarray
-    """travel since the step [m], negative before"""
-    wheel_turn: np.ndarray
-    """wheel angle in space, start angle included [rad]"""
-    signals: dict[str, np.ndarray]
-    """measured channels as inputs, without their noise"""
-    load_mean: np.ndarray
-    """(runs, samples) what the load channel is judged against"""
-    side_force: np.ndarray
-    """(runs,) Fy of a turned wheel before the plank moves [N]; 0 where the wheel is straight"""
-    grids: list[np.ndarray]
-    """runs that share their nodes"""
-    signs: tuple[WrongSign, ...] = ()
-    """columns and keys whose sign is the other way round"""
-    further: Mapping[str, Coordinate] = field(default_factory=dict)
-    """columns of other names that all runs have: what was recorded beside the channels"""
-    against: References | None = None
-    """of another campaign, whose fit these runs are asked about"""
-
-    @cached_property
-    def reference(self) -> References:
-        """What the sizes of effects are told against."""
-        return self.against or References.of(self)
-
-    @cached_property
-    def side_before(self) -> np.ndarray:
-        """(runs,) sign of the last slip before each run; 0 where none is known."""
-        return side_before(self.runs.order, self.kappa)
-
-    def coordinate(self, name: str) -> np.ndarray:
-        """A coordinate of the runs, a channel, or a further column by name (runs, samples)."""
-        return coordinate_of(self, name).values
-
-    def only_common(self, values: np.ndarray) -> np.ndarray:
-        """Remove the run mean and the profile shared by all runs on the same nodes (..., R, N)."""
-        out = values - values.mean(axis=-1, keepdims=True)
-        for rows in self.grids:
-            if len(rows) > 2:
-                out[..., rows, :] -= out[..., rows, :].mean(axis=-2, keepdims=True)
-        return out
+SHARE = 0.8
+"""of the usual travel; a shorter run would cost the others more than it brings"""
+_BRACKETS = re.compile(r"^(.*?)\s*[\[(]([^\])]*)[\])]$")
 
 
 def load_runs(campaign: Campaign) -> TireRuns:
@@ -136,19 +70,11 @@ def load_runs(campaign: Campaign) -> TireRuns:
         raise NothingUsableError(
             f"no usable slip run{first}", campaign.path, "measure runs with a slip step"
         )
-    short = {i: _short(tables[i], *travels) for i, *travels in ended_early(tables)}
+    short = {i: problem for i, problem in _ended_early(tables)}
     tables = [t for i, t in enumerate(tables) if i not in short]
     for problem in (*short.values(), *_dropped(tables)):
         campaign.note(problem)
     return from_tables(tables)
-
-
-def _short(table: MeasurementTable, travel: float, usual: float) -> Problem:
-    return Problem(
-        table.info.file,
-        f"{travel:.2f} m of road, {usual:.2f} m is usual for its step: not used",
-        remedy="measure it again, or delete it",
-    )
 
 
 def _require(table: MeasurementTable) -> None:
@@ -159,9 +85,20 @@ def _require(table: MeasurementTable) -> None:
             )
 
 
-def _common(tables: list[MeasurementTable]) -> list[str]:
-    """Channels that every run has, `time` not among them."""
-    return [n for n in COLUMNS[1:] if all(t.has(n) for t in tables)]
+def _ended_early(tables: list[MeasurementTable]) -> Iterator[tuple[int, Problem]]:
+    """Runs, by index, that are much shorter than is usual (the median) for their step position and
+    waveform: all runs with one step are computed up to the shortest."""
+    places = [t["plank_position"] for t in tables]
+    travel = [float(np.nanmax(p) - np.nanmin(p)) for p in places]
+    kinds = [(repr(t.info.step_position), repr(t.info.waveform)) for t in tables]
+    for kind in dict.fromkeys(kinds):
+        rows = [i for i, k in enumerate(kinds) if k == kind]
+        usual = float(np.median([travel[i] for i in rows]))
+        for i in rows:
+            if travel[i] < SHARE * usual:
+                what = f"{travel[i]:.2f} m of road, {usual:.2f} m is usual for its step: not used"
+                remedy = "measure it again, or delete it"
+                yield i, Problem(tables[i].info.file, what, remedy=remedy)
 
 
 def _dropped(tables: list[MeasurementTable]) -> Iterator[Problem]:
@@ -182,15 +119,18 @@ def from_tables(tables: list[MeasurementTable]) -> TireRuns:
     """Align the runs of a list of measurement tables, with the channels that all of them have."""
     for table in tables:
         _require(table)
-    names = _common(tables)
+    names = [n for n in COLUMNS[1:] if all(t.has(n) for t in tables)]
     smooth = [_smooth(table, names) for table in tables]
     ends = _common_ends(tables, smooth)
     nodes = [_nodes(s, t, e) for s, t, e in zip(smooth, tables, ends, strict=True)]
-    count = min(len(n) for n in nodes)
-    picked = [_pick(s, n[:count]) for s, n in zip(smooth, nodes, strict=True)]
-    stack = {name: np.stack([p[name] for p in picked]) for name in picked[0]}
-    times = [n[:count] for n in nodes]
-    data = _assemble(tables, stack, np.array([float(s["step"]) for s in smooth]))
+    times = np.stack([n[: min(map(len, nodes))] for n in nodes])
+    stack = {
+        name: np.stack(
+            [np.interp(t, s["time"], s[name]) for t, s in zip(times, smooth, strict=True)]
+        )
+        for name in names
+    }
+    data = _assemble(tables, stack | {"time": times}, np.array([float(s["step"]) for s in smooth]))
     if not data.runs.repeated:
         rest, steps = at_rest(smooth, data.runs.channels), steps_of(tables, data.runs.channels)
         data = replace(data, runs=replace(data.runs, rest=rest, resolution=steps))
@@ -236,15 +176,15 @@ def _step_place(table: MeasurementTable) -> float:
 def _common_ends(tables: list[MeasurementTable], smooth: list[dict]) -> list[float]:
     """Runs with the same step end at the same node."""
     keys = [_grid_key(t) for t in tables]
-    ends = [float(s["plank_position"].max()) for s in smooth]
-    return [
-        min(e for e, other in zip(ends, keys, strict=True) if other == key) - 0.004 for key in keys
-    ]
+    shortest: dict[tuple, float] = {}
+    for key, s in zip(keys, smooth, strict=True):
+        shortest[key] = min(float(s["plank_position"].max()), shortest.get(key, np.inf))
+    return [shortest[key] - 0.004 for key in keys]
 
 
 def _grid_key(table: MeasurementTable) -> tuple:
     step = table.info.step_position
-    return (None if step != step else round(step, 4), table.info.waveform is not None)
+    return (None if np.isnan(step) else round(step, 4), table.info.waveform is not None)
 
 
 def _nodes(smooth: dict, table: MeasurementTable, end: float) -> np.ndarray:
@@ -264,36 +204,26 @@ def _nodes(smooth: dict, table: MeasurementTable, end: float) -> np.ndarray:
     return np.concatenate([np.maximum(before, time[0]), at])
 
 
-def _pick(smooth: dict, nodes: np.ndarray) -> dict[str, np.ndarray]:
-    skip = ("time", "speed", "step")
-    return {"time": nodes} | {
-        k: np.interp(nodes, smooth["time"], v) for k, v in smooth.items() if k not in skip
-    }
-
-
 def _facts(tables: list[MeasurementTable]) -> dict[str, np.ndarray]:
-    def each(get):
-        return np.array([get(t.info) for t in tables], dtype=float)
+    """Settings of the runs (runs,); `session`: number of the day, one where no date is given."""
+
+    def each(name: str, unknown: float = np.nan) -> np.ndarray:
+        values = np.array([getattr(t.info, name) for t in tables], dtype=float)
+        return np.where(np.isnan(values), unknown, values)
 
     return {
-        "nominal": each(lambda i: i.fz if i.fz == i.fz else 4000.0),
-        "radius": each(lambda i: i.effective_rolling_radius),
-        "alpha": np.radians(each(lambda i: i.alpha_deg)),
-        "gamma": np.radians(each(lambda i: i.gamma_deg)),
-        "kappa": each(lambda i: i.kappa),
-        "pressure": each(lambda i: i.pressure if i.pressure == i.pressure else 2.5),
-        "step": each(lambda i: i.step_position),
-        "start": each(lambda i: i.start_angle),
-        "order": each(lambda i: i.run_index),
-        "speed": each(lambda i: i.speed if i.speed == i.speed else SPEED),
-        "session": _sessions(tables),
+        "nominal": each("fz", 4000.0),
+        "radius": each("effective_rolling_radius"),
+        "alpha": np.radians(each("alpha_deg")),
+        "gamma": np.radians(each("gamma_deg")),
+        "kappa": each("kappa"),
+        "pressure": each("pressure", 2.5),
+        "step": each("step_position"),
+        "start": each("start_angle"),
+        "order": each("run_index"),
+        "speed": each("speed", SPEED),
+        "session": np.unique([t.info.date[:10] for t in tables], return_inverse=True)[1] * 1.0,
     }
-
-
-def _sessions(tables: list[MeasurementTable]) -> np.ndarray:
-    """Number of the day on which each run was made; without a date all are of one session."""
-    days = [t.info.date[:10] for t in tables]
-    return np.array([sorted(set(days)).index(day) for day in days], dtype=float)
 
 
 def _assemble(
@@ -314,7 +244,8 @@ def _assemble(
     groups = [np.flatnonzero(condition == c) for c in range(len(labels))]
     common = Common(position, turn, grids, groups)
     load, load_mean = _load(stack.get("fz"), nominal, common)
-    channels, measured = _channels(stack, load_mean)
+    channels = tuple(n for n in ("fx", "fy", "fz") if n in stack)
+    measured = np.stack([stack[n] - load_mean if n == "fz" else stack[n] for n in channels])
     signs = wrong_signs(tables)
     slip = radius[:, None] * (angle - angle[:, :1]) - (position - position[:, :1])
     runs = RunSet(
@@ -342,16 +273,10 @@ def _assemble(
         turned=_steps(angle),
         step_time=_steps(stack["time"]),
         load=load,
-        nominal=nominal,
-        radius=radius,
-        alpha=facts["alpha"],
-        gamma=facts["gamma"],
-        kappa=facts["kappa"],
-        pressure=facts["pressure"],
+        **{name: facts[name] for name in SETTINGS},
         since_step=since,
         wheel_turn=turn,
         signals={name: as_input(stack[name], common) for name in INPUTS if name in stack},
-        load_mean=load_mean,
         side_force=side_force(stack.get("fy"), position, facts),
         grids=grids,
         signs=signs,
@@ -383,21 +308,13 @@ def _load(
     return as_load(fz, common), level + profile
 
 
-def _channels(
-    stack: dict[str, np.ndarray], load_mean: np.ndarray
-) -> tuple[tuple[str, ...], np.ndarray]:
-    names = [n for n in ("fx", "fy", "fz") if n in stack]
-    values = [stack[n] - load_mean if n == "fz" else stack[n] for n in names]
-    return tuple(names), np.stack(values)
-
-
 def _conditions(tables: list[MeasurementTable]) -> tuple[np.ndarray, tuple[str, ...]]:
     keys = [
         (
             t.info.condition,
             t.info.direction,
-            None if t.info.step_position != t.info.step_position else t.info.step_position,
-            None if t.info.speed != t.info.speed else t.info.speed,
+            None if np.isnan(t.info.step_position) else t.info.step_position,
+            None if np.isnan(t.info.speed) else t.info.speed,
             repr(t.info.waveform),
         )
         for t in tables
@@ -428,3 +345,23 @@ def _coordinates(stack, position, since, turn, slip, load, facts) -> dict[str, C
         "slip level": Coordinate(per_run(facts["kappa"]), "1", 9),
         "run order": Coordinate(per_run(facts["order"]), "1", 27),
     }
+
+
+def further_columns(
+    tables: Sequence[MeasurementTable], times: Sequence[np.ndarray]
+) -> dict[str, Coordinate]:
+    """Further columns that all runs have, at the times of their nodes [s]."""
+    names = [n for n in tables[0].columns if n not in COLUMN_UNITS]
+    out = {}
+    for column in names:
+        if all(t.has(column) for t in tables):
+            match = _BRACKETS.match(column.strip())
+            name, unit = (match[1], match[2]) if match else (column.strip(), "1")
+            rows = [_at(t["time"], t[column], at) for t, at in zip(tables, times, strict=True)]
+            out[name] = Coordinate(np.stack(rows), unit or "1", 27)
+    return out
+
+
+def _at(time: np.ndarray, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    good = np.isfinite(values) & np.isfinite(time)
+    return np.interp(nodes, time[good], values[good])

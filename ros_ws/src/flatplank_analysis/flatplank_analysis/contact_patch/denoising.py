@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A measured channel without its noise, as an input of a model.
+"""Measured channels as inputs of a model: without their noise, and what they show at rest.
 
 The noise of an input makes every size too small, in all runs alike, and no repeat shows it.
 What a channel does in the same way in many runs is kept: the mean of its
@@ -9,12 +9,13 @@ taken for noise, but for the level and the slow drift of a load that was set by 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.grid import gaussian
+from flatplank_analysis.contact_patch.grid import START, gaussian, quantum
+from flatplank_data.table import MeasurementTable
 
 ORDERS = (1, 2, 3)
 """of the wheel angle"""
@@ -22,6 +23,14 @@ SPACING, WIDTH = 0.006, 0.02
 """[m] even grid, and width over which a course is smoothed"""
 RED = 4.0
 """energy of the slopes of red noise over that of its bends, at most"""
+STILL = 1e-5
+"""[m] plank travel up to which nothing moves: at the start of a run a tire has tens of newtons"""
+LEAST = 6
+"""filtered samples until then at least"""
+STRAIGHT = np.radians(0.25)
+"""[rad] a wheel that is neither turned nor tilted"""
+SURE = 5.0
+"""standard errors beyond which a force at rest is one and no noise"""
 
 
 @dataclass(frozen=True)
@@ -103,5 +112,49 @@ def as_load(values: np.ndarray, common: Common) -> np.ndarray:
 
 
 def as_input(values: np.ndarray, common: Common) -> np.ndarray:
-    """A channel that may speak over into another one: what is common only."""
+    """A channel with possible crosstalk into another one: what is common only."""
     return common.level(values) + common.shape(values)
+
+
+def at_rest(smooth: Sequence[Mapping[str, np.ndarray]], names: Sequence[str]) -> tuple[float, ...]:
+    """Standard deviation of the filtered channels before anything moves; empty: no run stood."""
+    squares = []
+    for columns in smooth:
+        moved = np.flatnonzero(columns["plank_position"] > STILL)
+        # first values that were held backwards are no measurement
+        held = np.all([np.diff(columns[n], prepend=np.nan) == 0.0 for n in names], axis=0)
+        rows = np.flatnonzero(~held[: moved[0] if len(moved) else 0])
+        if len(rows) < LEAST:
+            continue
+        squares.append([np.var(columns[n][rows], ddof=1) for n in names])
+    return tuple(float(v) for v in np.sqrt(np.mean(squares, axis=0))) if squares else ()
+
+
+def steps_of(tables: Sequence[MeasurementTable], names: Sequence[str]) -> tuple[float, ...]:
+    """Step in which each channel was recorded, 0 where it lies on no lattice."""
+    return tuple(max(quantum(t[n][np.isfinite(t[n])]) for t in tables[:3]) for n in names)
+
+
+def side_force(
+    fy: np.ndarray | None, position: np.ndarray, facts: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """Fy of the standing wheel (runs,) [N]: the mean over all runs of a setting, less the zero of
+    the channel, which straight wheels show; 0 where it is no more than noise.
+
+    fy [N] and position [m] (runs, samples), fy None where it was not recorded; facts (runs,):
+    alpha and gamma [rad], nominal load [N].
+    """
+    out = np.zeros(len(position))
+    if fy is None:
+        return out
+    standing = position < position[:, :1] + START
+    level = np.where(standing, fy, 0.0).sum(axis=1) / standing.sum(axis=1)
+    settings = np.stack([facts["alpha"], facts["gamma"], facts["nominal"]], axis=1)
+    straight = np.abs(settings[:, :2]).max(axis=1) < STRAIGHT
+    level = level - (level[straight].mean() if straight.any() else 0.0)
+    for setting in np.unique(settings[~straight], axis=0):
+        rows = np.flatnonzero((settings == setting).all(axis=1))
+        mean = float(level[rows].mean())
+        if len(rows) > 1 and abs(mean) > SURE * level[rows].std(ddof=1) / np.sqrt(len(rows)):
+            out[rows] = mean
+    return out

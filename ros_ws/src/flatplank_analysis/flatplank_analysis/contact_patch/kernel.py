@@ -26,8 +26,15 @@ import math
 import numpy as np
 from numba import carray
 
-from flatplank_analysis.contact_patch.compiling import entry, inline, inner
-from flatplank_analysis.contact_patch.vector import choose, exponential, pointer, power
+from flatplank_analysis.contact_patch.compiling import (
+    choose,
+    entry,
+    exponential,
+    inline,
+    inner,
+    pointer,
+    power,
+)
 
 #: columns of the parameter block, one row per lane and run
 NAMES = (

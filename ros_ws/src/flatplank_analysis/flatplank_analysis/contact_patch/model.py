@@ -11,10 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from flatplank_analysis.contact_patch import kernel
-from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.contact_patch.grid import SPEED
-from flatplank_analysis.contact_patch.parameters import base_parameters
-from flatplank_analysis.contact_patch.starts import other_starts
+from flatplank_analysis.contact_patch.parameters import base_parameters, other_starts
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.effect import ask, fault
 from flatplank_analysis.discovery.model import Form, Lane
 from flatplank_analysis.discovery.runs import RunSet
@@ -22,6 +21,8 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
 CHUNK = 48
 """lanes computed at once"""
+BOTH = ("shape", "fall", "round", "tread", "memory", "combine", "swing", "rotate")
+"""numbers of the base that are the same along and across the wheel plane"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
@@ -105,8 +106,8 @@ class TireModel:
         angle = d.alpha + base.get("angle_offset", zero)[:, None]
         # the road runs at an angle to the wheel plane
         along = np.cos(d.alpha)[:, None] * d.travel
-        motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, None)
-        motion.lateral = -np.tan(angle)[:, :, None] * along
+        lateral = -np.tan(angle)[:, :, None] * along
+        motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, lateral)
         if "slip_turned" in base:
             turned = base["slip_turned"][:, None] * (1.0 - np.cos(d.alpha))
             motion.rolled = rolled + turned[:, :, None] * along
@@ -149,7 +150,7 @@ class TireModel:
             p[..., kernel.STIFF] = (get("stiff" + end) if "stiff" + end in base else 1e4) * law
             p[..., kernel.PEAK] = peak * (get("grip_y") if end and "grip_y" in base else 1.0)
             p[..., kernel.CARCASS] = get("carcass" + end) if "carcass" + end in base else 1e5
-            for name in (
+            for name in [
                 "shape",
                 "fall",
                 "round",
@@ -158,7 +159,7 @@ class TireModel:
                 "combine",
                 "swing",
                 "rotate",
-            ):
+            ]:
                 p[..., kernel.NAMES.index(name)] = get(name)
             p[..., kernel.HALF] = get("half") * np.sqrt(ratio)
             p[..., kernel.FEEL] = get("feel") if "feel" in base else 1.0

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.parameters import Parameter
 
 BASE = "contact_patch"
 """the base by its name in a model file"""
 LEAST_LOAD = 5.0
-"""[N] root mean square of the load within a run below which it does not matter who feels it"""
+"""[N] root mean square of the load within a run below which it is of no consequence"""
 
 START_ROLLING = 0.3
 """[m] of free rolling before a step that tell how fast the wheel turned"""
@@ -121,3 +123,22 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
 
 NAMES = tuple(p.name for _, p in _parameters(1.0, turned=False))
 """of all parameters of the base"""
+
+TIRES: tuple[Mapping[str, float], ...] = (
+    {"stiff": 0.5, "peak": 0.75, "carcass": 0.5, "stiff_y": 0.5, "carcass_y": 0.6},
+    {"stiff": 1.9, "peak": 1.35, "carcass": 2.5, "stiff_y": 1.9, "carcass_y": 2.5},
+    {"stiff": 1.0, "peak": 1.0, "carcass": 4.0, "half": 1.5, "stiff_y": 1.0, "carcass_y": 4.0},
+)
+"""factors on the usual start values: a soft, a stiff one, and one that is all tread"""
+
+
+def other_starts(parameters: Sequence[Parameter]) -> tuple[dict[str, float], ...]:
+    """Start values by name, each inside its range."""
+    return tuple(
+        {
+            p.name: min(max(p.null * tire[p.name], p.lower), p.upper)
+            for p in parameters
+            if p.name in tire
+        }
+        for tire in TIRES
+    )

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns, _grid_groups, _steps
+from flatplank_analysis.contact_patch.data import _grid_groups, _steps
 from flatplank_analysis.contact_patch.grid import SPEED, node_positions
 from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.tire_runs import SETTINGS, TireRuns
 from flatplank_analysis.discovery.runs import RunSet
 from flatplank_data.machine import SLOW
 
@@ -30,29 +31,30 @@ class Plan:
 def plans_for(model: TireModel) -> list[Plan]:
     """Feasible runs around those of the campaign."""
     data = model.data
-    load, pressure = data.reference.load, data.reference.pressure
-    common = {"kappa": 0.01, "fz": load, "pressure": pressure, "step_position": 1.5, "start": 1}
-    steps = data.runs.facts.get("step", np.array([1.5]))
-    usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.5
-    common["step_position"] = usual
+    load, pressure, step = data.reference.load, data.reference.pressure, usual_step(data.runs)
+    usual = {"fz": load, "pressure": pressure, "step_position": step, "start": 1}
+    others: dict[str, dict[str, Any]] = {
+        "once more": {},
+        f"with the step at {step - 0.6:.1f} m": {"step_position": step - 0.6},
+        f"with the step at {step + 0.7:.1f} m": {"step_position": step + 0.7},
+        f"at {1.3 * load:.0f} N": {"fz": round(1.3 * load)},
+        f"at {SLOW:g} m/s": {"speed": SLOW},
+        "from a start angle of 60 deg": {"start": 1.5},
+        "out of a preload of 1 % driving": {"preload": 0.01},
+    }
     levels = sorted({float(k) for k in np.round(data.kappa, 4)}, key=abs)
-    out: list[Plan] = []
     # the smallest slips show play best, the largest ones friction
-    for kappa in dict.fromkeys([*levels[:3], *levels[-2:]]):
-        base = common | {"kappa": kappa}
-        out.append(planned(model, f"slip {100 * kappa:+g} % once more", base))
-        for step in (usual - 0.6, usual + 0.7):
-            text = f"slip {100 * kappa:+g} % with the step at {step:.1f} m"
-            out.append(planned(model, text, base | {"step_position": step}))
-        text = f"slip {100 * kappa:+g} % at {1.3 * load:.0f} N"
-        out.append(planned(model, text, base | {"fz": round(1.3 * load)}))
-        text = f"slip {100 * kappa:+g} % at {SLOW:g} m/s"
-        out.append(planned(model, text, base | {"speed": SLOW}))
-        text = f"slip {100 * kappa:+g} % from a start angle of 60 deg"
-        out.append(planned(model, text, base | {"start": 1.5}))
-        text = f"slip {100 * kappa:+g} % out of a preload of 1 % driving"
-        out.append(planned(model, text, base | {"preload": 0.01}))
-    return out
+    return [
+        planned(model, f"slip {100 * kappa:+g} % {words}", {"kappa": kappa} | usual | other)
+        for kappa in dict.fromkeys([*levels[:3], *levels[-2:]])
+        for words, other in others.items()
+    ]
+
+
+def usual_step(runs: RunSet) -> float:
+    """Step position in the middle of the runs [m]."""
+    steps = runs.facts.get("step", np.array([np.nan]))
+    return float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.5
 
 
 def planned(model: TireModel, text: str, settings: dict[str, Any]) -> Plan:
@@ -66,13 +68,12 @@ def planned(model: TireModel, text: str, settings: dict[str, Any]) -> Plan:
 
 def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
     """Inputs of one planned run: constant plank speed, a locked start, one slip step."""
-    speed = float(s.get("speed", SPEED))
+    speed, preload = float(s.get("speed", SPEED)), float(s.get("preload", 0.0))
     end = float(data.position.max()) - 0.004
     place = np.concatenate([[0.0, 0.0, 0.0], node_positions(s["step_position"], end)])
     radius = float(np.median(data.radius))
     after = np.maximum(place - s["step_position"], 0.0)
-    rolled = np.maximum(place - LOCKED, 0.0) * (1.0 + float(s.get("preload", 0.0)))
-    rolled = rolled + (s["kappa"] - float(s.get("preload", 0.0))) * after
+    rolled = np.maximum(place - LOCKED, 0.0) * (1.0 + preload) + (s["kappa"] - preload) * after
     angle = (rolled / radius)[None]
     position = place[None]
     rest = np.array([[0.0, 0.1, 0.2]])
@@ -115,17 +116,11 @@ def planned_data(data: TireRuns, s: dict[str, Any]) -> TireRuns:
         turned=_steps(angle),
         step_time=_steps(time),
         load=load,
-        nominal=facts["nominal"],
-        radius=facts["radius"],
-        alpha=facts["alpha"],
-        gamma=facts["gamma"],
-        kappa=facts["kappa"],
-        pressure=facts["pressure"],
+        **{name: facts[name] for name in SETTINGS},
         since_step=position - s["step_position"],
         wheel_turn=angle + start,
         signals={k: np.broadcast_to(v.mean(axis=0)[:1], position.shape).copy()
                  for k, v in data.signals.items()},
-        load_mean=load,
         side_force=np.zeros(1),
         grids=_grid_groups([("planned",)]),
     )  # fmt: skip

@@ -4,16 +4,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns, from_tables, load_runs
+from flatplank_analysis.contact_patch.data import from_tables, load_runs
 from flatplank_analysis.contact_patch.model import TireModel
 from flatplank_analysis.contact_patch.parameters import BASE, NAMES
-from flatplank_analysis.contact_patch.plans import plans_for
+from flatplank_analysis.contact_patch.plans import plans_for, usual_step
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery import invariants, nextrun, screen, verdict
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.effect import Effect
@@ -28,7 +29,7 @@ from flatplank_analysis.discovery.state import (
     term_of,
 )
 from flatplank_analysis.discovery.steps import Progress, Step
-from flatplank_analysis.discovery.verdict import Diagnosis
+from flatplank_analysis.discovery.verdict import Diagnosis, six_digits
 from flatplank_analysis.effects.checks import sound_library
 from flatplank_analysis.effects.registry import find, library, source_file
 from flatplank_data.campaign import Campaign
@@ -70,33 +71,17 @@ class Session:
         known = library() if effects is None else effects
         return cls(Campaign("made", []), data, TireModel(data), dict(known), tuple(files))
 
-    def options(
-        self,
-        model: ModelFile | None,
-        progress: Progress | None,
-        measured: Mapping[str, Mapping[str, float]] | None = None,
-    ) -> Options:
-        """Search options that start from a model file and from what was measured."""
-        known = self._known(measured or {})
-        if model is None:
-            return Options(progress=progress, measured=known)
-        return Options(progress=progress, start=self.start(model), terms=self.terms(model),
-                       measured=known)  # fmt: skip
-
-    def _known(
-        self, measured: Mapping[str, Mapping[str, float]]
-    ) -> Mapping[str, Mapping[str, float]]:
-        """The same; FlatplankError names an effect or a parameter that is not there."""
-        for name, values in measured.items():
-            effect = self.effects.get(name) or find(name, self.files)
-            names = {p.name for p in effect.parameters()}
-            for key in values:
-                if key not in names:
-                    raise FlatplankError(
-                        f"effect {name} has no parameter '{key}'", "starting values",
-                        f"known: {', '.join(sorted(names))}",
-                    )  # fmt: skip
-        return measured
+    def effect_of(
+        self, name: str, numbers: Iterable[str], where: str, file: str = ""
+    ) -> type[Effect]:
+        """An effect; FlatplankError when it, or one of these numbers of it, is not there."""
+        effect = self.effects.get(name) or find(name, [*self.files, *([file] if file else [])])
+        known = sorted(p.name for p in effect.parameters())
+        for number in numbers:
+            if number not in known:
+                what = f"effect {name} has no parameter '{number}'"
+                raise FlatplankError(what, where, f"known: {', '.join(known)}")
+        return effect
 
     def start(self, model: ModelFile) -> dict[str, float]:
         """Base parameters of a model file, also those that this campaign cannot show."""
@@ -111,21 +96,9 @@ class Session:
         return dict(model.parameters)
 
     def terms(self, model: ModelFile) -> tuple[Term, ...]:
-        """Effects of a model file as terms."""
-        out = []
-        for entry in model.effects:
-            files = [*self.files, *([entry.file] if entry.file else [])]
-            effect = self.effects.get(entry.name) or find(entry.name, files)
-            known = {p.name for p in effect.parameters()}
-            for name in entry.parameters:
-                if name not in known:
-                    raise FlatplankError(
-                        f"effect {entry.name} has no parameter '{name}'",
-                        model.path or "model file",
-                        f"known: {', '.join(sorted(known))}",
-                    )  # fmt: skip
-            out.append(Term(effect, effect.vector(dict(entry.parameters)), effect.held()))
-        return tuple(out)
+        where = model.path or "model file"
+        pairs = [(self.effect_of(e.name, e.parameters, where, e.file), e) for e in model.effects]
+        return tuple(Term(f, f.vector(dict(e.parameters)), f.held()) for f, e in pairs)
 
     def diagnose(
         self,
@@ -138,9 +111,12 @@ class Session:
         began = time.perf_counter()
         if verdict.undecidable(self.data.runs):
             return verdict.refused(self.data.runs, time.perf_counter() - began)
-        search = run_search(
-            self.model, list(self.effects.values()), self.options(model, progress, measured)
-        )
+        for name, numbers in (measured or {}).items():
+            self.effect_of(name, numbers, "starting values")
+        options = Options(progress=progress, measured=measured or {})
+        if model is not None:
+            options.start, options.terms = self.start(model), self.terms(model)
+        search = run_search(self.model, list(self.effects.values()), options)
         plans = plans_for(self.model) if any(f.alike for f in search.last.found) else []
         proposal = nextrun.next_run(search, plans)
         result = verdict.diagnose(search, proposal)
@@ -150,17 +126,17 @@ class Session:
     def fixed_proposal(self, result: Diagnosis) -> dict[str, Any]:
         """Without a pair to tell apart: the run that separates the coordinates."""
         steps = self.data.runs.facts["step"]
-        one = bool(np.ptp(steps[np.isfinite(steps)]) < 0.05) if np.isfinite(steps).any() else True
-        if result.verdict in (verdict.NONE, verdict.PARTLY) and one:
-            usual = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 1.5
-            worst = result.events[0].conditions if result.events else ()
-            return {
-                "what": "the conditions that show it, with a second step position",
-                "settings": {"step_position": round(usual + 0.7, 3), "conditions": list(worst)},
-                "repeats": 3,
-                "separates": [["plank position"], ["distance since the step"]],
-            }
-        return {}
+        several = np.isfinite(steps).any() and np.ptp(steps[np.isfinite(steps)]) >= 0.05
+        if several or result.verdict not in (verdict.NONE, verdict.PARTLY):
+            return {}
+        worst = list(result.events[0].conditions) if result.events else []
+        step = round(usual_step(self.data.runs) + 0.7, 3)
+        return {
+            "what": "the conditions that show it, with a second step position",
+            "settings": {"step_position": step, "conditions": worst},
+            "repeats": 3,
+            "separates": [["plank position"], ["distance since the step"]],
+        }
 
     def fit(
         self, model: ModelFile | None, extra: Sequence[Term] = (), before: Step | None = None
@@ -175,25 +151,24 @@ class Session:
         why = "" if self.model.runs.repeated else verdict.undecidable(self.model.runs)
         if why:
             raise FlatplankError(why, self.campaign.path, "repeat one condition")
+        effects = list(self.effects.values())
         base = start_base(self.model, self.start(model) if model else None)
         terms = [*(self.terms(model) if model else ()), *extra]
-        runs = self.model.runs
         known = None
         if before:
             floors = before.state.floors
         else:
-            rough = np.std(np.diff(runs.measured, axis=-1), axis=(1, 2))
+            rough = np.std(np.diff(self.model.runs.measured, axis=-1), axis=(1, 2))
             fitter = Fitter(self.model, channel_weights(self.model, list(rough)))
             known = fitter.fit(base, terms)
             base, terms = known.base, list(known.terms)
-            floors = make_state(self.model, fitter, known, list(self.effects.values())).floors
-        fitter = Fitter(
-            self.model, channel_weights(self.model, [max(f.floor, 1e-9) for f in floors])
-        )
+            floors = make_state(self.model, fitter, known, effects).floors
+        levels = [max(f.floor, 1e-9) for f in floors]
+        fitter = Fitter(self.model, channel_weights(self.model, levels))
         fit = fitter.fit(base, terms, known=known)
         if before:
             fit = invariants.no_worse(fitter, before.state.fit, [fit])
-        state = make_state(self.model, fitter, fit, list(self.effects.values()))
+        state = make_state(self.model, fitter, fit, effects)
         return Step(state, screen.screen(state), [])
 
     def add(
@@ -201,7 +176,7 @@ class Session:
     ) -> tuple[ModelFile, Step, dict[str, Any]]:
         """Put an effect into the model and refit everything jointly; `before`: `fit(model)`, when
         it is known."""
-        effect = self.effects.get(name) or find(name, self.files)
+        effect = self.effect_of(name, (), "add")
         if sum(e.name == name for e in model.effects) >= effect.instances:
             raise FlatplankError(
                 f"'{name}' is in the model already", "add", "`flatplank remove` takes it out"
@@ -213,40 +188,33 @@ class Session:
                 f"'{name}' cannot show in these runs, they lack what it needs", "add",
                 f"measure runs that have it: `flatplank effects {name}`",
             )  # fmt: skip
-        start = self.best_start(before, known[0])
+        item = known[0]
+        if len(effect.starts()) > 1:  # the screened size may be far off
+            start = line_search(self.model, before.state, item)
+        else:
+            sizes = item.sizes if np.any(item.sizes) else np.full(len(item.sizes), 0.1)
+            start = term_of(item.candidate, sizes)
         refitted = self.begun(self.file_of(model, before.state.fit), before)
         after = self.fit(refitted, [start], before)
         numbers = self.numbers(after) | {
-            "rmse_before": _number(self.rmse(before)),
-            "floor_before": _number(before.state.floors[0].floor),
+            "rmse_before": six_digits(self.rmse(before)),
+            "floor_before": six_digits(before.state.floors[0].floor),
         }
         index = len(after.state.fit.terms) - 1
         judge = Judge(before.state, before.state.whitened.chi2, before.screen.usual)
         found = before.state.settle(after.state.whitened.fit)
         decision = judge.decide(found, index, 1, plain=after.state.fit)
+        ends = invariants.at_ends(after.state.fitter, after.state.fit)
         numbers |= {
-            "size": _number(decision.term.size),
+            "size": six_digits(decision.term.size),
             "unit": effect.main_parameter().unit,
-            "interval": [_number(v) for v in decision.interval],
-            "held_out_gain": _number(decision.held_out_gain),
-            "p_value": _number(decision.p_value),
-            "doubts": [
-                *decision.reasons,
-                *(
-                    f"at an end of its range: {t}"
-                    for t in invariants.at_ends(after.state.fitter, after.state.fit)
-                ),
-            ],
+            "interval": [six_digits(v) for v in decision.interval],
+            "held_out_gain": six_digits(decision.held_out_gain),
+            "p_value": six_digits(decision.p_value),
+            "doubts": [*decision.reasons, *(f"at an end of its range: {t}" for t in ends)],
         }
         grown = self.file_of(refitted, after.state.fit)
         return grown.with_step("add", name, numbers), after, numbers
-
-    def best_start(self, step: Step, item: screen.Screened) -> Term:
-        """Start of a refit: a line search where the screened size may be far off."""
-        if len(item.candidate.effect.starts()) > 1:
-            return line_search(self.model, step.state, item)
-        sizes = item.sizes if np.any(item.sizes) else np.full(len(item.sizes), 0.1)
-        return term_of(item.candidate, sizes)
 
     def remove(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
         """Take the last instance of an effect out of the model and refit everything."""
@@ -259,23 +227,15 @@ class Session:
         smaller = replace(begun, effects=kept)
         step = self.fit(smaller)
         numbers = self.numbers(step)
-        return (
-            self.file_of(smaller, step.state.fit).with_step("remove", name, numbers),
-            step,
-            numbers,
-        )
+        made = self.file_of(smaller, step.state.fit).with_step("remove", name, numbers)
+        return made, step, numbers
 
     def file_of(self, model: ModelFile, fit: Fit) -> ModelFile:
-        """The model file with the fitted numbers."""
         names = [p.name for p in self.model.parameters]
         own = {e.name: e.file for e in model.effects}
+        pairs = [(t, t.effect.identifier) for t in fit.terms]
         entries = tuple(
-            Entry(
-                t.effect.identifier,
-                t.named(),
-                own.get(t.effect.identifier, "") or source_file(t.effect),
-            )
-            for t in fit.terms
+            Entry(name, t.named(), own.get(name, "") or source_file(t.effect)) for t, name in pairs
         )
         parameters = dict(zip(names, (float(v) for v in fit.base), strict=True))
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)
@@ -292,12 +252,8 @@ class Session:
         """What the waterfall needs of a step."""
         level = step.state.floors[0]
         return {
-            "rmse": _number(self.rmse(step)),
-            "floor": _number(level.floor),
-            "unexplained": _number(level.unexplained),
-            "held_out": _number(step.held_out),
+            "rmse": six_digits(self.rmse(step)),
+            "floor": six_digits(level.floor),
+            "unexplained": six_digits(level.unexplained),
+            "held_out": six_digits(step.held_out),
         }
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.6g}") if np.isfinite(value) else None

@@ -15,7 +15,7 @@ import numpy as np
 from flatplank_data.table import MeasurementTable
 
 CLEAR = 0.8
-"""share of the runs, weighed by their force, that must speak against a sign"""
+"""share of the runs, weighed by their force, that must contradict a sign"""
 SLIP, ANGLE, CAMBER = 0.005, 0.4, 0.9
 """[1], [deg], [deg]: smaller ones say nothing about a sign"""
 SEEN = 0.03
@@ -63,7 +63,18 @@ class _Run:
 def wrong_signs(tables: Sequence[MeasurementTable]) -> tuple[WrongSign, ...]:
     """What is the wrong way round in the runs of a campaign; () when all is as in ISO W."""
     runs = [_run(t) for t in tables]
-    return tuple(s for check in (_load, _wheel, _slip, _angle, _camber) for s in check(runs))
+    return (
+        *_told(("fz",), [(1.0, r.fz) for r in runs],
+               "Fz < 0 in {}, a loaded tire has Fz > 0"),
+        *_told(("wheel_angle", "plank_position"), [(1.0, r.turned) for r in runs if r.turned],
+               "wheel and plank go against each other in {}"),
+        *_slip(runs),
+        *_told(("alpha_deg", "fy"), [*_by_angle(runs)],
+               "Fy has the sign of alpha in {}; ISO W: alpha > 0 gives Fy < 0"
+               " (in SAE tables alpha > 0 gives Fy > 0)"),
+        *_told(("gamma_deg", "fy"), [*_by_camber(runs)],
+               "camber thrust has the sign of gamma in {}; ISO W: the other"),
+    )  # fmt: skip
 
 
 def _run(table: MeasurementTable) -> _Run:
@@ -119,17 +130,13 @@ def _against(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
     return (len(wrong) if clear else 0), len(good)
 
 
-def _load(runs: Sequence[_Run]) -> Iterator[WrongSign]:
-    wrong, count = _against([(1.0, r.fz) for r in runs])
+def _told(
+    names: tuple[str, ...], pairs: Sequence[tuple[float, float]], text: str
+) -> Iterator[WrongSign]:
+    """The sign of these names, where the pairs (given, force) are clearly opposite."""
+    wrong, count = _against(pairs)
     if wrong:
-        yield WrongSign(("fz",), f"Fz < 0 in {wrong} of {count} runs, a loaded tire has Fz > 0")
-
-
-def _wheel(runs: Sequence[_Run]) -> Iterator[WrongSign]:
-    wrong, count = _against([(1.0, r.turned) for r in runs if r.turned])
-    if wrong:
-        text = f"wheel and plank go against each other in {wrong} of {count} runs"
-        yield WrongSign(("wheel_angle", "plank_position"), text)
+        yield WrongSign(names, text.format(f"{wrong} of {count} runs"))
 
 
 def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
@@ -146,35 +153,23 @@ def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
         yield WrongSign(("kappa",) if wrong else ("kappa", "fx"), text + both)
 
 
-def _angle(runs: Sequence[_Run]) -> Iterator[WrongSign]:
-    levels = {r.alpha for r in runs if abs(r.alpha) >= ANGLE}
+def _by_angle(runs: Sequence[_Run]) -> Iterator[tuple[float, float]]:
+    """Side slip, and the lateral force beside that of straight wheels."""
     straight = [r.side for r in runs if abs(r.alpha) < ANGLE and abs(r.gamma) < CAMBER]
     zero = float(np.nanmean(straight)) if len(straight) and np.isfinite(straight).any() else 0.0
-    if not levels:
-        return
-    turned = [r for r in runs if r.alpha in levels and abs(r.side - zero) > SEEN * r.load]
-    wrong, count = _against([(-r.alpha, r.side - zero) for r in turned])
-    if wrong:
-        text = (
-            f"Fy has the sign of alpha in {wrong} of {count} runs; ISO W: alpha > 0 gives Fy < 0"
-            " (in SAE tables alpha > 0 gives Fy > 0)"
-        )
-        yield WrongSign(("alpha_deg", "fy"), text)
-
-
-def _camber(runs: Sequence[_Run]) -> Iterator[WrongSign]:
-    """Camber thrust between runs that differ in the camber only."""
-    pairs = []
     for r in runs:
-        if abs(r.gamma) < CAMBER:
+        if abs(r.alpha) >= ANGLE and abs(r.side - zero) > SEEN * r.load:
+            yield -r.alpha, r.side - zero
+
+
+def _by_camber(runs: Sequence[_Run]) -> Iterator[tuple[float, float]]:
+    """Camber and its thrust, between runs that differ in the camber only."""
+    for r in runs:
+        like = [q for q in runs if q.alpha == r.alpha and q.load == r.load]
+        sides = [q.side for q in like]
+        if abs(r.gamma) < CAMBER or not np.isfinite(sides).any():
             continue
-        like = [q.side for q in runs if q.alpha == r.alpha and q.load == r.load]
-        cambers = [q.gamma for q in runs if q.alpha == r.alpha and q.load == r.load]
-        away = r.gamma - float(np.mean(cambers))
-        thrust = r.side - float(np.nanmean(like)) if np.isfinite(like).any() else np.nan
+        away = r.gamma - float(np.mean([q.gamma for q in like]))
+        thrust = r.side - float(np.nanmean(sides))
         if abs(away) >= CAMBER and abs(thrust) > SEEN * r.load:
-            pairs.append((-away, thrust))
-    wrong, count = _against(pairs)
-    if wrong:
-        text = f"camber thrust has the sign of gamma in {wrong} of {count} runs; ISO W: the other"
-        yield WrongSign(("gamma_deg", "fy"), text)
+            yield -away, thrust

@@ -22,16 +22,15 @@ from flatplank_analysis.discovery.dispersion import (
     among_repeats,
     scores_of,
 )
-from flatplank_analysis.discovery.fit import Fit, Term, amplitude
+from flatplank_analysis.discovery.fit import Fit, Term, Whitened, amplitude
 from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import State
-from flatplank_analysis.discovery.whitened import Whitened
 
 FAMILY = 0.05
 FORM = 0.03
 """what the form of the model's law may be wrong by, relative to the whole of an effect"""
 FAINT = 0.05
-"""visible share of an effect below which it is asked whether the law could feign it by itself"""
+"""visible share of an effect below which it is asked whether the law could imitate it by itself"""
 LAW = 0.005
 """standard deviation of the model's law in a condition, relative to the force: no repeat shows it,
 and an effect that is a share of the force is known no better"""
@@ -87,7 +86,6 @@ class Decision:
 
     @property
     def accepted(self) -> bool:
-        """True when no test refused it."""
         return not self.reasons
 
     @property
@@ -97,7 +95,7 @@ class Decision:
 
     @property
     def misshapen(self) -> bool:
-        """True when nothing but its form speaks against it, and that by no more than it may."""
+        """True when only its form is wrong, and that by no more than it may be."""
         uneven = bool(self.reasons) and set(self.reasons) <= set(UNEVEN)
         return uneven and not self.term.effect.generic and self.unevenness < OTHER
 
@@ -108,7 +106,6 @@ class Decision:
 
     @property
     def p_value(self) -> float:
-        """The larger of the two p-values."""
         return max(self.p_repeats, self.p_conditions)
 
 
@@ -141,7 +138,8 @@ class Judge:
         term, runs = fit.terms[index], state.runs
         drop = self.without - found.chi2
         direction = amplitude(fit, index)
-        own = [i for i in fit.loose() if not _linear(fit, index, *fit.free[i])]
+        linear = {(index, p.name) for p in term.effect.linear()}
+        own = [i for i in fit.loose() if fit.free[i] not in linear]
         pieces = _stretches(state, direction)
         columns = np.concatenate([fit.jacobian[own], direction[None], pieces, fit.predicted[None]])
         gram = state.gram(fit.residual(state.runs.measured), columns)
@@ -160,7 +158,7 @@ class Judge:
         worth = 12.0 if term.effect.kind == "tire" else 6.0
         wide = 5.0 if term.effect.local else 1.0
         # the form of the law is not that of the tire: that is no noise, no repeat shows it, and
-        # the less of an effect is visible beside the law, the more of its size it can feign
+        # the less of an effect is visible beside the law, the more of its size it can imitate
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
         visible = _visible(gram, beside, base)
         if visible < FAINT:
@@ -198,9 +196,9 @@ class Judge:
     def _visible_beside_the_bare(self, direction: np.ndarray) -> float:
         """Share of an effect that the model without it does not make: where a force is there by
         the effect alone (Fy by camber), numbers of the tire change that force and nothing else."""
-        fit, state = self.bare or self.state.whitened.fit, self.state
+        fit = self.bare or self.state.whitened.fit
         columns = np.concatenate([fit.jacobian[fit.loose()], direction[None]])
-        gram = state.gram(fit.residual(state.runs.measured), columns)
+        gram = self.state.gram(fit.residual(self.state.runs.measured), columns)
         return _visible(gram, range(len(columns) - 1), len(columns) - 1)
 
     def _reasons(self, d: Decision) -> Iterator[str]:
@@ -233,13 +231,11 @@ def _reasons(d: Decision) -> Iterator[str]:
 def at_edge(term: Term) -> bool:
     """True when the size stands at an end of its physical range."""
     p = term.effect.main_parameter()
-    value = term.named()[p.name]
-    width = p.upper - p.lower
-    return bool(
-        np.isfinite(width)
-        and p.null not in (p.lower, p.upper)
-        and (value <= p.lower + 1e-6 * width or value >= p.upper - 1e-6 * width)
-    ) or bool(np.isfinite(width) and p.null == p.lower and value >= p.upper - 1e-6 * width)
+    value, width = term.named()[p.name], p.upper - p.lower
+    low, high = value <= p.lower + 1e-6 * width, value >= p.upper - 1e-6 * width
+    if not np.isfinite(width) or p.null == p.upper:
+        return False
+    return bool(high or (low and p.null != p.lower))
 
 
 def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
@@ -248,10 +244,6 @@ def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
     part = Gram(gram.products[:, rows][:, :, rows], gram.scores[:, rows], gram.energy)
     _, info = scores_of(part, len(others))
     return float(info.sum()) / max(float(part.products[:, -1, -1].sum()), 1e-30)
-
-
-def _linear(fit: Fit, index: int, owner: int, name: str) -> bool:
-    return owner == index and name in {p.name for p in fit.terms[index].effect.linear()}
 
 
 def _stretches(state: State, direction: np.ndarray) -> np.ndarray:
@@ -288,10 +280,8 @@ def _p_value(drop: float, k: int, kappa: float, freedom: float) -> float:
 def _stretch_test(gram: Gram, base: int) -> tuple[float, int]:
     """How much better five sizes along the run fit than one."""
     products, scores, _ = gram.total()
-    one = [*range(base), base]
-    many = [*range(base), *range(base + 1, base + 1 + STRETCHES)]
     gains = []
-    for rows in (one, many):
+    for rows in ([*range(base + 1)], [*range(base), *range(base + 1, base + 1 + STRETCHES)]):
         step, _ = solve(products[np.ix_(rows, rows)], scores[rows])
         gains.append(float(step @ scores[rows]))
     alive = np.diag(products)[base + 1 : base + 1 + STRETCHES] > 1e-6 * products[base, base]

@@ -21,7 +21,7 @@ SPREAD = (0.1, 1.0, 10.0)
 LEAST, FIRST, MOST = 1e-7, 1e-3, 10.0
 """damping: next to none; where the fan of dampings begins; beyond it there is no way down"""
 PROBE = 0.05
-"""share of a step at which its bend is felt"""
+"""share of a step at which its bend is measured"""
 KEPT = 0.75
 """share of the promised gain with which the undamped step is good"""
 SHARPEST = 3.0
@@ -166,19 +166,19 @@ class _Fan:
         moves = [self.step(self.slope, self.at.z, d) for d in dampings]
         near = [self.at.z + PROBE * m for m in moves]
         points = self.problem.points([self.at.z + m for m in moves], near)
-        straight, felt = points[: len(moves)], points[len(moves) :]
+        straight, probed = points[: len(moves)], points[len(moves) :]
         tried = [(undamped, LEAST), *zip(straight, dampings, strict=True)]
-        tried += self.bent(moves, dampings, felt)
+        tried += self.bent(moves, dampings, probed)
         lower = [t for t in tried if t[0].energy < self.at.energy]
         again = self.at, min(damping / SPREAD[0], MOST)
         return min(lower, key=lambda t: t[0].energy, default=again)
 
     def bent(
-        self, moves: list[np.ndarray], dampings: list[float], felt: list[Point]
+        self, moves: list[np.ndarray], dampings: list[float], probed: list[Point]
     ) -> list[tuple[Point, float]]:
         """The same steps with half of their second derivative taken out."""
         rates = np.tensordot(np.array(moves), self.columns, axes=1)
-        predicted = np.array([p.predicted for p in felt])
+        predicted = np.array([p.predicted for p in probed])
         bends = (2.0 / PROBE) * ((predicted - self.at.predicted) / PROBE - rates)
         pulls = -0.5 * self.problem.measure(bends) @ self.white.T
         scale = np.sqrt(np.diag(self.hessian))

@@ -43,7 +43,6 @@ class Number:
     at_bound: bool = False
 
     def words(self) -> str:
-        """What determines it."""
         if not np.isfinite(self.interval[0]):
             return "not determined by these runs"
         told = [f"{who} {share:.0%}" for who, share in self.shares if share >= LEAST]
@@ -61,6 +60,7 @@ def numbers_of(state: State) -> list[Number]:
     inverse = solve(whole, gram.total()[1])[1]
     known = np.where(strength > 0.0, priors(entries)[1], 0.0)
     prior_part = (inverse * strength) ** 2 @ known**2
+    base = {p.name: float(v) for p, v in zip(state.model.parameters, fit.base, strict=True)}
     out = []
     for i, entry in enumerate(entries):
         row, p = inverse[i], entry.parameter
@@ -69,7 +69,7 @@ def numbers_of(state: State) -> list[Number]:
         if float(row @ whole[:, i]) > HALF:
             reach = entry.scale * _reach(runs.groups, gram.scores @ row, parts, prior_part[i])
         term = fit.terms[entry.term] if entry.term >= 0 else None
-        value = term.named()[p.name] if term else float(fit.base[_place(state, p.name)])
+        value = term.named()[p.name] if term else base[p.name]
         out.append(
             Number(
                 term.effect.identifier if term else "", p.name, p.unit, value,
@@ -102,7 +102,3 @@ def _shares(state: State, parts: np.ndarray, prior: float) -> tuple[tuple[str, f
     all_parts |= {PRIOR: prior} if prior > 0.0 else {}
     total = max(sum(all_parts.values()), 1e-30)
     return tuple(sorted(((n, v / total) for n, v in all_parts.items()), key=lambda s: -s[1]))
-
-
-def _place(state: State, name: str) -> int:
-    return [p.name for p in state.model.parameters].index(name)

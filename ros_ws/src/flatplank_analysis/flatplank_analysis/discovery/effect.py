@@ -54,7 +54,6 @@ class Effect:
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """The fitted numbers."""
         return parameters_of(cls)
 
     @classmethod

@@ -20,7 +20,8 @@ from flatplank_analysis.discovery.state import State
 
 def gain(state: State, fit: Fit, index: int) -> float:
     """Share of the squared error, in floors, that an effect removes where it was not fitted."""
-    without, with_, _ = _errors(state, fit, [index], _in_floors(state))
+    in_floors = np.array([1.0 / max(f.floor, 1e-12) for f in state.floors])[:, None, None]
+    without, with_, _ = _errors(state, fit, [index], in_floors)
     return float(1.0 - with_ / max(without, 1e-30))
 
 
@@ -36,10 +37,6 @@ def rmse(state: State) -> float:
     # what the base would still gain by one linear step is no merit of the effects, nor is what
     # one channel gains at the cost of another
     return float(np.sqrt(fitted**2 + max(with_ - same, 0.0) / state.residual[0].size))
-
-
-def _in_floors(state: State) -> np.ndarray:
-    return np.array([1.0 / max(f.floor, 1e-12) for f in state.floors])[:, None, None]
 
 
 def _errors(

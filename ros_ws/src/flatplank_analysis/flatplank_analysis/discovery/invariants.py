@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What holds of every answer of the search, whatever the data.
 
-The verdict, the search and the verbs ask here; `broken` says what of it an answer does not keep.
+The verdict, the search and the verbs ask here; the tests ask it of every answer.
 
 1. One more effect never raises the fitted error.
 2. `found` and `found group`: the error is at the floor and nothing of consequence is left.
@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,9 +24,6 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, Task, Term
 from flatplank_analysis.discovery.model import form_of
 from flatplank_analysis.discovery.state import State
 from flatplank_data.wording import brief
-
-if TYPE_CHECKING:
-    from flatplank_analysis.discovery.verdict import Diagnosis
 
 AT_FLOOR = 1.1
 """error over floor and form band, at most, where an effect is said to be found"""
@@ -128,8 +124,8 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
     """The best of some fits with one term more than `old`, whose first channel it does not raise.
 
     When all of them do, the fit goes on from the old one with the term at its null, the other
-    channels weighing less and less; then with those numbers alone that the first one does not
-    feel; at last that is the answer as it is.
+    channels weighing less and less; then with those numbers alone that do not change the first
+    one; at last that is the answer as it is.
     """
     best = min(fits, key=lambda f: f.chi2)
     limit = error_of(fitter, old)
@@ -150,15 +146,12 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
 
 def _beside(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
     """The fit in which nothing moves but the last term and the numbers of the base that the first
-    channel does not feel: what acts across the wheel alone leaves Fx as it is."""
-    felt = {
-        name
-        for (term, name), column in zip(old.free, old.jacobian[:, 0], strict=True)
-        if term < 0 and np.any(column)
-    }
+    channel does not depend on: what acts across the wheel alone leaves Fx as it is."""
+    columns = zip(old.free, old.jacobian[:, 0], strict=True)
+    used = {name for (term, name), column in columns if term < 0 and np.any(column)}
     model = copy(fitter.model)
     model.parameters = tuple(
-        replace(p, screen=0.0) if p.name in felt else p for p in model.parameters
+        replace(p, screen=0.0) if p.name in used else p for p in model.parameters
     )
     held = [replace(t, fixed=tuple(t.named())) for t in terms[:-1]]
     fit = Fitter(model, fitter.weight).fit(old.base, [*held, terms[-1]])
@@ -180,34 +173,6 @@ def at_null(term: Term) -> Term:
 def acts(term: Term) -> bool:
     """False where a term does nothing."""
     return any(term.named()[p.name] != p.null for p in term.effect.linear())
-
-
-def broken(result: Diagnosis) -> list[str]:
-    """What an answer does not keep, in words; empty when it keeps everything."""
-    search = result.search
-    if search is None:
-        return [] if not result.found else ["something is named without a search"]
-    out, last = [], search.last.state
-    errors = [s.state.runs.rmse(s.state.residual[0]) for s in search.steps]
-    for one, other, e, f in zip(search.steps, search.steps[1:], errors, errors[1:], strict=False):
-        grown = len(other.found) > len(one.found)
-        if grown and f > e * (1.0 + 1e-9):
-            out.append(f"the error rises from {e:.3f} to {f:.3f}")
-    if result.rmse_after > result.rmse_before * (1.0 + 1e-9):
-        out.append(f"the error rises from {result.rmse_before:.3f} to {result.rmse_after:.3f}")
-    if result.verdict.startswith("found"):
-        left = rest(last, True)
-        out += [f"{result.verdict}, and {left}"] if left else []
-    if result.verdict == "found" and any(f.alike for f in result.found):
-        out.append("found, and something could stand in for it")
-    if result.found and far_off(last):
-        out.append("something is named on a base that is far off everywhere")
-    claims = ("none of these", *(["partly"] if result.source.at_most == "found" else []))
-    if result.verdict in claims and not rest(last, bool(result.found)):
-        out.append(f"{result.verdict}, and nothing of consequence is left")
-    told = " ".join(result.notes)
-    ends = [t for f in (last.fit, last.whitened.fit) for t in at_ends(last.fitter, f)]
-    return out + [f"not told: {t}" for t in ends if t not in told]
 
 
 def at_ends(fitter: Fitter, fit: Fit) -> list[str]:

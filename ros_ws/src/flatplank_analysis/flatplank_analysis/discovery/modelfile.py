@@ -113,7 +113,6 @@ _ENTRY_KEYS = {"name", "parameters", "file"}
 
 
 def load_model(path: str | os.PathLike[str]) -> ModelFile:
-    """Read a model file."""
     where = os.fspath(path)
     try:
         read = Path(path).read_bytes()

@@ -68,7 +68,7 @@ class Pair:
 
     def products(self, model: Model) -> np.ndarray:
         """What runs tell: products of the columns of base and rival, and last of the effect."""
-        return _gram(_columns(model, self.fit, self.place, self.term) * self.weight)
+        return products_of(_columns(model, self.fit, self.place, self.term) * self.weight)
 
     def separation(self, *more: np.ndarray) -> float:
         """Of the runs of the fit, and of more runs by their products."""
@@ -135,7 +135,8 @@ def _moved(term: Term) -> list[Term]:
     return out
 
 
-def _gram(columns: np.ndarray) -> np.ndarray:
+def products_of(columns: np.ndarray) -> np.ndarray:
+    """Products of weighted columns (n, channels, runs, samples) over all samples."""
     flat = columns.reshape(len(columns), -1)
     # neighbouring nodes are not independent: a tenth of them counts
     return 0.1 * flat @ flat.T

@@ -51,7 +51,6 @@ class Pattern:
     p_value: float
 
     def words(self) -> str:
-        """In one line."""
         if np.isfinite(self.period):
             return f"a wave of {self.period:.3g} {self.unit} over {self.coordinate}{self.under}"
         where = span(self.start, self.end, self.unit)
@@ -194,12 +193,10 @@ class _Tried:
     """(n,) in the mean residual"""
 
     def column(self, i: int) -> np.ndarray:
-        """One of them (runs, samples)."""
         (shape,) = self.kind.shapes(self.place.values, self.kind.numbers[i : i + 1])
         return shape * self.group[:, None]
 
     def pattern(self, i: int, p: float) -> Pattern:
-        """As it is told."""
         place, (at, width) = self.place, self.kind.numbers[i]
         low, high = place.ends()
         if not self.kind.waves:
@@ -254,7 +251,6 @@ class _Own:
         return among_repeats(self.runs.groups, *scores_of(gram, self.base.shape[1]))
 
     def usual(self, columns: Sequence[np.ndarray]) -> Usual:
-        """What dispersions are like."""
         pairs = [self.dispersion(c) for c in columns]
         return usual([k for k, _ in pairs], [f for _, f in pairs])
 

@@ -18,7 +18,6 @@ from flatplank_analysis.discovery.model import Model
 from flatplank_analysis.discovery.screen import (
     VISIBLE,
     Screen,
-    Screened,
     best_per_effect,
     likeness,
     settings_of,
@@ -61,7 +60,6 @@ class Rival:
 
     @property
     def name(self) -> str:
-        """Identifier of the effect."""
         return self.term.effect.identifier
 
 
@@ -83,7 +81,7 @@ def suspects(model: Model, state: State, screen: Screen, decision: Decision) -> 
         effect = item.candidate.effect
         if effect is own or effect.generic or item.visible < VISIBLE / 3:
             continue
-        near = bool(mine) and _looks_like(screen, mine[0], item)
+        near = bool(mine) and likeness(screen, mine[0], item) > NEARLY_ALIKE
         if not near and effect.coordinate != own.coordinate:
             continue
         start, gain = term_of(item.candidate, item.sizes), item.gain
@@ -91,10 +89,6 @@ def suspects(model: Model, state: State, screen: Screen, decision: Decision) -> 
             start, gain = profile(model, state, item)
         if near or gain > PROMISE * decision.drop:
             yield Suspect(start, near)
-
-
-def _looks_like(screen: Screen, mine: Screened, other: Screened) -> bool:
-    return likeness(screen, mine, other) > NEARLY_ALIKE
 
 
 def rivals(

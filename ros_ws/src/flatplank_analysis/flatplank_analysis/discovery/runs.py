@@ -22,7 +22,6 @@ class Coordinate:
     bins: int = 24
     period: float = 0.0
     """the values wrap at this number (an angle), 0 when they do not"""
-    text: str = ""
     local: bool = False
     """a place (plank position): local events are looked for bin by bin"""
 
@@ -79,12 +78,10 @@ class RunSet:
 
     @property
     def runs(self) -> int:
-        """Number of runs."""
         return len(self.names)
 
     @property
     def samples(self) -> int:
-        """Nodes per run."""
         return self.measured.shape[2]
 
     @cached_property

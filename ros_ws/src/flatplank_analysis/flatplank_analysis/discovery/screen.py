@@ -34,7 +34,6 @@ class Screened:
 
     @property
     def identifier(self) -> str:
-        """Identifier of the effect."""
         return self.candidate.effect.identifier
 
 

@@ -13,13 +13,12 @@ from flatplank_analysis.discovery import heldout, invariants
 from flatplank_analysis.discovery import screen as screens
 from flatplank_analysis.discovery.decide import NEARLY, SHARE, Decision, Judge
 from flatplank_analysis.discovery.effect import Effect, variants_of
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened
 from flatplank_analysis.discovery.model import Model, starts_of
 from flatplank_analysis.discovery.rivals import indifferent, rivals, suspects
 from flatplank_analysis.discovery.screen import VISIBLE, Screened, best_per_effect
 from flatplank_analysis.discovery.shortlist import EVIDENCE, line_search, shortlist
-from flatplank_analysis.discovery.sources.base import UNDECIDED
-from flatplank_analysis.discovery.sources.ranked import seen, source_of
+from flatplank_analysis.discovery.sources import UNDECIDED, seen, source_of
 from flatplank_analysis.discovery.state import (
     State,
     channel_weights,
@@ -29,7 +28,6 @@ from flatplank_analysis.discovery.state import (
     term_of,
 )
 from flatplank_analysis.discovery.steps import Found, Progress, Search, Step
-from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_data.errors import FlatplankError
 
 COLD = 2
@@ -87,11 +85,8 @@ def polish(search: Search) -> State | None:
     pieces = [e for e in search.effects if e.law and e not in present]
     if not pieces:
         return None
-    terms = [
-        Term(e, e.vector(settings[0]), e.held())
-        for e in pieces
-        if (settings := variants_of(e, search.model.runs, last.residual))
-    ]
+    settings = [(e, variants_of(e, search.model.runs, last.residual)) for e in pieces]
+    terms = [Term(e, e.vector(s[0]), e.held()) for e, s in settings if s]
     weight = channel_weights(search.model, [f.floor for f in last.floors])
     fitter = Fitter(search.model, weight)
     fit = fitter.fit(last.fit.base, [*last.fit.terms, *terms], iterations=10)
@@ -115,7 +110,8 @@ class _Searcher:
 
     def run(self) -> Search:
         self.say("fit of the base", 0.0)
-        fit = self.first_fit()
+        base = start_base(self.model, self.options.start)
+        fit = self.fitter.fit(base, self.options.terms)
         fitted = time.perf_counter() - self.began
         step = self.elsewhere(self.step_of(fit, [], update=True))
         self.bare = invariants.error_of(self.fitter, step.state.fit)
@@ -134,7 +130,6 @@ class _Searcher:
 
     def onward(self, steps: list[Step]) -> list[Step]:
         """All steps from the last one of these on."""
-        steps = list(steps)
         for number in range(len(steps) - 1, self.options.most):
             self.say(f"refits, step {number + 1}", 0.2 + 0.15 * number)
             self.known = {_names(s) for s in steps}
@@ -162,7 +157,7 @@ class _Searcher:
         if best.drop < state.whitened.chi2 - together.chi2 + evidence:
             return None
         judge = Judge(state, state.whitened.chi2, first.screen.usual)
-        start = state.settle(self.fitter.grown(state.whitened.fit, best.term), most=2)
+        start = state.with_term(best.term, most=2)
         return self.take(first, judge, [(best, start)], misshapen=True)
 
     def elsewhere(self, step: Step) -> Step:
@@ -176,22 +171,12 @@ class _Searcher:
             return step
         self.say("other starts of the base", 0.17)
         self.starts = 1 + len(others)
-        tries = [
-            self.fitter.fit(
-                start_base(self.model, {**self.options.start, **other}),
-                self.options.terms, iterations=FIRST_STEPS,
-            )
-            for other in others
-        ]  # fmt: skip
+        bases = [start_base(self.model, {**self.options.start, **other}) for other in others]
+        tries = [self.fitter.fit(b, self.options.terms, iterations=FIRST_STEPS) for b in bases]
         best = min(tries, key=lambda f: f.chi2)
         fit = self.fitter.fit(best.base, best.terms, known=best)
         own = invariants.error_of(self.fitter, step.state.fit)
         return self.step_of(fit, []) if invariants.error_of(self.fitter, fit) < own else step
-
-    def first_fit(self) -> Fit:
-        base = start_base(self.model, self.options.start)
-        fit = self.fitter.fit(base, self.options.terms)
-        return fit
 
     def step_of(
         self, fit: Fit, found: list[Found], update: bool = False, near: Fit | None = None
@@ -205,20 +190,15 @@ class _Searcher:
         if update:
             levels = [f.floor for f in state.floors]
             self.fitter = Fitter(self.model, channel_weights(self.model, levels))
-        ranking = screens.screen(state)
-        return Step(state, ranking, found)
+        return Step(state, screens.screen(state), found)
 
     def forward(self, step: Step) -> Step | None:
         """Refit the best candidates; the best one that passes all tests is taken."""
         state = step.state
         before = sum(f.decision.drop for f in step.found)
         residue = sum(f.decision.residue for f in step.found)
-        alike = {
-            s.start.effect.identifier: indifferent(f.decision)
-            for f in step.found
-            for s in f.suspects
-            if s.near
-        }
+        near = [(s.start.effect.identifier, f) for f in step.found for s in f.suspects if s.near]
+        alike = {name: indifferent(f.decision) for name, f in near}
         judge = Judge(state, state.whitened.chi2, step.screen.usual, before, residue, alike=alike)
         items = shortlist(step.screen, self.looked_at, self.options.refits)
         warm = [self.refit(state, item) for item in items]
@@ -318,7 +298,7 @@ class _Searcher:
         measured = self.options.measured.get(item.identifier)
         if measured:
             start = measured_term(start, measured)
-        return state.settle(self.fitter.grown(state.whitened.fit, start), most=2)
+        return state.with_term(start, most=2)
 
     def from_cold(
         self, judge: Judge, tried: list[tuple[Decision, Whitened]]
@@ -387,8 +367,8 @@ class _Searcher:
             least = min(idle, key=lambda i: step.found[i].decision.drop)
             kept = [i for i in range(len(step.found)) if i != least]
             fit, offset = step.state.fit, len(self.options.terms)
-            rows = [*range(offset), *(offset + i for i in kept)]
-            smaller = self.fitter.fit(fit.base, [fit.terms[j] for j in rows])
+            terms = [*fit.terms[:offset], *(fit.terms[offset + i] for i in kept)]
+            smaller = self.fitter.fit(fit.base, terms)
             if invariants.error_of(self.fitter, smaller) > self.bare:
                 break
             step = self.step_of(smaller, [step.found[i] for i in kept])
@@ -409,12 +389,10 @@ class _Searcher:
 
 
 def _names(step: Step) -> frozenset[str]:
-    """The effects of a step."""
     return frozenset(f.decision.term.effect.identifier for f in step.found)
 
 
 def _by_drop(tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
-    """Refits, the largest gain first."""
     return sorted(tried, key=lambda pair: -pair[0].drop)
 
 
@@ -426,7 +404,7 @@ def _needed(one: Found, found: Sequence[Found]) -> bool:
 
 
 def _nearly(decision: Decision) -> bool:
-    """Good enough after the first refit to deserve the full one."""
+    """Good enough after the first refit for the full one."""
     hard = {"present, negligible", "at the end of its physical range"}
     return not hard & set(decision.reasons) and decision.p_repeats < 0.02
 

@@ -40,7 +40,9 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
             continue
         if len(effect.starts()) == 1 and negligible(item):
             continue
-        twin = next((i for i, o in enumerate(out) if _twins(ranking, item, o)), None)
+        # of twins the model cannot but take one for the other
+        alike = [min(likeness(ranking, item, o), likeness(ranking, o, item)) for o in out]
+        twin = next((i for i, rho in enumerate(alike) if rho > TWINS), None)
         if twin is not None:
             if _goes_before(item, out[twin]):
                 out[twin] = item
@@ -52,8 +54,8 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
 
 
 def unshown(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
-    """Effects that the residual asks for, within their range, though the tire can feign nearly all
-    of them, so that these runs cannot name them; those that it asks for most."""
+    """Effects that the residual asks for most, within their range, though the tire can imitate
+    nearly all of them, so that these runs cannot name them."""
     level = max(ranking.usual.dispersion, 1.0)
     return [
         item.identifier
@@ -71,11 +73,6 @@ def _least_gain(item: Screened, looked_at: Mapping[str, int]) -> float:
     return HOPE * float(chi2.isf(level, len(item.sizes)))
 
 
-def _twins(ranking: Screen, one: Screened, other: Screened) -> bool:
-    """True when the model cannot but take one for the other."""
-    return likeness(ranking, one, other) > TWINS and likeness(ranking, other, one) > TWINS
-
-
 def _goes_before(item: Screened, better: Screened) -> bool:
     """Which of two twins is taken: the more usual, then the better one, and where the data do
     not tell the alphabet, not the order of the noise."""
@@ -88,12 +85,10 @@ def _goes_before(item: Screened, better: Screened) -> bool:
 def negligible(item: Screened) -> bool:
     """True when the screened size is far below the one that matters."""
     effect = item.candidate.effect
-    matters = effect.main_parameter().matters
-    named = {
-        p.name: p.null + p.screen * s for p, s in zip(effect.linear(), item.sizes, strict=True)
-    }
-    values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting | named
-    return abs(effect.size(values)) < 0.5 * matters
+    values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting
+    for p, size in zip(effect.linear(), item.sizes, strict=True):
+        values[p.name] = p.null + p.screen * size
+    return abs(effect.size(values)) < 0.5 * effect.main_parameter().matters
 
 
 def line_search(model: Model, state: State, item: Screened) -> Term:

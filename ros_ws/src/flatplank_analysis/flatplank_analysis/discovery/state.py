@@ -14,12 +14,11 @@ from flatplank_analysis.discovery import floor as floors
 from flatplank_analysis.discovery import gram as grams
 from flatplank_analysis.discovery import noise as noises
 from flatplank_analysis.discovery.effect import Effect, variants_of
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term
+from flatplank_analysis.discovery.fit import Fit, Fitter, Term, Whitened, settle
 from flatplank_analysis.discovery.model import Lane, Model, form_of, usual_of
 from flatplank_analysis.discovery.patterns import Patterns
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.discovery.sources.ranked import can_show, level_of, source_of
-from flatplank_analysis.discovery.whitened import Whitened, settle
+from flatplank_analysis.discovery.sources import can_show, level_of, source_of
 from flatplank_data.errors import FlatplankError
 
 
@@ -51,7 +50,6 @@ class State:
 
     @property
     def runs(self) -> RunSet:
-        """The measured runs."""
         return self.model.runs
 
     def gram(self, residual: np.ndarray, columns: np.ndarray) -> grams.Gram:
@@ -69,33 +67,33 @@ class State:
         """The smallest whitened chi2 near a fit."""
         return settle(self.metric, self.fitter, fit, most)
 
+    def with_term(self, term: Term, most: int) -> Whitened:
+        """The whitened fit with one more effect, with `most` Jacobians."""
+        return self.settle(self.fitter.grown(self.whitened.fit, term), most)
+
 
 def make_candidates(
     model: Model, fit: Fit, effects: Sequence[type[Effect]], residual: np.ndarray
 ) -> list[Candidate]:
     """Columns of all effects that are not (or not often enough) in the model yet."""
     lanes: list[Lane] = []
-    plan: list[tuple[type[Effect], dict[str, float], int]] = []
+    plan: list[tuple[type[Effect], dict[str, float], slice]] = []
     own = fit.lane()
     for effect in effects:
-        present = sum(t.effect is effect for t in fit.terms)
-        if present >= effect.instances:
+        if sum(t.effect is effect for t in fit.terms) >= effect.instances:
             continue
         for setting in variants_of(effect, model.runs, residual):
-            plan.append((effect, setting, len(lanes)))
+            begin = len(lanes)
             for p in effect.linear():
                 values = effect.vector(setting | {p.name: p.null + p.screen})
                 lanes.append(Lane(own.base, (*own.effects, (effect, values))))
+            plan.append((effect, setting, slice(begin, len(lanes))))
     predicted = model.predict(lanes) - fit.predicted if lanes else np.zeros((0,))
-    for effect, _, at in plan:
-        if not np.isfinite(predicted[at : at + len(effect.linear())]).all():
-            raise FlatplankError(
-                "predicts NaN or infinity", f"effect {effect.identifier}", "check its range"
-            )
-    made = [
-        Candidate(effect, setting, predicted[at : at + len(effect.linear())])
-        for effect, setting, at in plan
-    ]
+    made = [Candidate(effect, setting, predicted[rows]) for effect, setting, rows in plan]
+    for c in made:
+        if not np.isfinite(c.columns).all():
+            where = f"effect {c.effect.identifier}"
+            raise FlatplankError("predicts NaN or infinity", where, "check its range")
     return [c for c in made if can_show(model.runs, c.columns)]
 
 
@@ -105,12 +103,8 @@ def stiff_columns(model: Model, fit: Fit) -> np.ndarray:
     rows = {name: i for i, (term, name) in enumerate(fit.free) if term < 0}
     out = []
     for direction in model.stiff(fit.base):
-        terms = [
-            fit.jacobian[rows[name]] * (amount / scale[name])
-            for name, amount in direction.items()
-            if name in rows
-        ]
-        out.append(np.sum(terms, axis=0))
+        known = [(n, amount / scale[n]) for n, amount in direction.items() if n in rows]
+        out.append(np.sum([fit.jacobian[rows[n]] * share for n, share in known], axis=0))
     return np.array(out) if out else np.zeros((0, *fit.predicted.shape))
 
 
@@ -128,7 +122,9 @@ def make_state(
     runs = model.runs
     residual = fit.residual(runs.measured)
     candidates = make_candidates(model, near or fit, effects, residual)
-    blocks = [c.columns for c in candidates] + _amplitudes(fit)
+    owners = np.array([term for term, _ in fit.free])
+    present = [fit.jacobian[owners == i] for i in range(len(fit.terms))]
+    blocks = [c.columns for c in candidates] + present
     cleaned, levels = [], []
     for c in range(len(runs.channels)):
         alive = [b[np.abs(b[:, c]).max(axis=(1, 2)) > 0.0, c] for b in blocks]
@@ -155,12 +151,6 @@ def make_state(
         # the whitened fit may lie far from the plain one, and there columns look different
         candidates = make_candidates(model, found.fit, effects, residual)
     return State(model, fitter, fit, residual, candidates, levels, metric, found)
-
-
-def _amplitudes(fit: Fit) -> list[np.ndarray]:
-    """Jacobian columns of each effect in the model."""
-    owners = np.array([term for term, _ in fit.free])
-    return [fit.jacobian[owners == i] for i in range(len(fit.terms))]
 
 
 def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:

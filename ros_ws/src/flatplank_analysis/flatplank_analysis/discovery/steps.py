@@ -84,5 +84,4 @@ class Search:
 
     @property
     def last(self) -> Step:
-        """Where the search ended."""
         return self.steps[-1]

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from flatplank_analysis.discovery import decide, invariants, where
 from flatplank_analysis.discovery.effect import Effect
@@ -16,9 +17,14 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.discovery.screen import best_per_effect
 from flatplank_analysis.discovery.search import polish
 from flatplank_analysis.discovery.shortlist import unshown
-from flatplank_analysis.discovery.sources.base import FOUND, PARTLY, UNDECIDED, Source
-from flatplank_analysis.discovery.sources.cap import capped
-from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.sources import (
+    FOUND,
+    PARTLY,
+    UNDECIDED,
+    Source,
+    capped,
+    source_of,
+)
 from flatplank_analysis.discovery.steps import LARGEST_CLASS, Found, Search, Step
 from flatplank_data.wording import brief
 
@@ -67,39 +73,39 @@ class Diagnosis:
             "reason": self.reason,
             "effects": [effect_dict(f) for f in self.found],
             "runs": self.search.last.state.runs.runs if self.search else 0,
-            "floor_rmse": _round(self.floor),
+            "floor_rmse": six_digits(self.floor),
             **self.source.to_dict(),
-            "rmse_before": _round(self.rmse_before),
-            "rmse_after": _round(self.rmse_after),
-            "held_out_before": _round(self.held_out_before),
-            "held_out_after": _round(self.held_out_after),
+            "rmse_before": six_digits(self.rmse_before),
+            "rmse_after": six_digits(self.rmse_after),
+            "held_out_before": six_digits(self.held_out_before),
+            "held_out_after": six_digits(self.held_out_after),
             "limits": {
-                "rest": _round(self.limits.rest),
-                "stretch": _round(self.limits.stretch),
-                "bump": _round(self.limits.bump),
-                "wave": _round(self.limits.wave),
-                "error_found": _round(self.limits.error),
+                "rest": six_digits(self.limits.rest),
+                "stretch": six_digits(self.limits.stretch),
+                "bump": six_digits(self.limits.bump),
+                "wave": six_digits(self.limits.wave),
+                "error_found": six_digits(self.limits.error),
             }
             if self.limits
             else None,
             "unexplained": {
-                "rmse": _round(self.unexplained),
-                "varying": _round(self.varying),
+                "rmse": six_digits(self.unexplained),
+                "varying": six_digits(self.varying),
                 "where": [
                     {
                         "coordinate": m.coordinate,
                         "unit": m.unit,
-                        "range": [_round(m.place[0]), _round(m.place[1])],
-                        "share": _round(m.place_share),
+                        "range": [six_digits(m.place[0]), six_digits(m.place[1])],
+                        "share": six_digits(m.place_share),
                     }
                     for m in self.maps[:4]
                 ],
-                "period": _round(self.period) if np.isfinite(self.period) else None,
-                "coherence": _round(self.coherence),
+                "period": six_digits(self.period) if np.isfinite(self.period) else None,
+                "coherence": six_digits(self.coherence),
             },
             "next_run": self.next_run,
             "detectable": {
-                k: {"size": _round(v), "unit": u} for k, (v, u) in self.detectable.items()
+                k: {"size": six_digits(v), "unit": u} for k, (v, u) in self.detectable.items()
             },
             "notes": list(self.notes),
             "seconds": round(self.seconds, 2),
@@ -110,28 +116,28 @@ def effect_dict(found: Found) -> dict[str, Any]:
     """One accepted effect for programs."""
     d = found.decision
     effect = d.term.effect
+    alike = [r.term.effect for r in found.told]
     return {
         "name": effect.identifier,
         "title": effect.title,
         "kind": effect.kind,
-        "size": _round(d.term.size),
+        "size": six_digits(d.term.size),
         "unit": effect.main_parameter().unit,
-        "interval": [_round(d.interval[0]), _round(d.interval[1])],
-        "class": [r.name for r in found.told],
+        "interval": [six_digits(d.interval[0]), six_digits(d.interval[1])],
+        "class": [e.identifier for e in alike],
         "weakly": list(found.weakly),
-        "advice": [_advice(effect), *(_advice(r.term.effect) for r in found.told)],
-        "held_out_gain": _round(d.held_out_gain),
+        "advice": [
+            {"name": e.identifier, "check": e.check, "removes": e.removes}
+            for e in (effect, *alike)
+        ],
+        "held_out_gain": six_digits(d.held_out_gain),
         "p_value": float(f"{d.p_value:.3g}"),
-        "parameters": {k: _round(v) for k, v in d.term.named().items()},
+        "parameters": {k: six_digits(v) for k, v in d.term.named().items()},
     }
 
 
-def _advice(effect: type[Effect]) -> dict[str, str]:
-    """How to check an effect at the machine, and what removes it."""
-    return {"name": effect.identifier, "check": effect.check, "removes": effect.removes}
-
-
-def _round(value: float) -> float | None:
+def six_digits(value: float) -> float | None:
+    """A number as programs get it; None where there is none."""
     return float(f"{value:.6g}") if np.isfinite(value) else None
 
 
@@ -167,7 +173,6 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         verdict, reason = capped(source, *_verdict(search, last))
     counts = invariants.limits(last.state)
     maps = where.make_maps(runs, residual, levels.floor)
-    found_events = where.events(runs, residual, counts.stretch)
     period, share = _period(runs, residual, verdict)
     pattern = last.state.patterns.strongest(counts.bump, counts.wave)
     if pattern and verdict in (NONE, PARTLY):
@@ -176,7 +181,6 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         maps = where.pointed(maps, last.state.patterns.ranges(pattern))
         if np.isfinite(pattern.period):
             period, share = pattern.period, 1.0
-    notes = list(_notes(runs, search))
     return Diagnosis(
         verdict=verdict,
         reason=reason,
@@ -189,7 +193,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         unexplained=levels.unexplained,
         varying=levels.varying,
         maps=tuple(maps),
-        events=tuple(found_events),
+        events=tuple(where.events(runs, residual, counts.stretch)),
         period=period if share > 0.2 else float("nan"),
         coherence=where.coherence(runs, residual),
         next_run=next_run or {},
@@ -198,7 +202,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
         source=source,
         limits=counts,
         search=search,
-        notes=tuple(notes),
+        notes=tuple(_notes(runs, search)),
     )
 
 
@@ -226,10 +230,8 @@ def _verdict(search: Search, last: Step) -> tuple[str, str]:
     named = [f for f in last.found if not f.decision.term.effect.generic]
     if not last.found:
         if not left:
-            return (
-                AT_FLOOR,
-                f"nothing that counts is left beyond the floor of {brief(level.floor)}",
-            )
+            why = f"nothing that counts is left beyond the floor of {brief(level.floor)}"
+            return AT_FLOOR, why
         if lawful:
             fine = "" if unshown(last.screen, search.looked_at) else ", the machine is fine"
             return LAW, f"{left}; a force law of another form takes it{fine}"
@@ -252,23 +254,22 @@ def _period(runs: RunSet, residual: np.ndarray, verdict: str) -> tuple[float, fl
     return where.period_of(runs, residual, "plank position", 0.015)
 
 
-def _notes(runs: RunSet, search: Search) -> Sequence[str]:
-    out = []
+def _notes(runs: RunSet, search: Search) -> Iterator[str]:
     steps = runs.facts.get("step", np.array([]))
     known = steps[np.isfinite(steps)]
     if known.size and np.ptp(known) < 0.05:
-        out.append(
+        yield (
             "one step position in all runs: plank position and distance since the step are one "
             "coordinate; measure a second step position first"
         )
     unseen = unshown(search.last.screen, search.looked_at)
     if unseen:
-        out.append(
+        yield (
             f"what is left points to {', '.join(unseen)}, but in these runs the tire's own "
             "numbers imitate nearly all of it: not named"
         )
     for d in (f.decision for f in search.last.found if f.decision.misshapen):
-        out.append(
+        yield (
             f"{d.term.effect.identifier}: {', '.join(d.reasons)}; the fault is of another form "
             "than the library's, its number is rough"
         )
@@ -276,14 +277,11 @@ def _notes(runs: RunSet, search: Search) -> Sequence[str]:
     fits = (state.fit, state.whitened.fit)
     bound = dict.fromkeys(t for f in fits for t in invariants.at_ends(state.fitter, f))
     if bound:
-        out.append("at an end of its range: " + ", ".join(bound))
-    return out
+        yield "at an end of its range: " + ", ".join(bound)
 
 
 def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float, str]]:
     """Smallest size found with 80 % power at the family-wise level, by effect."""
-    from scipy.stats import norm
-
     out: dict[str, tuple[float, str]] = {}
     for item in best_per_effect(step.screen):
         effect: type[Effect] = item.candidate.effect
@@ -296,10 +294,8 @@ def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float,
         need = (norm.isf(level / 2.0) + norm.isf(0.2)) ** 2
         variance = solve(item.information, np.zeros(len(names)))[1][i, i]
         if variance > 0.0:
-            out[effect.identifier] = (
-                abs(main.screen) * float(np.sqrt(need * variance)),
-                main.unit,
-            )
+            size = abs(main.screen) * float(np.sqrt(need * variance))
+            out[effect.identifier] = size, main.unit
     return out
 
 

@@ -16,33 +16,33 @@ import numpy as np
 from flatplank_analysis.discovery.effect import Effect
 
 if TYPE_CHECKING:
-    from flatplank_analysis.contact_patch.data import TireRuns
+    from flatplank_analysis.contact_patch.tire_runs import TireRuns
 
 
+@dataclass(eq=False)
 class Motion:
     """What the machine really does between two nodes; starts as what the encoders saw."""
 
-    def __init__(self, data: TireRuns, travel, rolled, lateral) -> None:
-        self.data = data
-        self.travel = travel
-        """increments of plank travel [m]"""
-        self.rolled = rolled
-        """increments of the rolled distance, wheel angle times rolling radius [m]"""
-        self.lateral = lateral
-        """increments of lateral slip travel [m]"""
+    data: TireRuns
+    travel: np.ndarray
+    """increments of plank travel [m]"""
+    rolled: np.ndarray
+    """increments of the rolled distance, wheel angle times rolling radius [m]"""
+    lateral: np.ndarray
+    """increments of lateral slip travel [m]"""
 
 
+@dataclass(eq=False)
 class Tire:
     """Load, friction and the tire's own numbers."""
 
-    def __init__(self, data: TireRuns, load, friction, x: Block, y: Block) -> None:
-        self.data = data
-        self.load = load
-        """vertical load on the tire [N]"""
-        self.friction = friction
-        """factor on the friction"""
-        self.x = x
-        self.y = y
+    data: TireRuns
+    load: np.ndarray
+    """vertical load on the tire [N]"""
+    friction: np.ndarray
+    """factor on the friction"""
+    x: Block
+    y: Block
 
 
 class Block:
@@ -53,10 +53,9 @@ class Block:
         object.__setattr__(self, "_at", {name: i for i, name in enumerate(names)})
 
     def __getattr__(self, name: str) -> np.ndarray:
-        try:
-            return self._values[..., self._at[name]]
-        except KeyError:
-            raise AttributeError(f"the tire has no number '{name}'") from None
+        if name not in self._at:
+            raise AttributeError(f"the tire has no number '{name}'")
+        return self._values[..., self._at[name]]
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in self._at:
@@ -67,33 +66,34 @@ class Block:
 class Node:
     """One node while it is computed; arrays (lanes, runs)."""
 
+    force_x: np.ndarray
+    force_y: np.ndarray
+    travel: np.ndarray
+    slip: np.ndarray
+    """increment of longitudinal slip travel [m]"""
+    lateral: np.ndarray
+    load: np.ndarray
+    friction: np.ndarray
+
     def __init__(self, data: TireRuns) -> None:
         self.data = data
         self.index = 0
         self.memory: dict[str, np.ndarray] = {}
         """what the effect wants to remember from node to node"""
-        self.force_x: np.ndarray
-        self.force_y: np.ndarray
-        self.travel: np.ndarray
-        self.slip: np.ndarray
-        """increment of longitudinal slip travel [m]"""
-        self.lateral: np.ndarray
-        self.load: np.ndarray
-        self.friction: np.ndarray
 
 
+@dataclass(eq=False)
 class Signal:
     """What the sensors say; starts as the force of the tire."""
 
-    def __init__(self, data: TireRuns, fx, fy, fz, true_fx, true_fy) -> None:
-        self.data = data
-        self.fx = fx
-        self.fy = fy
-        self.fz = fz
-        """what the load channel shows beside the load that is fed to the tire [N]"""
-        self.true_fx = true_fx
-        """force of the tire itself [N]"""
-        self.true_fy = true_fy
+    data: TireRuns
+    fx: np.ndarray
+    fy: np.ndarray
+    fz: np.ndarray
+    """what the load channel shows beside the load that is fed to the tire [N]"""
+    true_fx: np.ndarray
+    """force of the tire itself [N]"""
+    true_fy: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -119,3 +119,20 @@ class TireEffect(Effect):
     def overrides(cls, hook: str) -> bool:
         """True when the effect uses a hook."""
         return getattr(cls, hook) is not getattr(TireEffect, hook)
+
+
+@dataclass(frozen=True)
+class Wave(TireEffect):
+    """Base of effects with a parameter `cos` and one `sin`; the size is their amplitude."""
+
+    @classmethod
+    def size(cls, values: dict[str, float]) -> float:
+        return float(np.hypot(values["cos"], values["sin"]))
+
+
+@dataclass(frozen=True)
+class TireProperty(TireEffect):
+    """Base of effects that belong to the tire itself."""
+
+    kind = "tire"
+    removes = "Nothing: it belongs to the tire."

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import lru_cache
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.further import coordinates_of
+from flatplank_analysis.contact_patch.tire_runs import coordinates_of
 from flatplank_analysis.discovery.effect import Effect, ask, variants_of
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.runs import Coordinate, RunSet
@@ -30,13 +31,8 @@ def probe_model():
     from flatplank_analysis.contact_patch.data import from_tables
     from flatplank_analysis.contact_patch.model import TireModel
 
-    tables = [
-        _probe_table(i, kappa, start)
-        for i, (kappa, start) in enumerate(
-            (kappa, start) for kappa in (-0.1, -0.01, 0.01, 0.1) for start in (1, 2)
-        )
-    ]
-    return TireModel(from_tables(tables))
+    settings = itertools.product((-0.1, -0.01, 0.01, 0.1), (1, 2))
+    return TireModel(from_tables([_probe_table(i, *s) for i, s in enumerate(settings)]))
 
 
 def probe_of(effect: type[Effect]):
@@ -97,11 +93,8 @@ def sound_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
         file = source_file(effect)
         faults = check_effect(effect) if file else []
         if faults:
-            raise FlatplankError(
-                faults[0],
-                f"{file}, effect {effect.identifier}",
-                "mend the file; `flatplank effects check FILE` tests it",
-            )
+            remedy = "mend the file; `flatplank effects check FILE` tests it"
+            raise FlatplankError(faults[0], f"{file}, effect {effect.identifier}", remedy)
     return known
 
 

@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Signal, Tire, TireEffect
 
 if TYPE_CHECKING:
-    from flatplank_analysis.contact_patch.data import TireRuns
+    from flatplank_analysis.contact_patch.tire_runs import TireRuns
 
 LEAST = 100.0
 """[N] root mean square of the lateral force"""
@@ -38,15 +38,12 @@ class CrosstalkIntoFx(TireEffect):
     source = "thesis 3.1 and Appendix A: the calibration matrix of the hub"
     check = "Load the standing wheel in that direction only and read Fx."
     removes = "A full calibration matrix of the hub."
-    main = "share"
 
     share: float = param(0.0, unit="1/m", bounds=(-20.0, 20.0), screen=1.0, matters=0.5)
     tared: float = param(
-        0.0,
-        unit="1",
-        bounds=(0.0, 1.0),
+        0.0, unit="1", bounds=(0.0, 1.0),
         note="1: the channel was set to zero at the start of each run",
-    )
+    )  # fmt: skip
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
@@ -116,17 +113,23 @@ class CrosstalkMz(CrosstalkIntoFx):
 
 
 @dataclass(frozen=True)
-class CrosstalkFxFy(TireEffect):
+class CrosstalkOfFx(TireEffect):
+    """A share of the longitudinal force appears in another channel."""
+
+    kind = "sensor"
+    coordinate = "slip level"
+    source = "thesis Appendix A: the calibration matrix of the hub"
+    removes = "A full calibration matrix of the hub."
+
+
+@dataclass(frozen=True)
+class CrosstalkFxFy(CrosstalkOfFx):
     """A share of the longitudinal force appears in the lateral force."""
 
     identifier = "crosstalk_fx_fy"
     title = "Crosstalk from Fx into Fy"
-    kind = "sensor"
-    coordinate = "slip level"
-    source = "thesis Appendix A: the calibration matrix of the hub"
     what = "The bridge of Fy also answers to Fx, or the hub is turned about the vertical axis."
     check = "Pull the standing wheel in x only and read Fy."
-    removes = "A full calibration matrix of the hub."
 
     share: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.005)
 
@@ -135,17 +138,13 @@ class CrosstalkFxFy(TireEffect):
 
 
 @dataclass(frozen=True)
-class CrosstalkFxFz(TireEffect):
+class CrosstalkFxFz(CrosstalkOfFx):
     """A share of the longitudinal force appears in the load channel."""
 
     identifier = "crosstalk_fx_fz"
     title = "Crosstalk from Fx into Fz"
-    kind = "sensor"
-    coordinate = "slip level"
-    source = "thesis Appendix A: the calibration matrix of the hub"
     what = "The bridges of Fz also answer to Fx."
     check = "Pull the standing wheel in x only and read Fz."
-    removes = "A full calibration matrix of the hub."
 
     share: float = param(0.0, unit="1", bounds=(-0.3, 0.3), screen=0.02, matters=0.01)
 

@@ -22,7 +22,7 @@ from flatplank_data.params import alike
 
 GROUP = "flatplank.effects"
 _USER = "flatplank_user_effects_"
-_NOT_EFFECTS = {"base", "registry", "checks", "waves", "lost_motion", "delays"}
+_NOT_EFFECTS = {"base", "registry", "checks"}
 
 
 def effects_in(module: ModuleType) -> list[type[Effect]]:
@@ -55,11 +55,8 @@ def _from_entry(point) -> list[type[Effect]]:
     try:
         loaded = point.load()
     except Exception as error:  # a broken plug-in must not stop the others
-        raise FlatplankError(
-            f"cannot be loaded ({error})",
-            f"entry point {point.name}",
-            "mend or remove the package",
-        ) from error
+        what, where = f"cannot be loaded ({error})", f"entry point {point.name}"
+        raise FlatplankError(what, where, "mend or remove the package") from error
     return [loaded] if isinstance(loaded, type) else effects_in(loaded)
 
 
@@ -78,14 +75,12 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise FlatplankError(
-            f"cannot be read ({type(error).__name__}: {error})", str(path), "mend the file"
-        ) from error
+        what = f"cannot be read ({type(error).__name__}: {error})"
+        raise FlatplankError(what, str(path), "mend the file") from error
     found = effects_in(module)
     if not found:
-        raise FlatplankError(
-            "holds no effect", str(path), "define a frozen dataclass of TireEffect with identifier"
-        )
+        remedy = "define a frozen dataclass of TireEffect with identifier"
+        raise FlatplankError("holds no effect", str(path), remedy)
     return found
 
 
@@ -110,11 +105,8 @@ def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     for effect in [*_shipped(), *own]:
         other = out.get(effect.identifier)
         if other is not None and other is not effect:
-            raise FlatplankError(
-                f"identifier '{effect.identifier}' is taken by {_origin(other)}",
-                _origin(effect),
-                "choose another identifier",
-            )
+            what = f"identifier '{effect.identifier}' is taken by {_origin(other)}"
+            raise FlatplankError(what, _origin(effect), "choose another identifier")
         out[effect.identifier] = effect
     return out
 
@@ -123,10 +115,7 @@ def find(identifier: str, files: Iterable[str | Path] = ()) -> type[TireEffect]:
     """One effect; an unknown name is answered with the nearest ones."""
     known = library(files)
     if identifier not in known:
-        near = alike(identifier, known, most=3)
-        raise FlatplankError(
-            f"no effect '{identifier}'",
-            "effects",
-            f"nearest: {', '.join(near)}" if near else "flatplank effects lists them",
-        )
+        near = ", ".join(alike(identifier, known, most=3))
+        remedy = f"nearest: {near}" if near else "flatplank effects lists them"
+        raise FlatplankError(f"no effect '{identifier}'", "effects", remedy)
     return known[identifier]

@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from flatplank_analysis.figures import pieces
-from flatplank_analysis.figures.registry import maker
 from flatplank_analysis.figures.spec import Figure, Panel, Series
 from flatplank_analysis.report.results import CampaignResult
 
@@ -18,7 +17,6 @@ ZOOM = (0.1, 0.3)
 SHOWN_SLIPS = (0.05, 0.01, -0.05, 0.1)
 
 
-@maker("measurements")
 def nominal_forces(result: CampaignResult) -> Iterator[Figure]:
     """Figures 6.3 and 6.4."""
     point = result.nominal()
@@ -33,28 +31,23 @@ def nominal_forces(result: CampaignResult) -> Iterator[Figure]:
         "Longitudinal force for every slip level",
         f"{point.point.label()}. Mean of the runs of each level, low-passed at 323 1/m. "
         "The dotted line is the slip step.",
-        (Panel(pieces.DISPLACEMENT, pieces.FX, lines, (0.0, end), marks=(step,)),),
+        (Panel(pieces.ROAD, pieces.FX, lines, (0.0, end), marks=(step,)),),
         "6.3",
     )
     window = (step - ZOOM[0], step + ZOOM[1])
-    zoomed = [_cut(line, window) for line in lines]
+    zoomed = []
+    for line in lines:
+        keep = (line.x >= window[0]) & (line.x <= window[1])
+        zoomed.append(replace(line, x=line.x[keep], y=line.y[keep]))
     yield Figure(
         "forces_nominal_zoom",
         "Around the step",
         "The same, close to the slip step: a plateau here is lost motion.",
-        (Panel(pieces.DISPLACEMENT, pieces.FX, zoomed, window, marks=(step,)),),
+        (Panel(pieces.ROAD, pieces.FX, zoomed, window, marks=(step,)),),
         "6.4",
     )
 
 
-def _cut(line: Series, window: tuple[float, float]) -> Series:
-    keep = (line.x >= window[0]) & (line.x <= window[1])
-    return Series(
-        line.label, line.x[keep], line.y[keep], line.style, line.color, end_label=line.end_label
-    )
-
-
-@maker("measurements")
 def road_speed(result: CampaignResult) -> Iterator[Figure]:
     """Figure 6.5 and the vertical force of figure 6.6."""
     point = result.nominal()
@@ -64,65 +57,56 @@ def road_speed(result: CampaignResult) -> Iterator[Figure]:
     kappa = np.array([100.0 * c.condition.kappa for c in conditions])
     before = np.array([1e3 * c.facts.speed_before for c in conditions])
     after = np.array([1e3 * c.facts.speed_after for c in conditions])
-    speed = Panel(
-        "desired slip κ [%]",
-        "mean road speed [mm/s]",
-        [
-            Series("before the step", kappa, before, "joined"),
-            Series("after the step", kappa, after, "joined"),
-        ],
-    )
-    panels = [speed]
+    across = "desired slip κ [%]"
+    lines = [
+        Series("before the step", kappa, before, "joined"),
+        Series("after the step", kappa, after, "joined"),
+    ]
+    panels = [Panel(across, "mean road speed [mm/s]", lines)]
     if any("fz" in c.measured for c in conditions):
         load = np.array([100.0 * c.facts.load_change for c in conditions])
-        panels.append(
-            Panel("desired slip κ [%]", "load change ΔFz [%]", [Series("", kappa, load, "joined")])
-        )
+        panels.append(Panel(across, "load change ΔFz [%]", [Series("", kappa, load, "joined")]))
     caption = "Road speed before and after the step, and the change of the vertical force with it."
     yield Figure("speed_and_load", "Road speed and load change", caption, panels, "6.5, Table 6.3")
 
 
-@maker("measurements")
 def varied_forces(result: CampaignResult) -> Iterator[Figure]:
     """Figures 6.8 to 6.21: one factor varied, Fx and (with angles) Fy after the step."""
-    for factor, (symbol, _) in pieces.FACTORS.items():
-        points = pieces.varied(result, factor)
-        channels = ("fx", "fy") if factor.endswith("_deg") else ("fx",)
-        for channel in channels if points else ():
-            yield from _varied_channel(points, factor, symbol, channel)
+    for varied in pieces.variations(result):
+        channels = ("fx", "fy") if varied.factor.endswith("_deg") else ("fx",)
+        for channel in channels:
+            yield from _varied_channel(varied, channel)
 
 
-def _varied_channel(points, factor: str, symbol: str, channel: str) -> Iterator[Figure]:
-    panels: list[Any] = []
+def _varied_channel(varied: pieces.Variation, channel: str) -> Iterator[Figure]:
+    panels: list[Panel] = []
     for kappa in SHOWN_SLIPS:
-        found = [(p, pieces.at_slip(p, kappa)) for p in points]
-        there = [(p, c) for p, c in found if c is not None and channel in c.measured]
+        found = [(label, pieces.at_slip(p, kappa)) for p, label in varied.labelled]
+        there = [(label, c) for label, c in found if c is not None and channel in c.measured]
         if len(there) < 2 or len(panels) == 2:
             continue
         window = pieces.step_window(c for _, c in there)
-        labels = [pieces.level(factor, getattr(p.point, factor)) for p, _ in there]
-        lines = [
-            Series(label, c.since_step, c.measured[channel])
-            for label, (_, c) in zip(labels, there, strict=True)
-        ]
-        label = pieces.FX if channel == "fx" else pieces.FY
+        lines = [Series(label, c.since_step, c.measured[channel]) for label, c in there]
+        y_label = pieces.FX if channel == "fx" else pieces.FY
         title = f"κ = {pieces.percent(kappa)}"
-        panels.append(Panel(pieces.SINCE_STEP, label, lines, window, title=title))
-    if panels:
-        name = f"{channel}_over_{factor.removesuffix('_deg')}"
-        title = f"{'Longitudinal' if channel == 'fx' else 'Lateral'} force for different {symbol}"
-        caption = "Everything else is nominal; distance counts from the slip step."
-        yield Figure(name, title, caption, panels, "6.8 to 6.21")
+        panels.append(Panel(pieces.SINCE_STEP, y_label, lines, window, title=title))
+    direction = "Longitudinal" if channel == "fx" else "Lateral"
+    yield from pieces.figure(
+        f"{channel}_over_{varied.name}",
+        f"{direction} force for different {varied.symbol}",
+        "Everything else is nominal; distance counts from the slip step.",
+        panels,
+        "6.8 to 6.21",
+    )
 
 
-@maker("repeatability")
 def repeatability(result: CampaignResult) -> Iterator[Figure]:
     """Figure 6.22: standard deviation over repeats, over the largest force of the condition."""
     lines = []
     point = result.nominal()
     repeated = [c for c in result.conditions if c.same_start and c.scatter is not None]
     chosen = repeated or (pieces.slips(point) if point else [])
-    tone = pieces.colors(chosen)
+    tone = pieces.slip_colors(chosen)
     for c in chosen:
         if c.scatter is None or abs(c.condition.kappa) < 1e-6:
             continue

@@ -4,22 +4,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
 from flatplank_analysis.figures import pieces
-from flatplank_analysis.figures.registry import maker
-from flatplank_analysis.figures.spec import Figure, Panel, Series
-from flatplank_analysis.figures.style import INK, PALETTE
-from flatplank_analysis.models.magic_formula import Coefficients, steady
+from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
 from flatplank_analysis.report.results import CampaignResult, PointResult
-from flatplank_data.condition import Condition
 
 OVERLAYS = {"linear": "7.2, 7.5, 7.15", "nonlinear": "7.22, 7.23", "mf": "7.28"}
+LINEAR = (
+    ("relaxation length σx [m]", "sigma", 1.0),
+    ("local slip stiffness C′Fκ [kN]", "slip_stiffness", 1e-3),
+)
+CARCASS = (
+    ("carcass stiffness c_cx [kN/m]", "c_cx", 1e-3),
+    ("relaxation length σx by (7.27) [m]", "sigma_x", 1.0),
+)
+"""label of the axis, attribute of the fit, factor from SI"""
 
 
-@maker("models")
 def errors_beside_floor(result: CampaignResult) -> Iterator[Figure]:
     """Tables 7.1, 7.3, 7.4 as a picture: error of every model over slip, beside the floor."""
     point = result.nominal()
@@ -34,16 +37,21 @@ def errors_beside_floor(result: CampaignResult) -> Iterator[Figure]:
     floor = np.array([c.floor() for c in conditions])
     if np.isfinite(floor).any():
         lines.append(Series("floor of the repeats", kappa, floor, "model", INK))
-    panel = Panel("slip κ [%]", "RMSE in the transient part [N]", lines)
+    panel = Panel(pieces.SLIP, "RMSE in the transient part [N]", lines)
     caption = f"At {point.point.label()}. Below the floor no model can be judged."
     title = "Errors of the models beside the floor"
     yield Figure("models_floor", title, caption, (panel,), "7.1, 7.3, 7.4")
 
 
-@maker("models")
 def overlays(result: CampaignResult) -> Iterator[Figure]:
     """Measured and modelled force, at the nominal point and where one factor is varied."""
-    for point in _overlaid(result):
+    nominal = result.nominal()
+    points = [] if nominal is None else [nominal]
+    for varied in pieces.variations(result):
+        points += [p for p in varied.points if p is not nominal]
+    for point in points:
+        p = point.point
+        slug = f"Fz{p.fz:g}_p{10 * p.pressure:g}_a{p.alpha_deg:g}_g{p.gamma_deg:g}"
         for name, model in point.models.items():
             conditions = [c for c in pieces.slips(point) if c.condition in model.curves]
             if not conditions:
@@ -55,115 +63,105 @@ def overlays(result: CampaignResult) -> Iterator[Figure]:
                 for i, c in enumerate(conditions)
             ]
             yield Figure(
-                f"overlay_{name}_{_slug(point)}",
-                f"{model.title[0].upper()}{model.title[1:]}, {point.point.label()}",
+                f"overlay_{name}_{slug}",
+                f"{model.title[0].upper()}{model.title[1:]}, {p.label()}",
                 "Coloured: measured, mean of the runs. Dashed: model.",
                 (Panel(pieces.SINCE_STEP, pieces.FX, [*measured, *modelled], window),),
                 OVERLAYS.get(name, ""),
             )
 
 
-def _overlaid(result: CampaignResult) -> list[PointResult]:
-    """The nominal point, then those that differ from it in one factor: what chapter 7 shows."""
-    nominal = result.nominal()
-    points = [] if nominal is None else [nominal]
-    for factor in pieces.FACTORS:
-        points += [p for p in pieces.varied(result, factor) if p is not nominal]
-    return points
+def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
+    """Fy from the start of rolling, and its relaxation length over the slip angle."""
+    points = [p for p in result.points if p.beside.lateral is not None]
+    near = [
+        p for v in pieces.variations(result, "alpha_deg") for p in v.points if p in points
+    ] or (points[:4] if result.nominal() is not None else [])
+    if not near:
+        return
+    lines = []
+    for point, color in zip(near, PALETTE, strict=False):
+        found = point.beside.lateral
+        label = pieces.level(point, "alpha_deg")
+        lines.append(Series(label, found.distance, found.force, color=color))
+        model = -found.fit.response(found.distance)
+        lines.append(Series("model", found.distance, model, "model", legend=point is near[0]))
+    fits = [(p.point.alpha_deg, p.beside.lateral.fit) for p in near]
+    panels = [
+        Panel("road displacement since the start [m]", pieces.FY, lines),
+        *pieces.estimates(
+            pieces.ALPHA, [("", fits)], [("relaxation length σy [m]", "sigma", 1.0)]
+        ),
+    ]
+    caption = "Mean of all runs of an operating point up to the slip step; dashed: first order."
+    yield from pieces.figure("lateral_start", "Lateral transient", caption, panels)
 
 
-def _slug(point: PointResult) -> str:
-    p = point.point
-    return f"Fz{p.fz:g}_p{10 * p.pressure:g}_a{p.alpha_deg:g}_g{p.gamma_deg:g}"
-
-
-@maker("parameters")
 def linear_parameters(result: CampaignResult) -> Iterator[Figure]:
     """Figures 7.3, 7.8, 7.10, 7.12, 7.17: sigma_x and C'_Fk over slip, for what is varied."""
     point = result.nominal()
     if point is None:
         return
-    title = "Parameters of the linear model"
-    yield from _parameters([(point, point.point.label())], "linear_parameters", title, "7.3")
-    for factor, (symbol, _) in pieces.FACTORS.items():
-        points = pieces.varied(result, factor)
-        if points:
-            labelled = [(p, pieces.level(factor, getattr(p.point, factor))) for p in points]
-            name = f"linear_parameters_{factor.removesuffix('_deg')}"
-            yield from _parameters(
-                labelled, name, f"Parameters for different {symbol}", "7.8 to 7.19"
-            )
-
-
-def _parameters(points, name: str, title: str, source: str) -> Iterator[Figure]:
-    left, right = [], []
-    for point, label in points:
-        conditions = pieces.slips(point)
-        kappa = [100.0 * c.condition.kappa for c in conditions]
-        fits = [c.linear for c in conditions]
-        left.append(pieces.estimate_points(label, kappa, [f.sigma for f in fits]))
-        stiffness = pieces.estimate_points(label, kappa, [f.slip_stiffness for f in fits])
-        right.append(pieces.scaled(stiffness, 1e-3))
-    panels = [
-        pieces.panel("slip κ [%]", "relaxation length σx [m]", left),
-        pieces.panel("slip κ [%]", "local slip stiffness C′Fκ [kN]", right),
-    ]
+    shown = [([(point, point.point.label())], "", "Parameters of the linear model", "7.3")]
+    for v in pieces.variations(result):
+        title = f"Parameters for different {v.symbol}"
+        shown.append((v.labelled, f"_{v.name}", title, "7.8 to 7.19"))
     caption = "One fit of (7.11) per slip level; bars are standard errors."
-    yield from pieces.figure(name, title, caption, panels, source)
+    for points, suffix, title, source in shown:
+        groups = [
+            (label, [(100.0 * c.condition.kappa, c.linear) for c in pieces.slips(p)])
+            for p, label in points
+        ]
+        panels = pieces.estimates(pieces.SLIP, groups, LINEAR)
+        yield from pieces.figure(f"linear_parameters{suffix}", title, caption, panels, source)
 
 
-@maker("parameters")
 def parameters_over_factor(result: CampaignResult) -> Iterator[Figure]:
     """Figures 7.9, 7.16: parameters at -1 and +1 % over load, pressure and angles."""
-    for factor, (symbol, unit) in pieces.FACTORS.items():
-        points = pieces.varied(result, factor)
-        left, right = [], []
-        for kappa in (-0.01, 0.01) if points else ():
-            there = [(getattr(p.point, factor), pieces.at_slip(p, kappa)) for p in points]
-            known = [(x, c) for x, c in there if c is not None]
-            x = [value for value, _ in known]
-            label = f"κ = {pieces.percent(kappa)}"
-            left.append(pieces.estimate_points(label, x, [c.linear.sigma for _, c in known]))
-            series = pieces.estimate_points(label, x, [c.linear.slip_stiffness for _, c in known])
-            right.append(pieces.scaled(series, 1e-3))
-        axis = f"{symbol} [{unit}]"
-        panels = [
-            pieces.panel(axis, "relaxation length σx [m]", left),
-            pieces.panel(axis, "local slip stiffness C′Fκ [kN]", right),
+    for v in pieces.variations(result):
+        groups = [
+            (f"κ = {pieces.percent(kappa)}", [(x, c.linear) for x, c in v.at_slip(kappa)])
+            for kappa in (-0.01, 0.01)
         ]
-        name = f"small_slip_over_{factor.removesuffix('_deg')}"
-        title = f"Small slip over {symbol}"
+        panels = pieces.estimates(v.axis, groups, LINEAR)
         caption = "Linear model at the smallest slips; bars are standard errors."
+        name, title = f"small_slip_over_{v.name}", f"Small slip over {v.symbol}"
         yield from pieces.figure(name, title, caption, panels, "7.9, 7.16")
 
 
-@maker("parameters")
+def carcass(result: CampaignResult) -> Iterator[Figure]:
+    """Figures 7.24 and 7.25: c_cx and sigma_x by (7.27) over each factor."""
+    for v in pieces.variations(result):
+        fits = [(getattr(p.point, v.factor), p.carcass) for p in v.points if p.carcass is not None]
+        if len(fits) < 2:
+            continue
+        panels = pieces.estimates(v.axis, [("", fits)], CARCASS)
+        caption = "Nonlinear model, one value per operating point; bars are standard errors."
+        name, title = f"carcass_over_{v.name}", f"Carcass stiffness over {v.symbol}"
+        yield from pieces.figure(name, title, caption, panels, "7.24, 7.25")
+
+
 def steady_curves(result: CampaignResult) -> Iterator[Figure]:
     """Figures 7.7, 7.11, 7.13, 7.18: steady Fx over slip; 7.14: steady Fy over side slip."""
     point = result.nominal()
     if point is None:
         return
-    shown: list[tuple[str, list[tuple[PointResult, str]]]] = [("", [(point, "")])]
-    for factor in pieces.FACTORS:
-        points = pieces.varied(result, factor)
-        if points:
-            labelled = [(p, pieces.level(factor, getattr(p.point, factor))) for p in points]
-            shown.append((factor, labelled))
-    for factor, members in shown:
-        lines = [_steady(*member) for member in members]
-        suffix = f"_{factor.removesuffix('_deg')}" if factor else ""
-        title = "Steady force over slip"
-        if factor:
-            title += f" for different {pieces.FACTORS[factor][0]}"
+    shown = [([(point, "")], "", "Steady force over slip")]
+    for v in pieces.variations(result):
+        title = f"Steady force over slip for different {v.symbol}"
+        shown.append((v.labelled, f"_{v.name}", title))
+    for members, suffix, title in shown:
+        lines = [s for member in members for s in _steady(*member)]
         yield Figure(
             f"steady_fx{suffix}",
             title,
             "Asymptote of the linear model, fitted together with σx. Hollow: the run had not "
             "settled, so the asymptote is an extrapolation.",
-            (Panel("actual slip κ [%]", "steady Fx [N]", [s for line in lines for s in line]),),
+            (Panel("actual slip κ [%]", "steady Fx [N]", lines),),
             "7.7, 7.11, 7.13, 7.18",
         )
-    yield from _steady_lateral(result)
+    for v in pieces.variations(result, "alpha_deg"):
+        yield from _steady_lateral(v)
 
 
 def _steady(point: PointResult, label: str) -> list[Series]:
@@ -178,69 +176,13 @@ def _steady(point: PointResult, label: str) -> list[Series]:
     return out
 
 
-def _steady_lateral(result: CampaignResult) -> Iterator[Figure]:
-    points = pieces.varied(result, "alpha_deg")
-    if not points:
-        return
+def _steady_lateral(varied: pieces.Variation) -> Iterator[Figure]:
     lines = []
     for kappa in (-0.1, -0.05, 0.0, 0.05, 0.1):
-        there = [(p.point.alpha_deg, pieces.at_slip(p, kappa)) for p in points]
-        known = [(a, c.lateral_steady) for a, c in there if c is not None]
+        known = [(a, c.lateral_steady) for a, c in varied.at_slip(kappa)]
         if len(known) > 1:
             x, y = np.array(known).T
             lines.append(Series(f"κ = {pieces.percent(kappa)}", x, y, "joined"))
-    if lines:
-        caption = "Mean lateral force over the last half metre of road."
-        panel = Panel("side slip angle α [°]", "steady Fy [N]", lines)
-        yield Figure("steady_fy", "Steady lateral force", caption, (panel,), "7.14")
-
-
-@maker("parameters")
-def magic_curves(result: CampaignResult) -> Iterator[Figure]:
-    """Figures 7.26, 7.27: steady forces, points measured, lines by the Magic Formula."""
-    if result.magic is None:
-        return
-    coefficients = result.magic.tir.coefficients
-    points = pieces.varied(result, "fz") or [p for p in [result.nominal()] if p is not None]
-    series = []
-    for point, color in zip(points, PALETTE, strict=False):
-        conditions = pieces.slips(point)
-        kappa = np.array([c.facts.kappa_actual for c in conditions])
-        force = np.array([c.linear.steady_force.value for c in conditions])
-        load = float(np.mean([c.facts.fz_after for c in conditions]))
-        label = pieces.level("fz", point.point.fz)
-        there = partial(_force, coefficients, load, point.point)
-        reach = (100.0 * kappa.min(), 100.0 * kappa.max())
-        series += pieces.with_model(label, color, (100.0 * kappa, force), reach, there)
-    caption = "Points: asymptotes of the runs. Lines: the fitted Magic Formula at the mean load."
-    panel = Panel("slip κ [%]", "steady Fx [N]", series)
-    yield Figure("magic_formula_fx", "Magic Formula, Fx", caption, (panel,), "7.26")
-
-
-def _force(c: Coefficients, fz: float, point: Condition, percent: np.ndarray) -> np.ndarray:
-    angles = (point.alpha_deg, point.gamma_deg)
-    return steady(c, pieces.at_point(c, fz, 0.01 * percent, *angles, point.pressure)).fx
-
-
-@maker("parameters")
-def carcass(result: CampaignResult) -> Iterator[Figure]:
-    """Figures 7.24 and 7.25: c_cx and sigma_x by (7.27) over each factor."""
-    for factor, (symbol, unit) in pieces.FACTORS.items():
-        points = [p for p in pieces.varied(result, factor) if p.carcass is not None]
-        if len(points) < 2:
-            continue
-        x = [getattr(p.point, factor) for p in points]
-        stiffness = pieces.estimate_points("", x, [p.carcass.c_cx for p in points])
-        sigma = pieces.estimate_points("", x, [p.carcass.sigma_x for p in points])
-        panels = [
-            pieces.panel(
-                f"{symbol} [{unit}]",
-                "carcass stiffness c_cx [kN/m]",
-                [pieces.scaled(stiffness, 1e-3)],
-            ),
-            pieces.panel(f"{symbol} [{unit}]", "relaxation length σx by (7.27) [m]", [sigma]),
-        ]
-        name = f"carcass_over_{factor.removesuffix('_deg')}"
-        caption = "Nonlinear model, one value per operating point; bars are standard errors."
-        title = f"Carcass stiffness over {symbol}"
-        yield from pieces.figure(name, title, caption, panels, "7.24, 7.25")
+    panels = [pieces.panel(pieces.ALPHA, "steady Fy [N]", lines)]
+    caption = "Mean lateral force over the last half metre of road."
+    yield from pieces.figure("steady_fy", "Steady lateral force", caption, panels, "7.14")

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from pathlib import Path
@@ -15,8 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import MaxNLocator
 
-from flatplank_analysis.figures.spec import Figure, Panel, Series
-from flatplank_analysis.figures.style import INK, MUTED, PALETTE, RC
+from flatplank_analysis.figures.spec import INK, MUTED, PALETTE, Figure, Panel, Series
+from flatplank_analysis.report.table import csv_text
 
 MAX_POINTS = 700
 """per line in a picture; the CSV has them all"""
@@ -26,6 +25,38 @@ WIDTH, HEIGHT = 6.4, 3.7
 """of one panel [inch]"""
 CONSTANT = 2e-3
 """share of the largest value that an axis spans at least"""
+
+RC = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e8ed",
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "none",
+    "axes.unicode_minus": True,
+}
 
 #: keyword arguments of `plot` per style
 STYLES: dict[str, dict] = {
@@ -70,20 +101,13 @@ def _panel(axis: Axes, panel: Panel) -> None:
     axis.ticklabel_format(useOffset=False)
     if panel.x_range:
         axis.set_xlim(*panel.x_range)
-    if panel.y_range:
-        axis.set_ylim(*panel.y_range)
-    else:
-        _not_too_close(axis)
-    _end_labels(axis, labels)
-    _legend(axis, panel)
-
-
-def _not_too_close(axis: Axes) -> None:
-    """What is constant but for rounding is drawn as constant."""
+    # what is constant but for rounding is drawn as constant
     low, high = axis.get_ylim()
     missing = CONSTANT * max(abs(low), abs(high)) - (high - low)
     if missing > 0.0:
         axis.set_ylim(low - missing / 2.0, high + missing / 2.0)
+    _end_labels(axis, labels)
+    _legend(axis, panel)
 
 
 def _legend(axis: Axes, panel: Panel) -> None:
@@ -132,17 +156,9 @@ def _end_labels(axis: Axes, labels: list[tuple[Series, str]]) -> None:
         if not moved:
             break
     axis.set_xlim(left, right)
+    style = {"xytext": (5, 0), "textcoords": "offset points", "va": "center", "fontsize": 8.5}
     for place, (_, text, color) in zip(places, ends, strict=True):
-        axis.annotate(
-            text,
-            (right, place),
-            xytext=(5, 0),
-            textcoords="offset points",
-            color=color,
-            va="center",
-            fontsize=8.5,
-            annotation_clip=False,
-        )
+        axis.annotate(text, (right, place), color=color, annotation_clip=False, **style)
 
 
 def _last(series: Series, right: float) -> float:
@@ -188,17 +204,11 @@ def _inline(text: str, name: str) -> str:
 
 def table_of(figure: Figure) -> str:
     """All points of a figure as CSV: panel, series, x, y, error."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["panel", "series", "x", "y", "error"])
+    rows: list[list] = [["panel", "series", "x", "y", "error"]]
     for number, panel in enumerate(figure.panels, start=1):
-        writer.writerow([f"# {number}", panel.title, panel.x_label, panel.y_label, ""])
+        rows.append([f"# {number}", panel.title, panel.x_label, panel.y_label, ""])
         for series in panel.series:
             error = series.error if series.error is not None else [""] * len(series.x)
-            for x, y, e in zip(series.x, series.y, error, strict=True):
-                writer.writerow([number, series.label, f"{x:.10g}", f"{y:.10g}", _cell(e)])
-    return stream.getvalue()
-
-
-def _cell(value: object) -> str:
-    return value if isinstance(value, str) else f"{value:.10g}"
+            points = zip(series.x, series.y, error, strict=True)
+            rows += [[number, series.label, *point] for point in points]
+    return csv_text(rows)

@@ -1,99 +1,95 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rolling radius (6.1, 6.2), settling (E.1), stiffness and contact (App. G), friction (5.3)."""
+"""Wheel drive (5.3, 5.4, 5.13), r_e (6.1, 6.2), settling (E.1), standing tire (App. G)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
 from flatplank_analysis.figures import pieces
-from flatplank_analysis.figures.registry import maker
-from flatplank_analysis.figures.spec import Figure, Panel, Series
-from flatplank_analysis.figures.style import INK, PALETTE
-from flatplank_analysis.models.magic_formula import Coefficients
-from flatplank_analysis.models.magic_formula.structure import effective_radius
-from flatplank_analysis.post.settling import ExponentialFit
+from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
+from flatplank_analysis.report.machine_tables import friction_of
 from flatplank_analysis.report.radii import radius_values
-from flatplank_analysis.report.results import CampaignResult
-from flatplank_data.condition import Condition
+from flatplank_analysis.report.results import CampaignResult, PointResult
+from flatplank_analysis.steady.rolling_radius import ExponentialFit
 
 
-@maker("radius")
+def transmission(result: CampaignResult) -> Iterator[Figure]:
+    """Motor torque over slip and load; efficiency where the friction is known."""
+    curve = friction_of(result)
+    torque, efficiency = [], []
+    for point in pieces.loads(result):
+        label = pieces.level(point, "fz")
+        torque.append(_over_slip(point, label, lambda s: s.motor_torque))
+        if curve is not None:
+            efficiency.append(_over_slip(point, label, lambda s: 100.0 * s.efficiency(curve)))
+    panels = [
+        pieces.panel(pieces.SLIP, "motor torque M_M [N m]", torque),
+        pieces.panel(pieces.SLIP, "efficiency η [%]", efficiency),
+    ]
+    caption = (
+        "Mean over the last half metre of each run. Efficiency (5.3) of driving runs, with the "
+        "friction of unloaded turns."
+    )
+    title = "Torque of the wheel drive"
+    yield from pieces.figure("transmission", title, caption, panels, "5.4, 5.13")
+
+
+def _over_slip(point: PointResult, label: str, read) -> Series | None:
+    groups: dict[float, list[float]] = {}
+    for run in point.beside.drive:
+        value = read(run.state)
+        if math.isfinite(value):
+            groups.setdefault(run.condition.kappa, []).append(value)
+    if not groups:
+        return None
+    x = np.array(sorted(groups))
+    y = np.array([np.mean(groups[k]) for k in x])
+    return Series(label, 100.0 * x, y, "joined")
+
+
 def rolling_radius(result: CampaignResult) -> Iterator[Figure]:
     """r_e over load per pressure and source, and over side slip per camber."""
     values = radius_values(result)
     straight = [v for v in values if not v.point.alpha_deg and not v.point.gamma_deg]
     panels = []
     if len({v.point.fz for v in straight}) > 1:
-        panels.append(_lines(straight, "fz", "pressure", "vertical force Fz [N]", "{:g} bar"))
+        panels.append(_lines(straight, "fz", "pressure", pieces.FZ, "{:g} bar"))
     nominal = result.nominal()
-    turned = [v for v in values if nominal and _same_load(v.point, nominal.point)]
+    here = (nominal.point.fz, nominal.point.pressure) if nominal else None
+    turned = [v for v in values if (v.point.fz, v.point.pressure) == here]
     if len({v.point.alpha_deg for v in turned}) > 1:
-        panels.append(_lines(turned, "alpha_deg", "gamma_deg", "side slip angle α [°]", "γ {:g}°"))
-    if panels:
-        caption = "By (5.22), mean over the start angles, corrected to Fx = 0 with C_Fκ."
-        yield Figure("rolling_radius", "Effective rolling radius", caption, panels, "6.1, 6.2")
-
-
-@maker("radius")
-def modelled_radius(result: CampaignResult) -> Iterator[Figure]:
-    """Figures 7.30, 7.31: measured r_e beside the Magic Formula's, over load."""
-    if result.magic is None or "re" not in result.magic.fits:
-        return
-    c = result.magic.tir.coefficients
-    straight = [
-        v for v in radius_values(result) if not v.point.alpha_deg and not v.point.gamma_deg
-    ]
-    series = []
-    for bar, color in zip(sorted({v.point.pressure for v in straight}), PALETTE, strict=False):
-        mine = [v for v in straight if v.point.pressure == bar]
-        x = np.array([v.point.fz for v in mine])
-        y = np.array([1e3 * v.corrected.value for v in mine])
-        there = partial(_radius_mm, c, bar)
-        reach = (0.7 * x.min(), 1.2 * x.max())
-        series += pieces.with_model(f"{bar:g} bar", color, (x, y), reach, there)
-    if series:
-        caption = "Points: measured, at Fx = 0. Lines: the fitted coefficients."
-        panel = Panel("vertical force Fz [N]", "effective rolling radius [mm]", series)
-        title = "Rolling radius, measured and modelled"
-        yield Figure("rolling_radius_model", title, caption, (panel,), "7.30")
-
-
-def _radius_mm(c: Coefficients, bar: float, fz: np.ndarray) -> np.ndarray:
-    return 1e3 * effective_radius(c, pieces.at_point(c, fz, 0.0, 0.0, 0.0, bar), 0.0)
-
-
-def _same_load(one: Condition, other: Condition) -> bool:
-    return (one.fz, one.pressure) == (other.fz, other.pressure)
+        panels.append(_lines(turned, "alpha_deg", "gamma_deg", pieces.ALPHA, "γ {:g}°"))
+    caption = "By (5.22), mean over the start angles, corrected to Fx = 0 with C_Fκ."
+    title = "Effective rolling radius"
+    yield from pieces.figure("rolling_radius", title, caption, panels, "6.1, 6.2")
 
 
 def _lines(values, over: str, split: str, x_label: str, label: str) -> Panel:
+    """A line per level of `split` and source."""
     series = []
     groups: dict[tuple, list] = {}
-    for value in values:
-        key = (getattr(value.point, split), value.source)
-        groups.setdefault(key, []).append(value)
+    for v in sorted(values, key=lambda v: getattr(v.point, over)):
+        here = (getattr(v.point, over), 1e3 * v.corrected.value, 1e3 * v.corrected.std_error)
+        groups.setdefault((getattr(v.point, split), v.source), []).append(here)
     for (level, source), members in sorted(groups.items()):
-        members.sort(key=lambda v: getattr(v.point, over))
-        x = np.array([getattr(v.point, over) for v in members])
-        y = np.array([1e3 * v.corrected.value for v in members])
-        error = np.nan_to_num(np.array([1e3 * v.corrected.std_error for v in members]))
+        x, y, error = np.array(members).T
+        error = np.nan_to_num(error)
         text = f"{label.format(level)}, {source.replace('_', ' ')}"
         series.append(Series(text, x, y, "joined", error=error))
-    return Panel(x_label, "effective rolling radius [mm]", series)
+    return Panel(x_label, pieces.RADIUS, series)
 
 
-@maker("radius")
 def settling(result: CampaignResult) -> Iterator[Figure]:
     """Free-rolling runs with the exponential of Appendix E."""
-    runs = result.extras.get("free_rolling", [])[:3]
-    for run in runs:
+    for run in result.extras.get("free_rolling", [])[:3]:
         x = run["position"]
         fit = ExponentialFit(run["p1"], run["p2"], run["p3"], 0.0)
         keep = (x >= 0.1) & np.isfinite(run["fx"])
         mark = run["settling_distance"]
+        marks = (mark,) if np.isfinite(mark) else ()
         lines = [
             Series("measured", x, run["fx"], color=PALETTE[0]),
             Series("fitted", x[keep], fit(x[keep]), "model", INK),
@@ -104,19 +100,11 @@ def settling(result: CampaignResult) -> Iterator[Figure]:
             f"settling_{run['run']}",
             f"Free rolling, {run['run']}",
             f"Exponential function (E.1); {where} (dotted).",
-            (
-                Panel(
-                    "road displacement [m]",
-                    "longitudinal force Fx [N]",
-                    lines,
-                    marks=(mark,) if np.isfinite(mark) else (),
-                ),
-            ),
+            (Panel(pieces.ROAD, pieces.FX, lines, marks=marks),),
             "E.1, 5.20",
         )
 
 
-@maker("machine")
 def vertical(result: CampaignResult) -> Iterator[Figure]:
     """Figures G.5 and G.6."""
     runs = result.extras.get("vertical_stiffness", [])
@@ -128,22 +116,20 @@ def vertical(result: CampaignResult) -> Iterator[Figure]:
     ]
     window = tuple(1e3 * v for v in runs[0]["window"])
     bars = np.array([r["pressure"] for r in runs])
-    stiffness = np.array([1e-3 * r["mean"] for r in runs])
-    over_pressure = Series("", bars, stiffness, "points")
+    over_pressure = Series("", bars, np.array([1e-3 * r["mean"] for r in runs]), "points")
     yield Figure(
         "vertical_stiffness",
         "Vertical stiffness",
         "Force over loaded radius; the fit uses what lies between the dotted lines, loading and "
         "unloading apart, and takes their mean.",
         (
-            Panel("loaded radius [mm]", "vertical force Fz [N]", lines, marks=window),
+            Panel("loaded radius [mm]", pieces.FZ, lines, marks=window),
             Panel("pressure [bar]", "stiffness Cz [kN/m]", [over_pressure]),
         ),
         "G.5, G.6",
     )
 
 
-@maker("machine")
 def contact_length(result: CampaignResult) -> Iterator[Figure]:
     """Figure G.4."""
     found = result.extras.get("footprints")
@@ -155,17 +141,16 @@ def contact_length(result: CampaignResult) -> Iterator[Figure]:
         order = np.argsort(found["fz"][mine])
         x, y = found["fz"][mine][order], 1e3 * found["half_length"][mine][order]
         series.append(Series(f"{bar:g} bar", x, y, "joined"))
-    panel = Panel("vertical force Fz [N]", "half contact length a [mm]", series)
+    panel = Panel(pieces.FZ, "half contact length a [mm]", series)
     yield Figure("contact_length", "Contact length", "From footprints.", (panel,), "G.4")
 
 
-@maker("machine")
 def friction(result: CampaignResult) -> Iterator[Figure]:
     """Figure 5.3."""
-    found = result.extras.get("friction_torque")
+    found = friction_of(result)
     if found is None:
         return
-    line = Series("", found["speed"], found["torque"], "joined")
+    line = Series("", found.speed, found.torque, "joined")
     panel = Panel("motor speed [rad/s]", "friction torque [N m]", (line,))
     caption = "Motor torque with the wheel hanging free."
     yield Figure("friction_torque", "Friction of the wheel drive", caption, (panel,), "5.3")

@@ -5,25 +5,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from flatplank_analysis.figures.spec import Figure, Panel, Series
-from flatplank_analysis.figures.style import slip_colors
-from flatplank_analysis.models.magic_formula import (
-    Coefficients,
-    OperatingPoint,
-    operating_point,
-)
+from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
+from flatplank_analysis.models.magic_formula import Coefficients, OperatingPoint, operating_point
 from flatplank_analysis.report.results import CampaignResult, ConditionResult, PointResult
-from flatplank_data.condition import Condition
 
-DISPLACEMENT = "road displacement [m]"
+ROAD = "road displacement [m]"
 SINCE_STEP = "road displacement since the step [m]"
 FX = "longitudinal force Fx [N]"
 FY = "lateral force Fy [N]"
+FZ = "vertical force Fz [N]"
+SLIP = "slip κ [%]"
+ALPHA = "side slip angle α [°]"
+RADIUS = "effective rolling radius [mm]"
 SPEED = 0.03
 """of the road, where a model wants one [m/s]"""
 
@@ -34,6 +31,9 @@ FACTORS = {
     "alpha_deg": ("α", "°"),
     "gamma_deg": ("γ", "°"),
 }
+_BRAKING = ("#8fbfe8", "#5a9bd5", "#2a72b5", "#124a80")
+_DRIVING = ("#f3b48b", "#e5864e", "#c65a22", "#8c3a10")
+_NEUTRAL = "#5b6672"
 
 
 def percent(kappa: float) -> str:
@@ -41,11 +41,11 @@ def percent(kappa: float) -> str:
     return f"{100 * kappa:+.3g} %".replace("+0 %", "0 %").replace("-", "−")
 
 
-def level(name: str, value: float) -> str:
-    """A condition as it is written beside a line."""
-    symbol, unit = FACTORS[name]
+def level(point: PointResult, factor: str) -> str:
+    """What is varied, as it is written beside a line."""
+    symbol, unit = FACTORS[factor]
     gap = "" if unit == "°" else " "
-    return f"{symbol} = {value:g}{gap}{unit}"
+    return f"{symbol} = {getattr(point.point, factor):g}{gap}{unit}"
 
 
 def slips(point: PointResult) -> list[ConditionResult]:
@@ -53,45 +53,91 @@ def slips(point: PointResult) -> list[ConditionResult]:
     return sorted(point.conditions, key=lambda c: c.condition.kappa)
 
 
-def colors(conditions: Sequence[ConditionResult]) -> dict[float, str]:
-    """Colour of each slip level."""
-    return slip_colors([c.condition.kappa for c in conditions])
+def slip_colors(conditions: Sequence[ConditionResult]) -> dict[float, str]:
+    """Blue for braking, orange for driving, the darker the larger; grey for none."""
+    levels = [c.condition.kappa for c in conditions]
+    out = {level: _NEUTRAL for level in levels}
+    for scale, chosen in (
+        (_BRAKING, sorted((v for v in levels if v < 0), reverse=True)),
+        (_DRIVING, sorted(v for v in levels if v > 0)),
+    ):
+        steps = max(len(chosen) - 1, 1)
+        for i, kappa in enumerate(chosen):
+            place = i * (len(scale) - 1) / steps if len(chosen) > 1 else len(scale) - 1
+            out[kappa] = scale[round(place)]
+    return out
 
 
-def force_lines(
-    conditions: Sequence[ConditionResult], name: str = "fx", since_step: bool = False
-) -> list[Series]:
-    """One line per slip level, labelled at its end."""
-    tone = colors(conditions)
+def force_lines(conditions: Sequence[ConditionResult], since_step: bool = False) -> list[Series]:
+    """Fx, one line per slip level, labelled at its end."""
+    tone = slip_colors(conditions)
     return [
         Series(
             percent(c.condition.kappa),
             c.since_step if since_step else c.position,
-            c.measured[name],
+            c.measured["fx"],
             color=tone[c.condition.kappa],
             end_label=True,
         )
         for c in conditions
-        if name in c.measured
+        if "fx" in c.measured
     ]
 
 
-def varied(result: CampaignResult, factor: str) -> list[PointResult]:
+class Variation(NamedTuple):
     """Points that differ from the nominal one in one factor only, in its order."""
+
+    factor: str
+    points: list[PointResult]
+
+    @property
+    def name(self) -> str:
+        """For the name of a file."""
+        return self.factor.removesuffix("_deg")
+
+    @property
+    def symbol(self) -> str:
+        return FACTORS[self.factor][0]
+
+    @property
+    def axis(self) -> str:
+        """Label of the axis over which the points lie."""
+        symbol, unit = FACTORS[self.factor]
+        return f"{symbol} [{unit}]"
+
+    @property
+    def labelled(self) -> list[tuple[PointResult, str]]:
+        return [(p, level(p, self.factor)) for p in self.points]
+
+    def at_slip(self, kappa: float) -> list[tuple[float, ConditionResult]]:
+        """The factor and the condition with this slip, of the points that have one."""
+        there = ((getattr(p.point, self.factor), at_slip(p, kappa)) for p in self.points)
+        return [(x, c) for x, c in there if c is not None]
+
+
+def variations(result: CampaignResult, *factors: str) -> list[Variation]:
+    """Of these factors, or of all, those that were varied."""
     nominal = result.nominal()
-    if nominal is None:
-        return []
-    found = {
-        getattr(p.point, factor): p
-        for p in result.points
-        if p.conditions and _same_but(p.point, nominal.point, factor)
-    }
-    return [found[key] for key in sorted(found)] if len(found) > 1 else []
+    out = []
+    for factor in factors or FACTORS:
+        others = [n for n in ("tire", *FACTORS) if n != factor]
+        found = {
+            getattr(p.point, factor): p
+            for p in result.points
+            if p.conditions and nominal is not None
+            if all(getattr(p.point, n) == getattr(nominal.point, n) for n in others)
+        }
+        if len(found) > 1:
+            out.append(Variation(factor, [found[key] for key in sorted(found)]))
+    return out
 
 
-def _same_but(one: Condition, other: Condition, factor: str) -> bool:
-    names = ("tire", "fz", "pressure", "alpha_deg", "gamma_deg")
-    return all(getattr(one, n) == getattr(other, n) for n in names if n != factor)
+def loads(result: CampaignResult) -> list[PointResult]:
+    """Points of different loads, else the nominal one, if there is one."""
+    for varied in variations(result, "fz"):
+        return varied.points
+    nominal = result.nominal()
+    return [] if nominal is None else [nominal]
 
 
 def at_slip(point: PointResult, kappa: float) -> ConditionResult | None:
@@ -106,7 +152,7 @@ def step_window(conditions: Iterable[ConditionResult]) -> tuple[float, float]:
 
 
 def estimate_points(
-    label: str, x: Sequence[float], estimates: Sequence, style: str = "joined", color: str = ""
+    label: str, x: Sequence[float], estimates: Sequence, factor: float = 1.0
 ) -> Series | None:
     """Fitted numbers with their standard errors; those that are not determined are left out."""
     rows = [
@@ -116,15 +162,35 @@ def estimate_points(
     ]
     if not rows:
         return None
-    array = np.array(sorted(rows))
-    error = np.nan_to_num(array[:, 2])
-    return Series(label, array[:, 0], array[:, 1], style, color, error=error)
+    x, y, error = np.array(sorted(rows)).T
+    return Series(label, x, factor * y, "joined", error=factor * np.nan_to_num(error))
 
 
-def panel(x_label: str, y_label: str, series: Iterable[Series | None], **options) -> Panel | None:
+def estimates(
+    x_label: str,
+    groups: Sequence[tuple[str, Sequence[tuple[float, Any]]]],
+    quantities: Sequence[tuple[str, str, float]],
+) -> list[Panel | None]:
+    """A panel per quantity (label, attribute of a fit, factor), a line per group of (x, fit)."""
+    return [
+        panel(
+            x_label,
+            y_label,
+            [
+                estimate_points(
+                    label, [x for x, _ in members], [getattr(f, name) for _, f in members], factor
+                )
+                for label, members in groups
+            ],
+        )
+        for y_label, name, factor in quantities
+    ]
+
+
+def panel(x_label: str, y_label: str, series: Iterable[Series | None]) -> Panel | None:
     """A panel of what there is, or None."""
     there = [s for s in series if s is not None and len(s.x)]
-    return Panel(x_label, y_label, there, **options) if there else None
+    return Panel(x_label, y_label, there) if there else None
 
 
 def figure(
@@ -134,6 +200,11 @@ def figure(
     there = [p for p in panels if p is not None]
     if there:
         yield Figure(name, title, caption, there, source)
+
+
+def pair(x: np.ndarray, y: np.ndarray, model: np.ndarray, title: str = "model") -> list[Series]:
+    """A measured and a modelled line."""
+    return [Series("measured", x, y, color=PALETTE[0]), Series(title, x, model, "model", INK)]
 
 
 def with_model(
@@ -159,11 +230,3 @@ def at_point(
     return operating_point(
         c, fz, kappa, np.radians(alpha_deg), math.radians(gamma_deg), 1e5 * bar, SPEED
     )
-
-
-def scaled(series: Series | None, factor: float) -> Series | None:
-    """A series in another unit."""
-    if series is None:
-        return None
-    error = None if series.error is None else series.error * factor
-    return replace(series, y=series.y * factor, error=error)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A figure as data: what is drawn is what stands in its CSV."""
+"""A figure as data: what is drawn is what stands in its CSV. Colours of all figures."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+
+INK = "#1d2733"
+MUTED = "#6b7684"
+#: tells up to six lines apart, also for colour-blind eyes
+PALETTE = ("#1f6fb2", "#d1672b", "#3b8f6b", "#8b5fa8", "#b8902f", "#5b6672")
 
 
 @dataclass(frozen=True)
@@ -17,7 +22,7 @@ class Series:
     x: np.ndarray
     y: np.ndarray
     style: str = "line"
-    """key of `figures.draw.STYLES`: line, model, points, curve, bar"""
+    """key of `figures.draw.STYLES`"""
     color: str = ""
     """colour, or empty for the next of the palette"""
     error: np.ndarray | None = None
@@ -35,7 +40,6 @@ class Panel:
     y_label: str
     series: Sequence[Series]
     x_range: tuple[float, float] | None = None
-    y_range: tuple[float, float] | None = None
     marks: Sequence[float] = ()
     """vertical lines"""
     title: str = ""
@@ -54,3 +58,8 @@ class Figure:
     """which figure of the thesis this is"""
     stacked: bool = False
     """panels above each other"""
+
+    @property
+    def wide(self) -> bool:
+        """As wide as the page."""
+        return len(self.panels) > 1 and not self.stacked

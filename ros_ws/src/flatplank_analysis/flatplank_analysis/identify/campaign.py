@@ -1,23 +1,118 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fits of a whole campaign, one task per condition, so that any scheduler can spread them."""
+"""Fits of a whole campaign, one task per condition, and the file (YAML) that says what is fitted.
+
+```yaml
+format: flatplank-fit/1
+model: mf                      # linear | nonlinear | lateral | mf
+campaigns: [../toyo, ../toyo_repeat]   # merged; may be left to the command line
+tire: start.tir                # mf: what is not fitted
+stages: [pure_x, pressure]     # mf: any of the stages, a single one too
+free: [PKX2]
+fixed: {PKX3: 0.0}             # nonlinear: friction, tread_stiffness
+bounds: {PCX1: [1.0, 2.0]}     # nonlinear: c_cx
+prior: {PEX4: [0.0, 0.1]}      # value, standard deviation
+weights: {fx: 1.0}
+joint: true
+geometry: {vertical_stiffness: 2.13e5}   # nonlinear: Table 7.2
+```
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.params import alike
+from flatplank_data.yaml_text import load_yaml
 
+from ..models.base import ContactGeometry
 from ..models.tir import TirFile, read_tir
-from .carcass import fit_carcass
-from .carcass_report import CarcassFit
-from .fit_file import FitFile
+from .carcass import CarcassFit, fit_carcass
 from .lateral import fit_lateral_carcass
-from .mf.fit import MFFit, fit_magic_formula
+from .mf.fit import NONLINEAR_FIXED, FitFile, MFFit, fit_magic_formula
 from .mf.points import SteadyPoints, gathered, points_from_runs
+from .mf.stages import COEFFICIENTS, STAGES
 from .repeats import LinearCondition, fit_linear
 from .runs import StepRun, by_condition
+
+FORMAT = "flatplank-fit/1"
+
+
+def read_fit_file(path: str | Path) -> FitFile:
+    """Read and check a fit file."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        told = getattr(error, "strerror", None) or "is no text"
+        raise FlatplankError(told, str(path), "give a fit file") from None
+    return parse_fit(load_yaml(text, str(path)), str(path))
+
+
+def parse_fit(raw: Any, where: str = "fit file") -> FitFile:
+    """Check keys, names and numbers of a fit file's contents."""
+    if not isinstance(raw, Mapping) or raw.get("format") != FORMAT:
+        raise FlatplankError(f"format is not {FORMAT}", where, f"begin with format: {FORMAT}")
+    known = {f.name for f in fields(FitFile)}
+    values: dict[str, Any] = {}
+    for key, value in raw.items():
+        if key == "format":
+            continue
+        if key not in known:
+            raise FlatplankError(f"unknown key {key}", where, _nearest(str(key), known))
+        values[key] = _typed(key, value, where)
+    fit = FitFile(**values)
+    _check_names(fit, where)
+    return fit
+
+
+def _typed(key: str, value: Any, where: str) -> Any:
+    try:
+        if key in ("campaigns", "stages", "free"):
+            return tuple(str(v) for v in value)
+        if key in ("bounds", "prior"):
+            return {str(k): (float(v[0]), float(v[1])) for k, v in value.items()}
+        if key in ("fixed", "weights", "geometry"):
+            return {str(k): float(v) for k, v in value.items()}
+        return bool(value) if key == "joint" else str(value)
+    except (TypeError, ValueError, AttributeError, IndexError, KeyError):
+        raise FlatplankError(f"{key}: {value!r} is not understood", where, _shape(key)) from None
+
+
+def _shape(key: str) -> str:
+    pairs = "write NAME: [number, number]"
+    return {"bounds": pairs, "prior": pairs}.get(key, "write a list of names or NAME: number")
+
+
+def _check_names(fit: FitFile, where: str) -> None:
+    allowed: dict[str, set[str]] = {
+        "stages": set(STAGES),
+        "free": set(COEFFICIENTS),
+        "fixed": set(COEFFICIENTS) | set(NONLINEAR_FIXED),
+        "bounds": set(COEFFICIENTS) | {"c_cx"},
+        "prior": set(COEFFICIENTS),
+        "geometry": {f.name for f in fields(ContactGeometry)},
+    }
+    for key, names in allowed.items():
+        for name in getattr(fit, key):
+            if name not in names:
+                raise FlatplankError(f"{key}: unknown name {name}", where, _nearest(name, names))
+    for name, (low, high) in fit.bounds.items():
+        if not low < high:
+            raise FlatplankError(f"bounds of {name} are {low:g}, {high:g}", where, "low first")
+    for name, (_, std) in fit.prior.items():
+        if not std > 0.0:
+            raise FlatplankError(
+                f"prior of {name} has spread {std:g}", where, "give a positive one"
+            )
+
+
+def _nearest(name: str, known: set[str]) -> str:
+    return f"did you mean {alike(name, known, 0.0)[0]}?"
+
 
 PER_CONDITION: dict[str, Callable[..., LinearCondition | CarcassFit]] = {
     "linear": fit_linear,
@@ -26,14 +121,6 @@ PER_CONDITION: dict[str, Callable[..., LinearCondition | CarcassFit]] = {
 }
 Mapper = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 """`map` or anything like it (`executor.map`, a cluster's)."""
-
-
-class Result(Protocol):
-    """What every fit of a campaign hands back."""
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -53,15 +140,6 @@ class ConditionFits:
         }
 
 
-@dataclass(frozen=True)
-class _Task:
-    """One condition; picklable, so that it can go to another process."""
-
-    model: str
-    runs: tuple[StepRun, ...]
-    options: dict[str, Any]
-
-
 def fit_campaign(
     runs: Sequence[StepRun],
     settings: FitFile,
@@ -69,7 +147,7 @@ def fit_campaign(
     extra: Sequence[SteadyPoints] = (),
     start: TirFile | None = None,
     mapper: Mapper = map,
-) -> Result:
+) -> ConditionFits | MFFit:
     """Fit a model to all runs; `extra` are points beyond them (radius, stiffness, contact).
 
     `start` is what a Magic Formula starts from, else the file that the settings name. `mapper`
@@ -81,54 +159,44 @@ def fit_campaign(
     if not runs:
         raise FlatplankError("no usable run", "fit", "give a campaign with slip-step runs")
     if settings.model != "mf":
-        return _per_condition(runs, settings, mapper)
+        options = {} if settings.model == "linear" else settings.carcass_options()
+        done = _per_condition(settings.model, runs, options, mapper)
+        fits = tuple(d for d in done if not isinstance(d, str))
+        problems = tuple(d for d in done if isinstance(d, str))
+        if not fits:
+            raise FlatplankError(problems[0], "fit", "see the other conditions too")
+        return ConditionFits(settings.model, fits, problems)
     if start is None and not settings.tire:
         raise FlatplankError("no tire to start from", "fit", "give a tire record or a .tir")
-    return _magic_formula(runs, settings, extra, start or read_tir(settings.tire), mapper)
-
-
-def _per_condition(runs: Sequence[StepRun], settings: FitFile, mapper: Mapper) -> ConditionFits:
-    options = {} if settings.model == "linear" else settings.carcass_options()
-    tasks = [
-        _Task(settings.model, tuple(members), options) for members in by_condition(runs).values()
-    ]
-    done = list(mapper(_run_task, tasks))
-    fits = tuple(d for d in done if not isinstance(d, str))
-    problems = tuple(d for d in done if isinstance(d, str))
-    if not fits:
-        raise FlatplankError(problems[0], "fit", "see the other conditions too")
-    return ConditionFits(settings.model, fits, problems)
-
-
-def _run_task(task: _Task) -> LinearCondition | CarcassFit | str:
-    """Fit one condition; a bad one is a line of text, so that the others go on."""
-    try:
-        return PER_CONDITION[task.model](task.runs, **task.options)
-    except FlatplankError as error:
-        return str(error)
-
-
-def _magic_formula(
-    runs: Sequence[StepRun],
-    settings: FitFile,
-    extra: Sequence[SteadyPoints],
-    start: TirFile,
-    mapper: Mapper,
-) -> MFFit:
+    start = start or read_tir(settings.tire)
     parts = list(mapper(points_from_runs, by_condition(runs).values()))
-    wanted = "stiffness" in settings.stages
-    fits = carcass_fits(runs, settings, mapper) if wanted else []
-    points, source = gathered([*parts, *extra], fits)
-    return fit_magic_formula(points, start, settings.mf_settings(), source)
+    rolling = carcass_fits(runs, settings, mapper) if "stiffness" in settings.stages else []
+    points, source = gathered([*parts, *extra], rolling)
+    return fit_magic_formula(points, start, settings, source)
 
 
 def carcass_fits(
     runs: Sequence[StepRun], settings: FitFile, mapper: Mapper = map
 ) -> list[CarcassFit]:
     """Nonlinear fits of the conditions that have enough slips."""
-    options = settings.carcass_options()
-    tasks = [_Task("nonlinear", tuple(m), options) for m in by_condition(runs).values()]
-    return [f for f in mapper(_run_task, tasks) if isinstance(f, CarcassFit)]
+    done = _per_condition("nonlinear", runs, settings.carcass_options(), mapper)
+    return [f for f in done if isinstance(f, CarcassFit)]
+
+
+def _per_condition(
+    model: str, runs: Sequence[StepRun], options: dict[str, Any], mapper: Mapper
+) -> list[LinearCondition | CarcassFit | str]:
+    return list(mapper(partial(_fit_condition, model, options), by_condition(runs).values()))
+
+
+def _fit_condition(
+    model: str, options: dict[str, Any], runs: Sequence[StepRun]
+) -> LinearCondition | CarcassFit | str:
+    """Fit one condition; a bad one is a line of text, so that the others go on."""
+    try:
+        return PER_CONDITION[model](runs, **options)
+    except FlatplankError as error:
+        return str(error)
 
 
 FITTERS = (*PER_CONDITION, "mf")

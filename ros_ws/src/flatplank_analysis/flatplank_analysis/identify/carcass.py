@@ -1,54 +1,260 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Carcass stiffness per operating condition with the weights of (7.25), and what follows."""
+"""Carcass stiffness per operating condition with the weights of (7.25), and how sure it is: noise,
+scatter, and the steady curve's share.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from flatplank_data.errors import FlatplankError
 
-from ..models.contact import TOYO, ContactGeometry
-from .carcass_joint import solve_jointly
-from .carcass_problem import carcass_problem, search_carcass
-from .carcass_report import CarcassFit, report
-from .mean_response import balanced, shared_fits
+from .carcass_problem import (
+    CarcassProblem,
+    JointState,
+    carcass_problem,
+    noise_error,
+    repeat_noise,
+    search_carcass,
+    solve_jointly,
+)
+from .linear import LinearFit, is_transient
+from .noise import ARNoise
+from .repeats import NOT_REPEATED, balanced, shared_fits
+from .results import Confusion, Estimate, plain_condition, to_plain
 from .runs import StepRun
+from .steady_curve import SteadyCurve, slope_lack
 
 
 def fit_carcass(
-    runs: Sequence[StepRun],
-    *,
-    geometry: ContactGeometry = TOYO,
-    friction: float | None = None,
-    tread_stiffness: float | None = None,
-    bounds: tuple[float, float] = (2e4, 5e6),
-    refine_curve: bool = True,
-    longitudinal: bool = True,
+    runs: Sequence[StepRun], bounds: tuple[float, float] = (2e4, 5e6), **options: Any
 ) -> CarcassFit:
     """Identify c_cx [N/m] from all runs of one condition (7.25), (7.26).
 
-    `friction` mu (None: largest steady force over load, as in section 7.2), `tread_stiffness` c_px
-    [N/m2] (None: tied to the slip stiffness of the steady curve). `refine_curve`: steady forces
-    under this model; False keeps the asymptotes of the linear fits, as the thesis does.
+    `options` as for `carcass_problem`: geometry, friction, tread_stiffness, longitudinal.
     """
     if len({r.condition for r in runs}) != 1 or len({r.level for r in runs}) < 3:
-        raise FlatplankError(
-            "the carcass stiffness needs three or more slip levels of one condition",
-            runs[0].place if runs else "",
-            "add slip levels",
-        )
+        what = "the carcass stiffness needs three or more slip levels of one condition"
+        raise FlatplankError(what, runs[0].place if runs else "", "add slip levels")
     runs = balanced(runs)
     fits = shared_fits(runs)
-    problem = carcass_problem(
-        runs,
-        fits,
-        geometry=geometry,
-        friction=friction,
-        tread_stiffness=tread_stiffness,
-        longitudinal=longitudinal,
-    )
+    problem = carcass_problem(runs, fits, **options)
     solution = search_carcass(problem, bounds)
-    state, done = solve_jointly(problem, float(solution.x[0]), bounds, refine_curve)
+    state, done = solve_jointly(problem, float(solution.x[0]), bounds)
     low, high = (abs(state.c_cx - b) <= 1e-6 * b for b in bounds)
     edge = "lower" if low else "upper" if high else ""
     return report(runs, fits, state, edge, done and solution.converged)
+
+
+class Operating(NamedTuple):
+    """Means over the runs of a fit; SI."""
+
+    fz: float
+    pressure: float
+    alpha: float
+    gamma: float
+
+
+@dataclass(frozen=True)
+class CarcassFit:
+    """Result of the nonlinear model for one condition."""
+
+    condition: Any
+    c_cx: Estimate
+    slip_stiffness: Estimate
+    """C_Fkappa: slope of the steady curve at zero slip [N]."""
+    sigma_x: Estimate
+    """Relaxation length (7.27) [m]."""
+    model_bias: dict[str, float]
+    """The model's own relative bias of c_cx and sigma_x where the tread is made of bristles."""
+    half_length: float
+    """a at the mean load [m]."""
+    curve: SteadyCurve
+    rmse: dict[float, float]
+    """Per nominal slip: root-mean-square error in the transient part [N]."""
+    runs: int
+    at: Operating
+    confusions: tuple[Confusion, ...] = ()
+    converged: bool = True
+    beside: tuple[Estimate, ...] = ()
+    """What was fitted with them: in y the steering zero."""
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """Carcass stiffness, slip stiffness, relaxation length; in y under names of their own."""
+        return (self.c_cx, self.slip_stiffness, self.sigma_x, *self.beside)
+
+    def without_bias(self) -> dict[str, Estimate]:
+        """c_cx and sigma_x less the model's own bias, by the names of `model_bias`."""
+        pairs = zip(self.model_bias.items(), (self.c_cx, self.sigma_x), strict=True)
+        return {name: e.times(1.0 / (1.0 + bias)) for (name, bias), e in pairs}
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        free = self.without_bias()
+        return {
+            "condition": plain_condition(self.condition),
+            **{e.name: e.to_json() for e in self.estimates},
+            "model_bias": to_plain(self.model_bias),
+            "without_bias": to_plain({k: e.value for k, e in free.items()}),
+            "without_bias_interval90": to_plain({k: list(e.interval()) for k, e in free.items()}),
+            "half_length": self.half_length,
+            "curve": {
+                "kappa": to_plain(self.curve.kappa),
+                "force": to_plain(self.curve.force),
+                "std_error": to_plain(self.curve.std_error),
+            },
+            "rmse": {f"{k:g}": to_plain(v) for k, v in self.rmse.items()},
+            "runs": self.runs,
+            "confusions": [c.to_json() for c in self.confusions],
+            "converged": bool(self.converged),
+        }
+
+
+def report(
+    runs: Sequence[StepRun], fits: Sequence[LinearFit], state: JointState, edge: str, done: bool
+) -> CarcassFit:
+    """Estimates of c_cx, C_Fk and sigma_x with their errors; `edge` names a bound c_cx is on."""
+    problem, c_cx = state.problem, state.c_cx
+    found = problem.curve.slope()
+    slope, stiffness = found.weights, found.value
+    a = float(problem.geometry.half_length(np.mean([r.mean_load for r in runs]), runs[0].pressure))
+    bias = brush_bias(c_cx, stiffness, a)
+    noise = repeat_noise(runs, state)
+    lack = slope_lack(problem.curve.kappa, problem.curve.force)
+    note = f"not determined: needs {lack}" if lack else ""
+
+    def estimate(
+        name: str, value: float, unit: str, gradient: np.ndarray, form: float, held: str = edge
+    ) -> Estimate:
+        error, dof = _error(gradient, runs, state, noise)
+        at_bound, known = edge if name == "c_cx" else "", not held and not lack
+        error = math.hypot(error, form)
+        return Estimate(name, value, unit, error, dof, at_bound, known, note=note)
+
+    by_c_cx = np.append(1.0, np.zeros_like(slope))
+    spread = form_error(state, bias["c_cx"], _error(by_c_cx, runs, state, noise)[0])
+    form = math.hypot(found.form, stiffness * spread / c_cx) / c_cx
+    gradient = np.append(-stiffness / c_cx**2, slope / c_cx)
+    means = zip(*((r.mean_load, r.pressure, r.alpha, r.gamma) for r in runs), strict=True)
+    return CarcassFit(
+        condition=runs[0].condition,
+        c_cx=estimate("c_cx", c_cx, "N/m", by_c_cx, spread),
+        slip_stiffness=estimate(
+            "slip_stiffness", stiffness, "N", np.append(0.0, slope), found.form, held=""
+        ),
+        sigma_x=estimate("sigma_x", stiffness / c_cx + a, "m", gradient, form),
+        model_bias=bias,
+        half_length=a,
+        curve=replace(problem.curve, std_error=_curve_errors(state)),
+        rmse=_rmse_per_level(runs, fits, problem, problem.measured + state.error),
+        runs=len(runs),
+        at=Operating(*(float(np.mean(values)) for values in means)),
+        confusions=_confusions(runs, problem.curve, lack, edge),
+        converged=done,
+    )
+
+
+def brush_bias(c_cx: float, stiffness: float, a: float) -> dict[str, float]:
+    """Relative bias of the model on a tread of bristles, in the limit of small slip.
+
+    After a small step such a tread lags by 2a/3 in the mean (a parabola over 2a), the model by
+    sigma_c = a: the carcass gets the difference, 1/c_cx = 1/c - a/(3 C_Fk), and sigma_x by (7.27)
+    comes out a/3 too short.
+    """
+    spring = 1.0 / (1.0 / c_cx + a / (3.0 * stiffness)) if stiffness > 0.0 else c_cx
+    sigma = stiffness / spring + a
+    return {"c_cx": c_cx / spring - 1.0, "sigma_x": -a / (3.0 * sigma)}
+
+
+def form_error(state: JointState, bias: float, error: float) -> float:
+    """What the form of the model adds to the standard error of c_cx [N/m], beside its bias.
+
+    Half of what driving and braking steps disagree, as far as their scatter (`error`) does not
+    explain it: after a large step the patch of (7.17) is late, to one side too stiff and to the
+    other too soft. With steps of one sign half of the bias.
+    """
+    kappa = state.problem.curve.kappa[state.problem.level]
+    if not (np.any(kappa > 0.0) and np.any(kappa < 0.0)):
+        return 0.5 * abs(bias) * state.c_cx
+    driving, braking = (state.stiffness_of(side) for side in (kappa >= 0.0, kappa <= 0.0))
+    return math.sqrt(max(0.25 * (driving - braking) ** 2 - error**2, 0.0))
+
+
+def _error(
+    gradient: np.ndarray, runs: Sequence[StepRun], state: JointState, noise: ARNoise
+) -> tuple[float, float]:
+    """Standard error, degrees of freedom of a quantity with this gradient by (c_cx, forces).
+
+    From what each run brings; from the noise alone where nothing was repeated.
+    """
+    sensitivity = state.sensitivity(gradient)
+    correction = _repeat_correction(state.problem.curve)
+    brought = np.sum(sensitivity * state.error, axis=1)
+    error = float(np.sqrt(np.sum(brought**2) * correction))
+    if np.all(state.problem.curve.repeats < 2):
+        error = max(error, noise_error(runs, state, sensitivity, noise))
+    share = np.sum(sensitivity**2, axis=1)
+    effective = np.sum(share) ** 2 / max(float(np.sum(share**2)), 1e-300)
+    return error, float(max(effective / correction, 2.0))
+
+
+def _curve_errors(state: JointState) -> np.ndarray:
+    """Standard error of every level of the steady curve (k,) [N]; NaN without repeats."""
+    curve = state.problem.curve
+    unit = np.eye(len(curve.force) + 1)[1:]
+    brought = np.array([np.sum(state.sensitivity(u) * state.error, axis=1) for u in unit])
+    error = np.sqrt(np.sum(brought**2, axis=1) * _repeat_correction(curve))
+    return np.where(curve.repeats > 1, error, np.nan)
+
+
+def _repeat_correction(curve: SteadyCurve) -> float:
+    """Small-sample factor: a mean of n repeats hides 1/n of their scatter."""
+    n = float(np.mean(curve.repeats))
+    return n / (n - 1.0) if n > 1.0 else 1.0
+
+
+def _rmse_per_level(
+    runs: Sequence[StepRun],
+    fits: Sequence[LinearFit],
+    problem: CarcassProblem,
+    modelled: np.ndarray,
+) -> dict[float, float]:
+    """Error per nominal slip in the transient part (Table 7.3), quadratic mean over repeats."""
+    squares: dict[float, list[float]] = {}
+    x = problem.distance
+    for i, (run, fit) in enumerate(zip(runs, fits, strict=True)):
+        part = is_transient(x, fit.transient_end)
+        samples = problem.weight[i, part] ** 2
+        error = (problem.measured[i, part] - modelled[i, part]) ** 2
+        squares.setdefault(run.level, []).append(float(samples @ error / np.sum(samples)))
+    return {level: float(np.sqrt(np.mean(v))) for level, v in sorted(squares.items())}
+
+
+def _confusions(
+    runs: Sequence[StepRun], curve: SteadyCurve, lack: str, edge: str
+) -> tuple[Confusion, ...]:
+    found = []
+    if len({run.start for run in runs}) < 2:
+        names = ("run-to-run scatter", "once-per-turn error")
+        text = "one start angle only: scatter between runs and an error that turns with the wheel "
+        text += "cannot be told from the tire's response"
+        found.append(Confusion(names, 1.0, text, "repeat the slips at a start angle of 120 deg"))
+    elif np.all(curve.repeats < 2):
+        found.append(NOT_REPEATED)
+    if lack:
+        text = f"{len(curve.kappa)} slip levels do not tell the slope of the steady curve at zero"
+        text += " slip from its bend: slip stiffness and relaxation length come out too small, "
+        text += "the carcass too stiff"
+        names = ("slip_stiffness", "bend of the steady curve")
+        found.append(Confusion(names, 1.0, text, f"add {lack}"))
+    if edge:
+        text = f"c_cx rests on its {edge} bound: the response does not show the carcass"
+        remedy = "add steps of 2 to 5 % slip, which load the carcass most"
+        found.append(Confusion(("c_cx", "tread stiffness"), 1.0, text, remedy))
+    return tuple(found)

@@ -1,29 +1,192 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The lateral transient: what a tire that starts to roll at a slip angle says of sigma_y, c_cy.
+"""The lateral transient: sigma_y and c_cy of a tire that starts to roll at a slip angle.
 
 On the flat plank the slip angle is set before the road moves, so the step in side slip is the
 start of the motion. A lateral run is the same kind of object as a slip-step run: -Fy in the place
 of Fx and Fx in that of Fy, tan(alpha) in the place of kappa, the slip angle as level. All fits in
 x then serve in y.
+
+The steering zero comes from runs at +alpha and -alpha: steady Fx, Fy and Mz in one fit. A steering
+scale that is off by d shifts the curves of Fy and Mz, and so does ply steer p. Only d changes the
+wheel's own slip: the slip control turns it for cos(alpha), the road moves by cos(alpha + d), which
+makes dFx = C_Fk(alpha) (cos(alpha) / cos(alpha + d) - 1), odd in alpha. A conical tire adds a
+constant force. Curves: Magic Formula shapes that are odd (Pacejka 2012, section 4.3), d, p and the
+offsets are fitted with them.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.post.gridding import CELL, bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
-from .carcass import fit_carcass
-from .carcass_report import CarcassFit
-from .grid import SPACING, bin_means
-from .runs import StepRun
-from .steering_zero import TAIL, steering_zero, zero_warning
+from .carcass import CarcassFit, fit_carcass
+from .least_squares import solve
+from .repeats import balanced
+from .results import Estimate
+from .runs import StepRun, by_level
+
+TAIL = 0.3
+"""Road before the slip step over which the forces are averaged [m]."""
+MIRRORED = 2
+"""Angles that must be there with both signs."""
+SHARE = {"fy": 3e-3, "mz": 3e-4, "fx": 3e-3}
+"""Error of a steady mean, as a share of Fz (Mz: times 1 m)."""
+PLY = math.radians(0.3)
+"""Usual size of ply steer [rad]; told apart from the zero by Fx only."""
+NAMES = ("zero", "ply", "d", "b", "e", "fy0", "trail", "bt", "mz0")
+LOW = np.array([-0.2, -0.05, 0.05, 0.5, -10.0, -0.3, -0.5, 0.0, -0.05])
+HIGH = np.array([0.2, 0.05, 4.0, 90.0, 1.0, 0.3, 0.5, 60.0, 0.05])
+START = np.array([0.0, 0.0, 1.0, 12.0, 0.0, 0.0, 0.03, 8.0, 0.0])
+PRIOR = {"ply": PLY, "e": 2.0, "fy0": 0.05, "mz0": 2e-3}
+"""Parameter -> usual spread about zero; forces as shares of Fz."""
+SHAPE_Y, SHAPE_T = 1.4, 1.15
+
+
+@dataclass(frozen=True)
+class SteeringZero:
+    """True less shown side slip angle of one condition."""
+
+    zero: Estimate
+    """Of the steering [deg]."""
+    ply: Estimate
+    """Ply steer of the tire [deg]."""
+    shift: float
+    """Both together: what the curves of Fy and Mz are shifted by [rad]."""
+
+    def corrected(self, run: StepRun) -> StepRun:
+        """A lateral run at its true side slip angle."""
+        slip = math.tan(math.radians(run.level) + self.shift)
+        return replace(run, kappa=slip, slip=slip * run.distance)
+
+
+def lack_of_mirrors(levels: Sequence[float]) -> str:
+    """What is missing for the steering zero; empty when nothing is."""
+    known = {round(level, 6) for level in levels if level}
+    both = {abs(level) for level in known if -level in known}
+    if len(both) >= MIRRORED:
+        return ""
+    return f"runs at {MIRRORED} angles with both signs, as in alpha_deg: [-5, -1, 1, 5]"
+
+
+def zero_warning(levels: Sequence[float]) -> str:
+    """What stands beside every number from these angles [deg]; empty when they tell the zero."""
+    lack = lack_of_mirrors(levels)
+    return lack and f"a steering zero error is in it: add {lack}"
+
+
+def steering_zero(runs: Sequence[StepRun]) -> SteeringZero | None:
+    """From lateral runs of one condition; None without mirrored angles.
+
+    Errors hold what the shapes of the curves may miss (`SHARE`) and, from three start angles on,
+    the scatter between starts fitted one by one.
+    """
+    if lack_of_mirrors([run.level for run in runs]):
+        return None
+    whole, errors = _solved(runs)
+    starts = sorted({run.start for run in runs})
+    parts = [[run for run in runs if run.start == start] for start in starts]
+    parts = [part for part in parts if not lack_of_mirrors([r.level for r in part])]
+    if len(parts) > 2:
+        each = np.array([_solved(part)[0] for part in parts])
+        errors = np.hypot(errors, each.std(axis=0, ddof=1) / math.sqrt(len(parts)))
+    told = any(math.isfinite(run.slip_stiffness) for run in runs)
+    note = "" if told else "with ply steer: without slip steps at the angles Fx does not part them"
+    zero, ply = (
+        Estimate(name, math.degrees(value), "deg", math.degrees(error), note=note)
+        for name, value, error in zip(("steering_zero", "ply_steer"), whole, errors, strict=False)
+    )
+    if not told:
+        ply = replace(ply, determined=False)
+    return SteeringZero(zero, ply, shift=float(whole[0] + whole[1]))
+
+
+def _solved(runs: Sequence[StepRun]) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters in the order of NAMES, and their errors for means as good as `SHARE`."""
+    data = _Steady.of(runs)
+    free = np.ones(len(NAMES), bool)
+    free[NAMES.index("ply")] = bool(np.isfinite(data.stiffness).any())
+    free[NAMES.index("e")] = len(set(np.abs(data.angle).round(4)) - {0.0}) > 2
+    start = START.copy()
+    start[NAMES.index("trail")] *= float(np.sign(np.sum(data.mz * data.fy) or 1.0)) * -1.0
+
+    def residuals(lanes: np.ndarray) -> np.ndarray:
+        full = np.tile(start, (len(lanes), 1))
+        full[:, free] = lanes
+        return data.residuals(full)
+
+    scale = np.array([0.01, 0.003, 0.3, 4.0, 1.0, 0.02, 0.02, 4.0, 1e-3])
+    found = solve(residuals, start[free], LOW[free], HIGH[free], scale[free])
+    out, errors = start.copy(), np.zeros(len(NAMES))
+    out[free] = found.x
+    errors[free] = np.sqrt(np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian)))
+    return out, errors
+
+
+@dataclass(frozen=True)
+class _Steady:
+    """Means of the end of the lateral transient, one row per angle; forces as shares of Fz."""
+
+    angle: np.ndarray
+    fy: np.ndarray
+    """In the sense of the side slip: -Fy."""
+    mz: np.ndarray
+    fx: np.ndarray
+    stiffness: np.ndarray
+    """C_Fk at this angle; NaN: no slip step."""
+
+    @classmethod
+    def of(cls, runs: Sequence[StepRun]) -> _Steady:
+        last = min(float(run.distance[-1]) for run in runs)
+        rows = []
+        for level, members in by_level(balanced(runs)).items():
+            slopes = [r.slip_stiffness for r in members if math.isfinite(r.slip_stiffness)]
+            means = np.mean([_tail(run, last) for run in members], axis=0)
+            slope = float(np.mean(slopes)) if slopes else math.nan
+            load = float(np.mean([run.mean_load for run in members]))
+            rows.append([math.radians(level), *(means / load), slope / load])
+        return cls(*np.array(rows).T)
+
+    def residuals(self, lanes: np.ndarray) -> np.ndarray:
+        """Errors over their size, and the priors (lanes, n)."""
+        p = {name: lanes[:, i : i + 1] for i, name in enumerate(NAMES)}
+        x = np.tan(self.angle + p["zero"] + p["ply"])
+        bent = p["b"] * x - p["e"] * (p["b"] * x - np.arctan(p["b"] * x))
+        force = p["d"] * np.sin(SHAPE_Y * np.arctan(bent))
+        arm = p["trail"] * np.cos(SHAPE_T * np.arctan(p["bt"] * x))
+        slip = np.cos(self.angle) / np.cos(self.angle + p["zero"]) - 1.0
+        rows = [
+            (force + p["fy0"] - self.fy) / SHARE["fy"],
+            (p["mz0"] - arm * force - self.mz) / SHARE["mz"],
+            *self._even_left(slip),
+        ]
+        rows += [p[name] / spread for name, spread in PRIOR.items()]
+        return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
+
+    def _even_left(self, slip: np.ndarray) -> list[np.ndarray]:
+        """Half the difference of Fx at +alpha and -alpha: what is even in alpha falls out."""
+        rows = []
+        for i, angle in enumerate(self.angle):
+            for j in np.flatnonzero(np.isclose(self.angle, -angle)):
+                if angle > 0.0 and np.isfinite(self.stiffness[[i, j]]).all():
+                    part = 0.5 * (self.stiffness[i] * slip[:, i] - self.stiffness[j] * slip[:, j])
+                    seen = 0.5 * (self.fx[i] - self.fx[j])
+                    rows.append(((part - seen) / SHARE["fx"])[:, None])
+        return rows
+
+
+def _tail(run: StepRun, last: float) -> np.ndarray:
+    """-Fy, Mz, Fx at the end of the road that all runs share."""
+    part = (run.distance > last - TAIL) & (run.distance <= last)
+    return np.array([np.mean(values[part]) for values in (run.fx, run.mz, run.fy)])
+
 
 SMALL_STEP = 0.02
 """Largest slip whose step tells the slip stiffness at a slip angle [-]."""
@@ -32,7 +195,7 @@ STARTED = 5e-4
 RENAMED = {"c_cx": "c_cy", "slip_stiffness": "cornering_stiffness", "sigma_x": "sigma_y"}
 
 
-def lateral_run(table: MeasurementTable, spacing: float = SPACING) -> StepRun:
+def lateral_run(table: MeasurementTable, spacing: float = CELL) -> StepRun:
     """The part of a run from its start to the slip step, seen as a step in side slip."""
     info = table.info
     alpha = math.radians(info.alpha_deg)

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from .grid import SPACING, bin_means
+from ..post.gridding import CELL, bin_means
 from .least_squares import Solution, solve
 from .noise import ARNoise, fit_noise
-from .quality import is_transient, rmse, transient_end
-from .results import Confusion, Estimate, to_plain
+from .results import Confusion, Estimate, rmse, to_plain
 
 BEFORE = 0.1
 """Travel before the step that tells the force from which the response starts [m]."""
@@ -25,6 +24,10 @@ STIFFNESS_LIMIT = 1e7
 """Size of the local slip stiffness [N]; in y it is negative (ISO W)."""
 SMALLEST_SLIP = 2e-3
 """Below this slip a run tells nothing about sigma and C [-]."""
+SLOPE_LIMIT = 0.05
+"""The transient part ends where slope over steady force falls below this [1/m]."""
+TRANSIENT_WEIGHT = 100.0
+"""Weight of a squared error in the transient part against 1 in the steady part (7.25)."""
 
 
 @dataclass(frozen=True)
@@ -84,89 +87,63 @@ def linear_run(
     fx: np.ndarray,
     kappa: float,
     *,
-    start_force: float | None = None,
     noise: ARNoise | None = None,
-    spacing: float = SPACING,
+    spacing: float = CELL,
 ) -> LinearFit:
     """Fit the linear transient model to one run.
 
     `distance` since the step [m] (what lies 0.1 m before it tells the start force), `fx` the
-    force [N] (Fx or Fy), `kappa` the actual slip (for Fy: alpha [rad], and C is K_ya).
-    `start_force`: taken as given [N] instead of fitted; without samples before the step it is 0,
-    as in the thesis. `noise`: from repeats (on the same spacing); otherwise from the residual.
+    force [N], `kappa` the actual slip. Without samples before the step the start force is 0, as in
+    the thesis. `noise`: from repeats (on the same spacing); otherwise from the residual.
     """
     keep = np.asarray(distance) >= -BEFORE
     x, force = bin_means(np.asarray(distance)[keep], np.asarray(fx)[keep], spacing)
-    if start_force is None and not np.any(x < 0.0):
-        start_force = 0.0
     if abs(kappa) < SMALLEST_SLIP:
         return _mean_only(x, force, kappa, noise)
-    return _fit(x, force, kappa, start_force, noise)
+    return _fit(x, force, kappa, noise)
 
 
-def _fit(
-    x: np.ndarray, force: np.ndarray, kappa: float, fixed: float | None, noise: ARNoise | None
-) -> LinearFit:
+def _fit(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) -> LinearFit:
     """Search over (sigma, asymptote, start force); the slip stiffness is asymptote / kappa."""
     top = STIFFNESS_LIMIT * abs(kappa)
     lower = np.array([SIGMA_BOUNDS[0], -top, -np.inf])
     upper = np.array([SIGMA_BOUNDS[1], top, np.inf])
-    count = 3 if fixed is None else 2
+    fixed = not np.any(x < 0.0)
+    count = 2 if fixed else 3
     weight = np.where(x < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
 
     def residuals(lanes: np.ndarray) -> np.ndarray:
         grown = -np.expm1(-np.maximum(x, 0.0) / lanes[:, :1])
-        first = lanes[:, 2:3] if fixed is None else fixed
+        first = 0.0 if fixed else lanes[:, 2:3]
         return weight * (first + (lanes[:, 1:2] - first) * grown - force)
 
     start = _start(x, force, fixed)
     scale = np.array([0.1, max(np.ptp(force), 1.0), max(np.ptp(force), 1.0)])[:count]
     solution = solve(residuals, start[:count], lower[:count], upper[:count], scale)
     noise = fit_noise([solution.residual / weight]) if noise is None else noise
-    return _linear_fit(x, force, kappa, fixed, solution, noise, weight)
-
-
-def _start(x: np.ndarray, force: np.ndarray, fixed: float | None) -> np.ndarray:
-    """Best of a ladder of relaxation lengths, the two forces solved for linearly."""
-    best, found = np.inf, np.zeros(3)
-    for sigma in np.geomspace(0.02, 2.5, 15):
-        grown = -np.expm1(-np.maximum(x, 0.0) / sigma)
-        columns, target = np.column_stack([grown, 1.0 - grown]), force
-        if fixed is not None:
-            columns, target = columns[:, :1], force - fixed * (1.0 - grown)
-        forces = np.linalg.lstsq(columns, target, rcond=None)[0]
-        cost = float(np.sum((columns @ forces - target) ** 2))
-        if cost < best:
-            best, found = cost, np.array([sigma, *forces, 0.0])[:3]
-    return found
-
-
-def _linear_fit(
-    x: np.ndarray,
-    force: np.ndarray,
-    kappa: float,
-    fixed: float | None,
-    solution: Solution,
-    noise: ARNoise,
-    weight: np.ndarray,
-) -> LinearFit:
     sigma, steady = solution.x[:2]
-    first = float(solution.x[2]) if fixed is None else float(fixed)
+    first = 0.0 if fixed else float(solution.x[2])
     errors, correlation = _errors(solution, noise, weight)
     dof = max(noise.effective_samples - len(solution.x), 2.0)
-    edge = _edges(solution)
     response = first + (steady - first) * -np.expm1(-np.maximum(x, 0.0) / sigma)
     end = transient_end(x, response, steady)
     settled = bool(x[-1] > 3.0 * sigma)
     confusions = () if settled and abs(correlation) < 0.95 else (_unsettled(correlation, sigma),)
+
+    def estimate(name: str, value: float, unit: str, error: float, edge: str) -> Estimate:
+        """A number on its bound is no measurement: it is marked as not determined."""
+        note = f"rests on its {edge} bound" if edge else ""
+        return Estimate(name, float(value), unit, error, dof, edge, not edge, note=note)
+
+    edge = solution.edges
+    local, spread = steady / kappa, errors[1] / abs(kappa)
+    start_error = 0.0 if fixed else errors[2]
     return LinearFit(
         kappa=float(kappa),
-        sigma=_estimate("sigma", sigma, "m", errors[0], dof, edge[0]),
-        slip_stiffness=_estimate(
-            "slip_stiffness", steady / kappa, "N", errors[1] / abs(kappa), dof, edge[1]
-        ),
-        steady_force=_estimate("steady_force", steady, "N", errors[1], dof, edge[1]),
-        start_force=_start_estimate(first, errors, dof, fixed is not None),
+        sigma=estimate("sigma", sigma, "m", errors[0], edge[0]),
+        slip_stiffness=estimate("slip_stiffness", local, "N", spread, edge[1]),
+        steady_force=estimate("steady_force", steady, "N", errors[1], edge[1]),
+        start_force=Estimate("start_force", first, "N", start_error, dof, fixed=fixed),
         reached_force=float(response[-1]),
         correlation=correlation,
         settled=settled,
@@ -180,15 +157,17 @@ def _linear_fit(
     )
 
 
-def _estimate(name: str, value: float, unit: str, error: float, dof: float, edge: str) -> Estimate:
-    """A number on its bound is no measurement: it is marked as not determined."""
-    note = f"rests on its {edge} bound" if edge else ""
-    return Estimate(name, float(value), unit, error, dof, edge, not edge, note=note)
-
-
-def _start_estimate(value: float, errors: list[float], dof: float, fixed: bool) -> Estimate:
-    error = 0.0 if fixed else errors[2]
-    return Estimate("start_force", value, "N", error, dof, fixed=fixed)
+def _start(x: np.ndarray, force: np.ndarray, fixed: bool) -> np.ndarray:
+    """Best of 15 relaxation lengths, the two forces solved for linearly."""
+    best, found = np.inf, np.zeros(3)
+    for sigma in np.geomspace(0.02, 2.5, 15):
+        grown = -np.expm1(-np.maximum(x, 0.0) / sigma)
+        columns = np.column_stack([grown, 1.0 - grown])[:, : 1 if fixed else 2]
+        forces = np.linalg.lstsq(columns, force, rcond=None)[0]
+        cost = float(np.sum((columns @ forces - force) ** 2))
+        if cost < best:
+            best, found = cost, np.array([sigma, *forces, 0.0])[:3]
+    return found
 
 
 def _errors(solution: Solution, noise: ARNoise, weight: np.ndarray) -> tuple[list[float], float]:
@@ -200,11 +179,6 @@ def _errors(solution: Solution, noise: ARNoise, weight: np.ndarray) -> tuple[lis
     product = size[0] * size[1]
     correlation = float(covariance[0, 1] / product) if product > 0 else 0.0
     return [float(s) for s in size], correlation
-
-
-def _edges(solution: Solution) -> list[str]:
-    pairs = zip(solution.at_lower, solution.at_upper, strict=True)
-    return ["lower" if low else "upper" if high else "" for low, high in pairs]
 
 
 def _unsettled(correlation: float, sigma: float) -> Confusion:
@@ -243,3 +217,31 @@ def _mean_only(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | 
         distance=x,
         residual=residual,
     )
+
+
+def transient_end(distance: np.ndarray, response: np.ndarray, steady_force: float) -> float:
+    """Distance since the step [m] at which the transient part of a fitted response ends.
+
+    Section 7.1: the gradient, normalised with the steady-state force, falls below 0.05 (per metre,
+    our reading). Without a steady force (kappa = 0) the whole part after the step counts.
+    """
+    after = distance >= 0.0
+    x, f = distance[after], response[after]
+    if len(x) < 3 or not np.isfinite(steady_force) or abs(steady_force) < 1e-9:
+        return float(x[-1]) if len(x) else 0.0
+    slope = np.abs(np.gradient(f, x)) / abs(steady_force)
+    # After the steepest place: a plateau at the beginning has no slope either.
+    first = int(np.argmax(slope))
+    below = np.flatnonzero(slope[first:] < SLOPE_LIMIT)
+    return float(x[first + below[0]]) if len(below) else float(x[-1])
+
+
+def is_transient(distance: np.ndarray, end: float) -> np.ndarray:
+    """Mask of the samples from the step to the end of the transient part."""
+    return (distance >= 0.0) & (distance <= end)
+
+
+def transient_weights(distance: np.ndarray, end: float) -> np.ndarray:
+    """Weights of (7.25): 100 in the transient part, 1 in the steady part, 0 before the step."""
+    weights = np.where(is_transient(distance, end), TRANSIENT_WEIGHT, 1.0)
+    return np.where(distance >= 0.0, weights, 0.0)

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linear fits of all runs of a condition: noise from repeats, scatter from run to run, means."""
+"""Linear fits of all runs of a condition: the mean of repeats, noise, scatter from run to run.
+
+What turns with the wheel cancels in the mean of repeats from several start angles (section 6.2),
+while a single run of small slip may follow such an error to an absurd relaxation length.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,123 @@ from typing import Any
 
 import numpy as np
 
-from .linear import LinearFit, linear_run
-from .mean_response import balanced, has_mean, mean_response
+from .linear import BEFORE, BEFORE_WEIGHT, LinearFit, linear_run
 from .noise import ARNoise, fit_noise, repeat_differences
 from .results import Confusion, Estimate, plain_condition, to_plain
 from .runs import StepRun, by_level
 
+
+@dataclass(frozen=True)
+class MeanResponse:
+    """Linear model of the mean of some repeats."""
+
+    fit: LinearFit
+    std_error: np.ndarray
+    """Of sigma [m], asymptote and start force [N], from the scatter of the runs (3,)."""
+
+
+def balanced(runs: Sequence[StepRun]) -> list[StepRun]:
+    """Runs in which every start angle of a level counts once.
+
+    Where a level has several start angles with different numbers of runs, those of one angle are
+    averaged: the mean of the angles would else follow the angle that was repeated most.
+    """
+    out: list[StepRun] = []
+    for members in by_level(runs).values():
+        starts: dict[int, list[StepRun]] = {}
+        for run in members:
+            starts.setdefault(run.start, []).append(run)
+        uneven = len({len(same) for same in starts.values()}) > 1
+        out += [_averaged(same) for same in starts.values()] if uneven else members
+    return out if len(out) < len(runs) else list(runs)
+
+
+def _averaged(runs: Sequence[StepRun]) -> StepRun:
+    if len(runs) == 1:
+        return runs[0]
+    x = _shared_distance(runs)
+    columns = {
+        name: np.mean([np.interp(x, run.distance, getattr(run, name)) for run in runs], axis=0)
+        for name in ("fx", "fy", "mz", "fz", "slip")
+    }
+    kappa = float(np.mean([run.kappa for run in runs]))
+    return replace(runs[0], distance=x, kappa=kappa, **columns)
+
+
+def has_mean(runs: Sequence[StepRun]) -> bool:
+    """Whether these repeats started at different angles and have a slip to respond to."""
+    return len({run.start for run in runs}) > 1 and min(abs(run.kappa) for run in runs) > 2e-3
+
+
+def mean_response(runs: Sequence[StepRun]) -> MeanResponse:
+    """Fit (7.11) to the mean of repeats; its error is what the single runs pull (linearised)."""
+    runs = balanced(runs)
+    x = _shared_distance(runs)
+    x = x[x >= -BEFORE]
+    force = np.array([np.interp(x, run.distance, run.fx) for run in runs])
+    fit = linear_run(x, force.mean(axis=0), float(np.mean([run.kappa for run in runs])))
+    weight = np.where(x < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
+    pulls = (weight * (force - fit.response(x))) @ np.linalg.pinv(_jacobian(fit, x, weight)).T
+    count = len(runs)
+    spread = pulls - pulls.mean(axis=0)
+    return MeanResponse(fit, np.sqrt(np.sum(spread**2, axis=0) / (count * (count - 1.0))))
+
+
+def shared_fits(runs: Sequence[StepRun]) -> list[LinearFit]:
+    """Fit of every run; repeats share the relaxation length of their mean, where there is one."""
+    found: dict[int, LinearFit] = {}
+    for members in by_level(runs).values():
+        mean = mean_response(members).fit if has_mean(members) else None
+        for run in members:
+            found[id(run)] = run.linear() if mean is None else _own(run, mean)
+    return [found[id(run)] for run in runs]
+
+
+def asymptotes(runs: Sequence[StepRun]) -> np.ndarray:
+    """Steady force of every run [N], with the relaxation length that its repeats share (n,)."""
+    return np.array([fit.steady_force.value for fit in shared_fits(runs)])
+
+
+def _own(run: StepRun, mean: LinearFit) -> LinearFit:
+    """The mean's fit with this run's own forces."""
+    x = run.distance
+    keep = x >= -BEFORE
+    grown = -np.expm1(-np.maximum(x[keep], 0.0) / mean.sigma.value)
+    weight = np.where(x[keep] < 0.0, np.sqrt(BEFORE_WEIGHT), 1.0)
+    basis = weight[:, None] * np.column_stack([grown, 1.0 - grown])
+    measured = weight * run.fx[keep]
+    if mean.start_force.fixed:
+        basis = basis[:, :1]
+    steady, first = np.append(np.linalg.lstsq(basis, measured, rcond=None)[0], 0.0)[:2]
+    return replace(
+        mean,
+        steady_force=replace(mean.steady_force, value=float(steady)),
+        start_force=replace(mean.start_force, value=float(first)),
+    )
+
+
+def _shared_distance(runs: Sequence[StepRun]) -> np.ndarray:
+    """Distance (n,) [m] that all runs cover."""
+    first = max(float(run.distance[0]) for run in runs)
+    last = min(float(run.distance[-1]) for run in runs)
+    return runs[0].distance[(runs[0].distance >= first) & (runs[0].distance <= last)]
+
+
+def _jacobian(fit: LinearFit, x: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Of the response by sigma, asymptote and start force, weighted (n, 3)."""
+    sigma, change = fit.sigma.value, fit.steady_force.value - fit.start_force.value
+    s = np.maximum(x, 0.0) / sigma
+    rest = np.exp(-s)
+    return weight[:, None] * np.column_stack([-change * s * rest / sigma, 1.0 - rest, rest])
+
+
 QUANTITIES = ("sigma", "slip_stiffness", "steady_force")
+NOT_REPEATED = Confusion(
+    ("run-to-run scatter", "noise"),
+    1.0,
+    "no slip level was repeated: scatter between runs is not in the standard errors",
+    "repeat each slip level at another start angle",
+)
 
 
 @dataclass(frozen=True)
@@ -65,16 +179,16 @@ class LinearCondition:
         }
 
 
-def fit_linear(runs: Sequence[StepRun], output: str = "fx") -> LinearCondition:
-    """Linear transient model for every run of one condition, Fx over kappa or Fy over alpha."""
-    first = [run.linear(output) for run in runs]
+def fit_linear(runs: Sequence[StepRun]) -> LinearCondition:
+    """Linear transient model for every run of one condition."""
+    first = [run.linear() for run in runs]
     groups = [[runs.index(m) for m in members] for members in by_level(runs).values()]
     noise = _noise(first, groups)
-    fits = [_again(run, output, noise) for run in runs]
+    fits = [run.linear(noise) for run in runs]
     scatter = {q: _scatter(fits, groups, q) for q in QUANTITIES}
     fits = [_widened(fit, scatter) for fit in fits]
     dof = float(sum(len(g) - 1 for g in groups))
-    levels = tuple(_level(runs, fits, g, dof, scatter, output) for g in groups)
+    levels = tuple(_level(runs, fits, g, dof, scatter) for g in groups)
     return LinearCondition(
         condition=runs[0].condition,
         levels=levels,
@@ -84,11 +198,6 @@ def fit_linear(runs: Sequence[StepRun], output: str = "fx") -> LinearCondition:
         noise=noise,
         confusions=_confusions(runs, groups),
     )
-
-
-def _again(run: StepRun, output: str, noise: ARNoise) -> LinearFit:
-    slip = run.kappa if output == "fx" else run.alpha
-    return linear_run(run.distance, getattr(run, output), slip, noise=noise)
 
 
 def _noise(fits: Sequence[LinearFit], groups: Sequence[Sequence[int]]) -> ARNoise:
@@ -130,7 +239,6 @@ def _level(
     group: Sequence[int],
     dof: float,
     scatter: dict[str, float],
-    output: str = "fx",
 ) -> LinearLevel:
     means: dict[str, Estimate] = {}
     for name in QUANTITIES:
@@ -146,8 +254,8 @@ def _level(
             at_bound=next((e.at_bound for e in estimates if e.at_bound), ""),
         )
     members = [runs[i] for i in group]
-    if has_mean(members, output):
-        means |= _of_mean(members, output)
+    if has_mean(members):
+        means |= _of_mean(members)
     errors = [fits[i].rmse_transient ** 2 for i in group]
     return LinearLevel(
         level=runs[group[0]].level,
@@ -158,9 +266,9 @@ def _level(
     )
 
 
-def _of_mean(runs: Sequence[StepRun], output: str) -> dict[str, Estimate]:
+def _of_mean(runs: Sequence[StepRun]) -> dict[str, Estimate]:
     """Estimates from the mean response; the error from the scatter of these runs alone."""
-    found = mean_response(runs, output)
+    found = mean_response(runs)
     fit, (sigma, steady, _) = found.fit, found.std_error
     errors = {"sigma": sigma, "slip_stiffness": steady / abs(fit.kappa), "steady_force": steady}
     dof = float(len(balanced(runs)) - 1)
@@ -172,22 +280,11 @@ def _of_mean(runs: Sequence[StepRun], output: str) -> dict[str, Estimate]:
 
 def _confusions(runs: Sequence[StepRun], groups: Sequence[Sequence[int]]) -> tuple[Confusion, ...]:
     if all(len(g) < 2 for g in groups):
-        return (
-            Confusion(
-                ("run-to-run scatter", "noise"),
-                1.0,
-                "no slip level was repeated: scatter between runs is not in the standard errors",
-                "repeat each slip level at another start angle",
-            ),
-        )
+        return (NOT_REPEATED,)
     if len({run.start for run in runs}) < 2:
-        return (
-            Confusion(
-                ("steady_force", "once-per-turn error"),
-                1.0,
-                "one start angle only: an error that turns with the wheel looks the same in every "
-                "run and cannot be told from the steady force",
-                "repeat the slips at a start angle of 120 deg",
-            ),
-        )
+        text = "one start angle only: an error that turns with the wheel looks the same in every "
+        text += "run and cannot be told from the steady force"
+        names = ("steady_force", "once-per-turn error")
+        remedy = "repeat the slips at a start angle of 120 deg"
+        return (Confusion(names, 1.0, text, remedy),)
     return ()

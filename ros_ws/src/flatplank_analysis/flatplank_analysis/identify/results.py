@@ -80,15 +80,7 @@ class Fit:
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Estimate:
-        for estimate in self.estimates:
-            if estimate.name == name:
-                return estimate
-        raise KeyError(f"{name} is not a parameter of this {self.model} fit")
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Name to value."""
-        return {e.name: e.value for e in self.estimates}
+        return next(e for e in self.estimates if e.name == name)
 
     def to_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
@@ -124,3 +116,16 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     return value
+
+
+def rmse(measured: np.ndarray, modelled: np.ndarray, mask: np.ndarray | None = None) -> float:
+    """Root-mean-square error [N] over the samples of the mask."""
+    error = np.asarray(measured, float) - np.asarray(modelled, float)
+    if mask is not None:
+        error = error[mask]
+    return float(np.sqrt(np.mean(error**2))) if error.size else float("nan")
+
+
+def relative_error(measured: np.ndarray, modelled: np.ndarray) -> float:
+    """Relative error e_r of (7.28) as a fraction."""
+    return float(np.sum(np.abs(measured - modelled)) / np.sum(np.abs(measured)))

@@ -14,8 +14,9 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
 from ..models.base import RunInputs
-from .grid import SPACING, bin_means
+from ..post.gridding import bin_means
 from .linear import BEFORE, LinearFit, linear_run
+from .noise import ARNoise
 
 SMOOTHING = 0.03
 """Window of the moving mean over the measured slip travel [m], applied twice."""
@@ -70,16 +71,15 @@ class StepRun:
         """The part of a column that follows the step."""
         return values[self.distance >= 0.0]
 
-    def linear(self, output: str = "fx") -> LinearFit:
-        """Linear transient fit of Fx over kappa, or of Fy over alpha."""
-        slip = self.kappa if output == "fx" else self.alpha
-        return linear_run(self.distance, getattr(self, output), slip)
+    def linear(self, noise: ARNoise | None = None) -> LinearFit:
+        """Linear transient fit of Fx over kappa."""
+        return linear_run(self.distance, self.fx, self.kappa, noise=noise)
 
-    def inputs(self, spacing: float, start_fx: float = 0.0, start_fy: float = 0.0) -> RunInputs:
+    def inputs(self, spacing: float, start_fx: float = 0.0) -> RunInputs:
         """Model inputs from the step on, at the samples of `grid(spacing)`."""
-        return self.inputs_at(self.grid(spacing, self.fx)[0], start_fx, start_fy)
+        return self.inputs_at(self.grid(spacing, self.fx)[0], start_fx)
 
-    def inputs_at(self, x: np.ndarray, start_fx: float = 0.0, start_fy: float = 0.0) -> RunInputs:
+    def inputs_at(self, x: np.ndarray, start_fx: float = 0.0) -> RunInputs:
         """Model inputs at distances x since the step [m], which lies before the first sample."""
         if not math.isfinite(self.pressure):
             remedy = "write 'pressure:' [bar] in the run record"
@@ -103,9 +103,8 @@ class StepRun:
             alpha=hold(self.alpha),
             gamma=hold(self.gamma),
             pressure=hold(self.pressure),
-            dt=travel[None] / 0.03,
             start_fx=np.array([start_fx]),
-            start_fy=np.array([start_fy]),
+            start_fy=np.zeros(1),
         )
 
     def _steady_slip(self, x: np.ndarray, slip: np.ndarray) -> np.ndarray:
@@ -121,7 +120,7 @@ class StepRun:
         return bin_means(self.distance[after], columns[..., after], spacing)
 
 
-def step_run(table: MeasurementTable, spacing: float = SPACING) -> StepRun:
+def step_run(table: MeasurementTable) -> StepRun:
     """Take what the fits need from a measurement table with its run record."""
     info = table.info
     if not math.isfinite(info.step_position):
@@ -135,7 +134,7 @@ def step_run(table: MeasurementTable, spacing: float = SPACING) -> StepRun:
     names = ("fx", "fy", "mz", "fz")
     columns = [np.nan_to_num(table.get(n)) if n in ("fy", "mz") else table[n] for n in names]
     data = np.array([*columns, rolled])[:, keep]
-    x, means = bin_means(position[keep], data, spacing)
+    x, means = bin_means(position[keep], data)
     fx, fy, mz, fz, slip = means
     slip = slip - np.interp(0.0, x, slip)
     return StepRun(

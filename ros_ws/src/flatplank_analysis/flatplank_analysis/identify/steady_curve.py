@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..models.steady_law import TableLaw, table_law
+from ..models.nonlinear import TableLaw, table_law
 from .linear import LinearFit
 from .runs import StepRun, by_level
 

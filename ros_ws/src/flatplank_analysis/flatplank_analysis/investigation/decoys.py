@@ -39,7 +39,6 @@ class Decoys:
     accepted: tuple[str, ...] = ()
 
     def plain(self) -> dict[str, Any]:
-        """For a journal."""
         return asdict(self) | {"accepted": list(self.accepted)}
 
 
@@ -55,9 +54,7 @@ def decoys_of(search: Search) -> Decoys:
         for item in best_per_effect(last.screen)
         if item.visible >= VISIBLE and not item.candidate.effect.generic
     ]
-    state = replace(
-        last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds]
-    )  # fmt: skip
+    state = replace(last.state, candidates=[Candidate(k, {}, k.column[None]) for k in kinds])
     ranking = screens.screen(state)
     looked_at = looks(kinds, state.model)
     before = sum(f.decision.drop for f in last.found)
@@ -68,8 +65,7 @@ def decoys_of(search: Search) -> Decoys:
 
 
 def _passes(judge: Judge, state: State, item: Screened, looked_at: int) -> bool:
-    term = term_of(item.candidate, item.sizes)
-    found = state.settle(state.fitter.grown(state.whitened.fit, term), most=2)
+    found = state.with_term(term_of(item.candidate, item.sizes), most=2)
     return judge.decide(found, len(found.fit.terms) - 1, looked_at).accepted
 
 
@@ -106,7 +102,5 @@ def _decoy(item: Screened, groups: Sequence[np.ndarray], order: Iterable[int]) -
     for rows, other in zip(groups, order, strict=True):
         column[:, rows] = own[:, np.resize(groups[other], len(rows))]
     name = f"decoy_of_{effect.identifier}"
-    made = type(
-        name, (Decoy,), {"identifier": name, "coordinate": effect.coordinate, "column": column}
-    )
-    return cast(type[Decoy], made)
+    facts = {"identifier": name, "coordinate": effect.coordinate, "column": column}
+    return cast(type[Decoy], type(name, (Decoy,), facts))

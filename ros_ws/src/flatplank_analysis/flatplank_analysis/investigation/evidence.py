@@ -11,21 +11,21 @@ looked at (Ville's inequality).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
 from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decide import LAW, Decision
-from flatplank_analysis.discovery.fit import Fit, Fitter, Term, priors
+from flatplank_analysis.discovery.fit import Fit, Fitter, priors
 from flatplank_analysis.discovery.gram import Metric
 from flatplank_analysis.discovery.noise import ChannelNoise, make_whitener
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State, stiff_columns
 from flatplank_analysis.discovery.steps import Search
-from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.investigation.settings import Setting, settings_of
 
 ALPHA = 0.05
@@ -79,13 +79,8 @@ def bet_on(search: Search) -> Bet | None:
         if d is None:
             return None
         decisions, null = [d], last.state.whitened.fit
-        claim = with_term(last.state, d.term).fit
+        claim = last.state.with_term(d.term, most=4).fit
     return Bet.of(decisions, last.state, claim, null)
-
-
-def with_term(state: State, term: Term) -> Whitened:
-    """The whitened fit of a state with one more effect."""
-    return state.settle(state.fitter.grown(state.whitened.fit, term), most=4)
 
 
 def log_e(bet: Bet, data: TireRuns, rows: np.ndarray) -> float:
@@ -120,9 +115,7 @@ def _surprise(state: State, fit: Fit, data: TireRuns, rows: np.ndarray) -> float
     predicted = model.predict([fit.lane()])[0]
     there = fitter.derivative(replace(fit, predicted=predicted))
     runs = data.runs.subset(rows)
-    here = replace(
-        there, predicted=predicted[:, rows], jacobian=there.jacobian[:, :, rows]
-    )  # fmt: skip
+    here = replace(there, predicted=predicted[:, rows], jacobian=there.jacobian[:, :, rows])
     metric = _metric(state, model, here, rows)
     loose = fit.loose()
     law = _law(runs.condition, here.predicted)
@@ -171,6 +164,14 @@ class Evidence:
     log: float = 0.0
     batches: int = 0
     """of those that had a bet"""
+
+    @classmethod
+    def of(cls, answers: Iterable[Mapping[str, Any]]) -> Evidence:
+        """Of the answers in a log."""
+        found = cls()
+        for a in answers:
+            found = found.times(a["log_e"], bool(a["bet"]))
+        return found
 
     def times(self, log: float, betted: bool) -> Evidence:
         """With one more batch."""

@@ -18,7 +18,7 @@ from flatplank_analysis.discovery import verdict
 from flatplank_analysis.discovery.fit import Fit, Term
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane, Model
-from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, weight_of
+from flatplank_analysis.discovery.nextrun import NEEDED, Pair, moved_bases, products_of, weight_of
 from flatplank_analysis.discovery.rivals import ALIKE, indifferent
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.steps import Search
@@ -250,8 +250,7 @@ def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarr
     out = model.predict([own, *moved, *tried])
     columns = (out[1:] - out[0]) * weight
     columns[: len(moved)] *= 1e3
-    flat = columns.reshape(len(columns), -1)
-    return 0.1 * flat @ flat.T
+    return products_of(columns)
 
 
 def _seen(products: np.ndarray, effects: int) -> np.ndarray:

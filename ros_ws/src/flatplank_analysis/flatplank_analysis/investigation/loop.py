@@ -149,7 +149,6 @@ class Loop:
 
     @property
     def ended(self) -> bool:
-        """Whether the end was written."""
         return bool(self.log.events[-1]["event"] == END)
 
     @property
@@ -163,10 +162,7 @@ class Loop:
     @property
     def evidence(self) -> Evidence:
         """The product over all batches so far."""
-        found = Evidence()
-        for e in self._of(ANSWER):
-            found = found.times(e["log_e"], bool(e["bet"]))
-        return found
+        return Evidence.of(self._of(ANSWER))
 
     @property
     def spent(self) -> float:
@@ -175,7 +171,6 @@ class Loop:
 
     @property
     def left(self) -> float:
-        """Minutes of the budget."""
         return budget(self.log.events) - self.spent
 
     def _of(self, kind: str) -> list[dict[str, Any]]:
@@ -198,28 +193,21 @@ class Loop:
         return self.diagnosed[1:]
 
     def decide(self) -> None:
-        """Choose the next batch, or to end."""
         choice, verdict = self._choice()
         number = len(self._of(BATCH)) + 1
         if choice.candidate is None:
             proposal = self.at_end(*self.diagnosed[1:]) if self.diagnosed else None
-            self.log.write(
-                {
-                    "event": END, "why": choice.stop, "reason": choice.reason,
-                    "verdict": verdict, "proposal": proposal,
-                }
-            )  # fmt: skip
+            end = {"event": END, "why": choice.stop, "reason": choice.reason}
+            self.log.write(end | {"verdict": verdict, "proposal": proposal})
             return
         c = choice.candidate
         self.say(f"batch {number}: {c.text}, {choice.reason}; {choice.price.minutes:.0f} min")
-        self.log.write(
-            {
-                "event": BATCH, "number": number, "what": c.text, "reason": choice.reason,
-                "settings": [s.plain() for s in c.settings], "minutes": choice.price.minutes,
-                "changes": choice.price.changes, "expected": round(choice.expected, 3),
-                "plan": self.bench.plan(number, c),
-            }
-        )  # fmt: skip
+        batch = {
+            "event": BATCH, "number": number, "what": c.text, "reason": choice.reason,
+            "settings": [s.plain() for s in c.settings], "minutes": choice.price.minutes,
+            "changes": choice.price.changes, "expected": round(choice.expected, 3),
+        }  # fmt: skip
+        self.log.write(batch | {"plan": self.bench.plan(number, c)})
 
     def _choice(self) -> tuple[Choice, dict[str, Any] | None]:
         if not self.files:
@@ -265,25 +253,18 @@ class Loop:
         self.log.write(event | self._answer(files, session))
         e = self.evidence
         told = f", {times(e.log)}" if e.batches else ""
-        answer = self.log.events[-1]["answer"]
-        left = max(self.left, 0.0)
-        self.say(
-            f"batch {batch['number']}: {answer}{told}; {decoy_words(self._of(ANSWER))}; "
-            f"{left:.0f} min left"
-        )  # fmt: skip
+        answer, left = self.log.events[-1]["answer"], max(self.left, 0.0)
+        decoys = decoy_words(self._of(ANSWER))
+        self.say(f"batch {batch['number']}: {answer}{told}; {decoys}; {left:.0f} min left")
 
     def refuse(self) -> None:
         """The batch that was chosen is not made, and none of its runs is asked for again."""
         batch = self.waiting
         assert batch is not None
         answer = "refused: not made, and not asked for again"
-        self.log.write(
-            {
-                "event": ANSWER, "number": batch["number"], "files": [], "refused": True,
-                "handed_back": batch["settings"], "bet": [], "log_e": 0.0, "answer": answer,
-                "effects": [],
-            }
-        )  # fmt: skip
+        event = {"event": ANSWER, "number": batch["number"], "files": [], "refused": True}
+        event |= {"handed_back": batch["settings"], "bet": [], "log_e": 0.0}
+        self.log.write(event | {"answer": answer, "effects": []})
         self.say(f"batch {batch['number']}: {answer}; {max(self.left, 0.0):.0f} min left")
 
     def _answer(self, files: tuple[str, ...], session: Session | None) -> dict[str, Any]:

@@ -22,22 +22,20 @@ Event = Mapping[str, Any]
 
 def summary(events: Sequence[Event]) -> dict[str, Any]:
     """The JSON of `flatplank investigate --json`."""
-    answers = {e["number"]: e for e in events if e["event"] == ANSWER}
+    answers = list({e["number"]: e for e in events if e["event"] == ANSWER}.values())
     batches = batches_of(events)
     end = events[-1] if events[-1]["event"] == END else None
-    evidence = Evidence()
-    for a in answers.values():
-        evidence = evidence.times(a["log_e"], bool(a["bet"]))
-    looked_at, accepted = decoys_so_far(list(answers.values()))
+    evidence = Evidence.of(answers)
+    looked_at, accepted = decoys_so_far(answers)
     return {
         "ended": end["why"] if end else None,
         "reason": end["reason"] if end else "not ended yet",
         "verdict": end["verdict"] if end else None,
         "minutes": round(sum(b["minutes"] for b in batches), 1),
         "budget": budget(events),
-        "runs": len(events[0]["files"]) + sum(len(a["files"]) for a in answers.values()),
+        "runs": len(events[0]["files"]) + sum(len(a["files"]) for a in answers),
         "runs_before": len(events[0]["files"]),
-        "handed_back": sum(len(a["handed_back"]) for a in answers.values()),
+        "handed_back": sum(len(a["handed_back"]) for a in answers),
         "e_value": float(f"{evidence.e_value:.4g}"),
         "log_e": round(evidence.log, 4),
         "alpha": ALPHA,
@@ -54,8 +52,33 @@ def runs_words(first: int, count: int) -> str:
     return f"runs {first} to {first + count - 1}"
 
 
+def entries_of(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Batches with the minutes at which they began and ended, and what they say in words."""
+    since, first, evidence = 0.0, told["runs_before"] + 1, Evidence()
+    for b in told["batches"]:
+        count = len(b["settings"])
+        entry = {
+            **b,
+            "since": since,
+            "until": since + b["minutes"],
+            "runs": runs_words(first, count),
+            "back": [
+                f"slip {100 * s['kappa']:+g} %, start {s['start']}"
+                for s in b.get("handed_back", ())
+                if count
+            ],
+            "evidence": "",
+        }
+        since, first = entry["until"], first + count
+        if b.get("bet"):
+            evidence = evidence.times(b["log_e"], True)
+            entry["evidence"] = f"{bet_words(b)}, so far {times(evidence.log)}"
+        if "answer" in b:
+            entry["so_far"] = evidence.log
+        yield entry
+
+
 def text_of(events: Sequence[Event]) -> str:
-    """The notebook."""
     return "\n".join(_lines(events))
 
 
@@ -63,22 +86,12 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
     told = summary(events)
     before = told["runs_before"]
     yield f"begun with {before} runs" if before else "begun without runs"
-    first = before + 1
-    evidence = Evidence()
-    for b in told["batches"]:
-        count = len(b["settings"])
-        which = runs_words(first, count)
-        first += count
-        yield f"{which}: {b['what']}, {b['reason']} ({b['minutes']:.0f} min)"
-        if "answer" not in b:
-            yield "  under way"
-            continue
-        for s in b["handed_back"] if count else ():
-            yield f"  handed back: slip {100 * s['kappa']:+g} %, start {s['start']}"
-        yield f"  {b['answer']}"
-        if b["bet"]:
-            evidence = evidence.times(b["log_e"], True)
-            yield f"  {bet_words(b)}, so far {times(evidence.log)}"
+    for b in entries_of(told):
+        yield f"{b['runs']}: {b['what']}, {b['reason']} ({b['minutes']:.0f} min)"
+        yield from (f"  handed back: {s}" for s in b["back"])
+        yield f"  {b.get('answer', 'under way')}"
+        if b["evidence"]:
+            yield f"  {b['evidence']}"
     if told["ended"]:
         yield f"end: {told['ended']} ({told['reason']})"
     yield f"{told['runs']} runs, {told['minutes']:.0f} of {told['budget']:.0f} minutes"

@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The notebook of an investigation as a page that opens offline."""
+"""The notebook of an investigation as a page that opens offline, with figures over the minutes."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from matplotlib.figure import Figure
+
+from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, clean, figure_of
 from flatplank_analysis.discovery.report.page import Book, template
-from flatplank_analysis.investigation import figures
-from flatplank_analysis.investigation.evidence import ALPHA, Evidence, times
+from flatplank_analysis.investigation.evidence import ALPHA
 from flatplank_analysis.investigation.loop import decoy_words
 from flatplank_analysis.investigation.notebook import (
-    bet_words,
+    entries_of,
     proposal_of,
-    runs_words,
     summary,
     verdict_of,
 )
@@ -24,6 +26,8 @@ from flatplank_data.wording import sized
 
 DIAGNOSIS = "diagnosis"
 """folder of the last diagnosis beside the page"""
+LEAST_LOG, MOST_LOG = -6.0, 30.0
+"""decimal logarithms that are shown; beyond them the mark stands at the edge"""
 
 
 def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: str) -> Path:
@@ -33,7 +37,7 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
     write_atomic(folder / "investigation.json", json.dumps(told, indent=1) + "\n")
     entries = list(entries_of(told))
     book = Book(folder)
-    drawn = {"error": figures.error(entries), "evidence": figures.evidence(entries)}
+    drawn = {"error": error_figure(entries), "evidence": evidence_figure(entries)}
     page = folder / "index.html"
     text = template("notebook.html.j2", Path(__file__).parent).render(
         campaign=campaign,
@@ -57,33 +61,62 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
     return page
 
 
-def entries_of(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Batches with the minutes at which they began and ended, and what they say in words."""
-    since, first, evidence = 0.0, told["runs_before"] + 1, Evidence()
-    for b in told["batches"]:
-        count = len(b["settings"])
-        entry = {
-            **b,
-            "since": since,
-            "until": since + b["minutes"],
-            "runs": runs_words(first, count),
-            "back": [_setting(s) for s in b.get("handed_back", ()) if count],
-            "evidence": "",
-        }
-        since, first = entry["until"], first + count
-        if b.get("bet"):
-            evidence = evidence.times(b["log_e"], True)
-            entry["evidence"] = f"{bet_words(b)}, so far {times(evidence.log)}"
-        if "answer" in b:
-            entry["so_far"] = evidence.log
-        yield entry
-
-
-def _setting(s: Mapping[str, Any]) -> str:
-    return f"slip {100 * s['kappa']:+g} %, start {s['start']}"
-
-
 def code_of(proposal: Mapping[str, Any] | None) -> str:
     """The file of a proposal, when it is there."""
     path = Path((proposal or {}).get("file", ""))
     return path.read_text(encoding="utf-8") if path.is_file() else ""
+
+
+def error_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
+    """Error of the model with what was found, and floor, after every batch."""
+    told = [e for e in entries if e.get("error") is not None]
+    if not told:
+        return None
+    minutes = [e["until"] for e in told]
+    figure = figure_of(8.0, 2.9)
+    axes = figure.add_subplot()
+    axes.plot(minutes, [e["error_alone"] for e in told], "^:", color=GREY, label="tire alone")
+    axes.plot(minutes, [e["error"] for e in told], "o-", color=BLUE, label="with what was found")
+    axes.plot(minutes, [e["floor"] for e in told], "s--", color=ORANGE, label="floor: repeats")
+    for e in told:
+        axes.annotate(
+            str(e["number"]), (e["until"], e["error"]), xytext=(0, 6),
+            textcoords="offset points", fontsize=8, ha="center", color=GREY,
+        )  # fmt: skip
+    axes.set_ylim(
+        bottom=0.0,
+        top=1.15 * max(max(e[k] for k in ("error", "error_alone", "floor")) for e in told),
+    )
+    return _over_minutes(figure, axes, entries, "RMSE of Fx [N]")
+
+
+def evidence_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
+    """The e-value of the loop after every batch, and where it is enough."""
+    told = [e for e in entries if e.get("so_far") is not None]
+    if not told:
+        return None
+    minutes = [0.0, *(e["until"] for e in told)]
+    logs = np.array([0.0, *(e["so_far"] for e in told)]) / np.log(10.0)
+    figure = figure_of(8.0, 2.9)
+    axes = figure.add_subplot()
+    axes.step(minutes, np.clip(logs, LEAST_LOG, MOST_LOG), where="post", color=BLUE)
+    axes.plot(minutes, np.clip(logs, LEAST_LOG, MOST_LOG), "o", color=BLUE, label="e-value")
+    axes.axhline(-np.log10(ALPHA), color=ORANGE, lw=1.5, ls="--",
+                 label=f"{1.0 / ALPHA:.0f}: confirmed")  # fmt: skip
+    low, high = min(-1.0, float(logs.min())), max(2.0, float(logs.max()))
+    axes.set_ylim(max(low, LEAST_LOG) - 0.3, 1.1 * min(high, MOST_LOG))
+    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.yaxis.set_major_formatter(lambda value, _: f"$10^{{{value:.0f}}}$")
+    return _over_minutes(figure, axes, entries, "e-value")
+
+
+def _over_minutes(figure: Figure, axes, entries: Sequence[Mapping[str, Any]], what: str) -> Figure:
+    """Minutes along, a band for every second batch."""
+    for e in entries[1::2]:
+        axes.axvspan(e["since"], e["until"], color="#edf2f7", zorder=0)
+    axes.set_xlim(0.0, 1.03 * max(*(e["until"] for e in entries), 1.0))
+    axes.set_xlabel("minutes of the bench", fontsize=9)
+    axes.set_ylabel(what, fontsize=9)
+    figure.legend(fontsize=8, frameon=False, ncols=3, loc="outside upper center")
+    clean(axes)
+    return figure

@@ -56,11 +56,9 @@ class Setting:
         return self.kappa, self.step_position, *self.condition
 
     def plain(self) -> dict[str, Any]:
-        """For a journal."""
         return asdict(self)
 
     def planned(self) -> dict[str, Any]:
-        """For a prediction."""
         return self.plain() | {"alpha": math.radians(self.alpha_deg)}
 
 

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.kinds.lagged import relaxed
-from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+from flatplank_analysis.kinds.record_fit import Unknown, fit_record, relaxed
+from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
@@ -70,8 +69,8 @@ def camber_sweep(table: MeasurementTable) -> CamberSweep:
         Unknown("M_0", "N m", float(mz[0]), -1e3, 1e3),
     )
 
-    def model(lanes: np.ndarray) -> dict[str, np.ndarray]:
-        c_g, sigma, e, c_m, e_m, f_0, m_0 = lanes.T[:, :, None]
+    def model(sets: np.ndarray) -> dict[str, np.ndarray]:
+        c_g, sigma, e, c_m, e_m, f_0, m_0 = sets.T[:, :, None]
         late = relaxed(camber, SPACING, sigma[:, 0])
         return {
             "fy": f_0 - c_g * (e * camber + (1.0 - e) * late),

@@ -11,13 +11,13 @@ mean of their heights, the slope their difference over their distance.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
@@ -85,8 +85,8 @@ def cleat(table: MeasurementTable) -> Cleat:
         Unknown("F_z0", "N", float(np.median(fz)), 0.0, 2e4),
     )
 
-    def model(lanes: np.ndarray) -> dict[str, np.ndarray]:
-        c_z, radius, apart, middle, f_x0, f_z0 = lanes.T[:, :, None]
+    def model(sets: np.ndarray) -> dict[str, np.ndarray]:
+        c_z, radius, apart, middle, f_x0, f_z0 = sets.T[:, :, None]
         w, slope = envelope(x - middle, height, length, radius, apart)
         load = f_z0 + c_z * w
         return {"fz": load, "fx": f_x0 - load * slope}
@@ -96,11 +96,7 @@ def cleat(table: MeasurementTable) -> Cleat:
     level, drag = found["F_z0"].value, found["F_x0"].value
     at = x - found["x_0"].value
     near = np.abs(at) < 0.015
-    middle = found["x_0"]
-    place = Estimate(
-        "x_0", middle.value + _peak(table), "m", middle.std_error, middle.dof, middle.at_bound,
-        middle.determined, note=middle.note,
-    )  # fmt: skip
+    place = replace(found["x_0"], value=found["x_0"].value + _peak(table))
     return Cleat(
         height, found["C_z"], found["R_cam"], found["l_s"], place,
         float(np.max(fz) - level), float(np.max(fz) - level) / height,
@@ -115,7 +111,7 @@ def envelope(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Effective height [m] and slope [-] of two cams with their middle at x from the cleat's.
 
-    x (lanes, n) [m]; radius and distance of the cams (lanes, 1) [m]; a cleat with upright sides.
+    x (sets, n) [m]; radius and distance of the cams (sets, 1) [m]; a cleat with upright sides.
     """
     front, rear = (_cam(x + s * 0.5 * apart, height, length, radius) for s in (1.0, -1.0))
     return 0.5 * (front + rear), (front - rear) / apart

@@ -67,8 +67,8 @@ def parking(table: MeasurementTable) -> Parking:
         Unknown("c", "-", 1.0, 0.2, 8.0),
     )
 
-    def model(lanes: np.ndarray) -> dict[str, np.ndarray]:
-        c, top, power = lanes.T
+    def model(sets: np.ndarray) -> dict[str, np.ndarray]:
+        c, top, power = sets.T
         return {"mz": moment[0] + sign * twisted(angle, c, top, power)}
 
     fit = fit_record(model, {"mz": moment}, unknowns)
@@ -90,7 +90,7 @@ def parking(table: MeasurementTable) -> Parking:
 def twisted(
     angle: np.ndarray, stiffness: np.ndarray, largest: np.ndarray, power: np.ndarray
 ) -> np.ndarray:
-    """Moment (lanes, n) of the model over angles (n,) [rad]; the parameters of shape (lanes,)."""
+    """Moment (sets, n) of the model over angles (n,) [rad]; the parameters of shape (sets,)."""
     reach = np.linspace(0.0, float(np.ptp(angle)) + 1e-9, GRID)
     first = _first_turn(reach, stiffness, largest, power)
     out = np.zeros((len(stiffness), len(angle)))
@@ -98,16 +98,16 @@ def twisted(
         way = np.abs(angle[begin : end + 1] - angle[begin])
         factor = 1.0 if begin == 0 else 2.0
         way_up = np.sign(angle[end] - angle[begin])
-        for lane, curve in zip(out, first, strict=True):
+        for row, curve in zip(out, first, strict=True):
             grown = factor * np.interp(way / factor, reach, curve)
-            lane[begin : end + 1] = lane[begin] + way_up * grown
+            row[begin : end + 1] = row[begin] + way_up * grown
     return np.clip(out, -largest[:, None], largest[:, None])
 
 
 def _first_turn(
     reach: np.ndarray, stiffness: np.ndarray, largest: np.ndarray, power: np.ndarray
 ) -> np.ndarray:
-    """f (lanes, m) over angles (m,) by the midpoint rule."""
+    """f (sets, m) over angles (m,) by the midpoint rule."""
     f = np.zeros((len(stiffness), len(reach)))
     step = reach[1] - reach[0]
 

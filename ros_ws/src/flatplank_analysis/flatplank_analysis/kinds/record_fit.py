@@ -10,11 +10,10 @@ import numpy as np
 
 from flatplank_analysis.identify.least_squares import Solution, solve
 from flatplank_analysis.identify.noise import fit_noise
-from flatplank_analysis.identify.quality import rmse
-from flatplank_analysis.identify.results import Estimate
+from flatplank_analysis.identify.results import Estimate, rmse
 
 Model = Callable[[np.ndarray], Mapping[str, np.ndarray]]
-"""parameters (lanes, p) -> channel -> output (lanes, n)"""
+"""sets of parameters (sets, p) -> channel -> output (sets, n)"""
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ def fit_record(
     """
     size = {name: max(float(np.std(y)), 1e-9) for name, y in measured.items()}
 
-    def residuals(lanes: np.ndarray) -> np.ndarray:
-        out = model(lanes)
+    def residuals(sets: np.ndarray) -> np.ndarray:
+        out = model(sets)
         return np.hstack([(out[name] - y) / size[name] for name, y in measured.items()])
 
     start, lower, upper = np.array([(u.start, u.lower, u.upper) for u in unknowns]).T
@@ -88,3 +87,19 @@ def _estimate(u: Unknown, solution: Solution, k: int, error: float, dof: float) 
     seen = bool(np.any(solution.jacobian[:, k])) and not edge
     note = f"rests on its {edge} bound" if edge else "" if seen else "not determined"
     return Estimate(u.name, float(solution.x[k]), u.unit, float(error), dof, edge, seen, note=note)
+
+
+def relaxed(values: np.ndarray, spacing: float, sigma: np.ndarray) -> np.ndarray:
+    """u' of sigma du'/dx + u' = u on an even grid, exact for an input of straight pieces.
+
+    values (n,), spacing [m], sigma (sets,) [m]; returns (sets, n), at rest at the first sample.
+    """
+    sigma = np.maximum(np.asarray(sigma, float), 1e-6)
+    decay = np.exp(-spacing / sigma)
+    mean = sigma / spacing * (1.0 - decay)
+    out = np.empty((len(sigma), len(values)))
+    out[:, 0] = values[0]
+    for i in range(1, len(values)):
+        before, now = values[i - 1], values[i]
+        out[:, i] = now - mean * (now - before) + decay * (out[:, i - 1] - before)
+    return out

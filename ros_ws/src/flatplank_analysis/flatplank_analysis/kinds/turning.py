@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.identify.grid import bin_means
 from flatplank_analysis.identify.results import Estimate
 from flatplank_analysis.kinds.record_fit import Unknown, fit_record
+from flatplank_analysis.post.gridding import bin_means
 from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
@@ -81,8 +81,8 @@ def turning(table: MeasurementTable) -> Turning:
         Unknown("M_0", "N m", float(mz[0]), -1e3, 1e3),
     )
 
-    def model(lanes: np.ndarray) -> dict[str, np.ndarray]:
-        stiffness, sigma, half, left, f_0, m_0 = lanes.T
+    def model(sets: np.ndarray) -> dict[str, np.ndarray]:
+        stiffness, sigma, half, left, f_0, m_0 = sets.T
         heading = (angle - angle[0]) + left[:, None] * share
         force, moment = brush(position, heading, stiffness, sigma, half)
         return {"fy": f_0[:, None] + force, "mz": m_0[:, None] + moment}
@@ -102,12 +102,12 @@ def brush(
     sigma: np.ndarray,
     half: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Fy [N] and Mz [N m] (lanes, n) of the linear brush over travel (n,) [m].
+    """Fy [N] and Mz [N m] (sets, n) of the linear brush over travel (n,) [m].
 
-    heading (lanes, n) [rad]; cornering stiffness [N/rad], relaxation length and half contact
-    length [m] of shape (lanes,). Each lane steps over its own elements, one element per step.
+    heading (sets, n) [rad]; cornering stiffness [N/rad], relaxation length and half contact
+    length [m] of shape (sets,). Each set steps over its own elements, one element per step.
     """
-    lanes = len(half)
+    sets = len(half)
     step = 2.0 * half / ELEMENTS
     length = float(position[-1] - position[0])
     grids = position[0] + np.arange(int(np.ceil(length / step.min())) + 1) * step[:, None]
@@ -118,8 +118,8 @@ def brush(
     # an element that enters within a step is in contact for half of it
     part = np.ones(ELEMENTS)
     part[0] = 0.5
-    v = np.zeros((lanes, ELEMENTS))
-    u = np.zeros(lanes)
+    v = np.zeros((sets, ELEMENTS))
+    u = np.zeros(sets)
     force, moment = np.zeros_like(grids), np.zeros_like(grids)
     for i in range(1, grids.shape[1]):
         v[:, 1:], v[:, 0] = v[:, :-1].copy(), 0.0

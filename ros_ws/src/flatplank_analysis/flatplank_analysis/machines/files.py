@@ -68,7 +68,8 @@ def _mat(path: Path) -> pd.DataFrame:
             found |= {"time": np.atleast_1d(value.time), name: np.atleast_1d(value.signals.values)}
         elif not name.startswith("__") and isinstance(value, np.ndarray) and value.ndim == 1:
             found[name] = value
-    return _of_one_length(found)
+    length = max(map(len, found.values()), default=0)
+    return pd.DataFrame({k: v for k, v in found.items() if len(v) == length})
 
 
 def _json(path: Path) -> pd.DataFrame:
@@ -81,13 +82,6 @@ def _json(path: Path) -> pd.DataFrame:
     table = pd.DataFrame(data)
     table.attrs = beside
     return table
-
-
-def _of_one_length(found: Mapping[str, np.ndarray]) -> pd.DataFrame:
-    if not found:
-        return pd.DataFrame()
-    length = max(map(len, found.values()))
-    return pd.DataFrame({k: v for k, v in found.items() if len(v) == length})
 
 
 READERS: dict[str, Callable[[Path], pd.DataFrame]] = {

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A machine of one degree of freedom: what moves it, integrated for all runs at once."""
+"""A machine of one degree of freedom: what moves it, integrated for all runs at once, and what it
+may lack. Numbers that are fitted are declared as `name = param(...)` and handed to the methods.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import dataclasses
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -13,8 +17,45 @@ from flatplank_analysis.discovery.effect import Effect
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.parameters import Parameter
 from flatplank_analysis.discovery.runs import RunSet
-from flatplank_analysis.machines.declared import named, parameters_in
 from flatplank_analysis.machines.records import BEGIN, FINE, between
+
+
+def parameters_in(kind: type) -> tuple[Parameter, ...]:
+    """Fields made by `param` in the body of a class and of those that it is made of, in order."""
+    found: dict[str, Parameter] = {}
+    for part in reversed(kind.__mro__):
+        for name, item in vars(part).items():
+            if isinstance(item, dataclasses.Field) and "parameter" in item.metadata:
+                found[name] = Parameter(name, **item.metadata["parameter"])
+    return tuple(found.values())
+
+
+def named(names: Iterable[str], values: np.ndarray) -> SimpleNamespace:
+    """Values (lanes, parameters) by name, each (lanes, 1)."""
+    return SimpleNamespace(**{n: values[:, i, None] for i, n in enumerate(names)})
+
+
+class Missing(Effect):
+    """Something that a `Motion` may lack: a subclass has numbers made by `param`, and one or more
+    of `force`, `damping` and `friction` of (p, s), as the model has them.
+
+    The identifier is the name of the class (`LoadFriction`: load_friction), the title the first
+    sentence of its docstring, what it is the rest, unless they are given. `check` says how it is
+    checked on the machine, `removes` what takes it away, `coordinate` where it shows.
+    """
+
+    coordinate = "speed"
+
+    def __init_subclass__(cls) -> None:
+        for parameter in parameters_in(cls):
+            cls.__annotations__.setdefault(parameter.name, float)
+        dataclasses.dataclass(frozen=True)(cls)
+        words = re.sub(r"\s+", " ", cls.__doc__ or "").strip()
+        title, _, rest = words.partition(". ")
+        snake = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        cls.identifier = vars(cls).get("identifier") or snake
+        cls.title = vars(cls).get("title") or title.rstrip(".")
+        cls.what = vars(cls).get("what") or rest or words
 
 
 class Motion:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The interface of every transient tire model: lanes of parameters, runs of inputs, distance.
+"""Inputs of the transient tire models over distance, and the geometry of the contact.
 
 A model is driven by increments of position and angle, not by velocities: rest, reverse and any
 slip waveform need no special case. Arrays are (lanes, runs, samples): a lane is one set of
@@ -10,11 +10,39 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 
-from flatplank_analysis.discovery.parameters import Parameter
+
+@dataclass(frozen=True)
+class ContactGeometry:
+    """Vertical stiffness and contact length of one tire. Source: Table 7.2."""
+
+    free_radius: float = 0.318
+    """r_0 [m]."""
+    vertical_stiffness: float = 2.13e5
+    """C_z0 at nominal load and pressure [N/m]."""
+    pressure_effect: float = 0.8451
+    """p_Fz1 [-]."""
+    nominal_pressure: float = 250e3
+    """p_0 [Pa]."""
+    q_ra1: float = 0.924
+    q_ra2: float = 0.120
+
+    def stiffness(self, pressure: np.ndarray | float) -> np.ndarray:
+        """C_z [N/m] (7.21) at pressure [Pa]."""
+        change = (np.asarray(pressure, float) - self.nominal_pressure) / self.nominal_pressure
+        return self.vertical_stiffness * (1.0 + self.pressure_effect * change)
+
+    def half_length(self, fz: np.ndarray | float, pressure: np.ndarray | float) -> np.ndarray:
+        """Half contact length a [m] (7.20)."""
+        rho = np.asarray(fz, float) / (self.stiffness(pressure) * self.free_radius)
+        return self.free_radius * (self.q_ra2 * rho + self.q_ra1 * np.sqrt(rho))
+
+
+TOYO = ContactGeometry()
+"""Only for studies on the simulated Toyo: a campaign's tire comes from its record."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +51,7 @@ class RunInputs:
 
     `travel` |dx| of the wheel over the road, in the wheel plane [m]; `slip_x` r_e d(angle) - dx
     [m], that is kappa times travel; `slip_y` tan(alpha) times travel [m]; `fz` [N]; `alpha`,
-    `gamma` [rad]; `pressure` [Pa]; `dt` [s]; `start_fx`, `start_fy` (runs,) [N] the force before
-    sample 0.
+    `gamma` [rad]; `pressure` [Pa]; `start_fx`, `start_fy` (runs,) [N] the force before sample 0.
     """
 
     travel: np.ndarray
@@ -34,7 +61,6 @@ class RunInputs:
     alpha: np.ndarray
     gamma: np.ndarray
     pressure: np.ndarray
-    dt: np.ndarray
     start_fx: np.ndarray
     start_fy: np.ndarray
 
@@ -44,19 +70,8 @@ class RunInputs:
         return self.travel.shape
 
 
-@runtime_checkable
 class TransientModel(Protocol):
     """A tire model that maps parameters and inputs to one force."""
-
-    @property
-    def name(self) -> str:
-        """As in tables and files."""
-        ...
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """What a lane of numbers means."""
-        ...
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Force [N] (lanes, runs, samples) for params (lanes, p) or (lanes, p, runs)."""
@@ -69,49 +84,6 @@ def column(params: np.ndarray, index: int) -> np.ndarray:
     return values[:, None] if values.ndim == 1 else values
 
 
-def defaults(model: TransientModel) -> np.ndarray:
-    """Default parameters as one lane (1, p)."""
-    return np.array([[p.null for p in model.parameters]])
-
-
-def run_inputs(
-    position: np.ndarray,
-    wheel_angle: np.ndarray,
-    radius: float,
-    fz: np.ndarray | float,
-    *,
-    alpha: np.ndarray | float = 0.0,
-    gamma: np.ndarray | float = 0.0,
-    pressure: float = 250e3,
-    time: np.ndarray | None = None,
-    start_fx: float = 0.0,
-    start_fy: float = 0.0,
-) -> RunInputs:
-    """Inputs of one run from plank position [m], wheel angle [rad], effective radius [m]."""
-    x = np.asarray(position, float)
-    alpha = np.broadcast_to(np.asarray(alpha, float), x.shape)
-    moved = np.diff(x, prepend=x[0])
-    dx = moved * np.cos(alpha)
-    rolled = radius * np.diff(np.asarray(wheel_angle, float), prepend=wheel_angle[0])
-    clock = np.zeros_like(x) if time is None else np.diff(np.asarray(time, float), prepend=time[0])
-
-    def row(value: np.ndarray | float) -> np.ndarray:
-        return np.broadcast_to(np.asarray(value, float), x.shape)[None, :]
-
-    return RunInputs(
-        travel=row(np.abs(dx)),
-        slip_x=row(rolled - dx),
-        slip_y=row(np.tan(alpha) * np.abs(dx)),
-        fz=row(fz),
-        alpha=row(alpha),
-        gamma=row(gamma),
-        pressure=row(pressure),
-        dt=row(clock),
-        start_fx=np.array([start_fx]),
-        start_fy=np.array([start_fy]),
-    )
-
-
 def slip_inputs(
     distance: np.ndarray,
     kappa: np.ndarray | float,
@@ -120,7 +92,6 @@ def slip_inputs(
     alpha: np.ndarray | float = 0.0,
     gamma: np.ndarray | float = 0.0,
     pressure: float = 250e3,
-    speed: float = 0.03,
     start_fx: float = 0.0,
     start_fy: float = 0.0,
 ) -> RunInputs:
@@ -139,7 +110,6 @@ def slip_inputs(
         alpha=row(alpha),
         gamma=row(gamma),
         pressure=row(pressure),
-        dt=row(np.abs(dx) / speed),
         start_fx=np.array([start_fx]),
         start_fy=np.array([start_fy]),
     )
@@ -158,7 +128,7 @@ def stack_runs(runs: Sequence[RunInputs]) -> RunInputs:
             rows.append(np.hstack([values, fill if rest else fill + values[:, -1:]]))
         return np.vstack(rows)
 
-    moving = {name: join(name, True) for name in ("travel", "slip_x", "slip_y", "dt")}
+    moving = {name: join(name, True) for name in ("travel", "slip_x", "slip_y")}
     holding = {name: join(name, False) for name in ("fz", "alpha", "gamma", "pressure")}
     return RunInputs(
         **moving,

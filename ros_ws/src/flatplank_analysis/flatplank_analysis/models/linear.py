@@ -3,52 +3,57 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from flatplank_analysis.discovery.parameters import Parameter
-
 from .base import RunInputs, column
-from .relaxation import deflection
-
-PARAMETERS = (
-    Parameter("sigma", "m", 0.45, 0.005, 5.0, note="thesis (7.7), figure 7.3"),
-    Parameter("slip_stiffness", "N", 9e4, 0.0, 1e7, note="thesis (7.3), figure 7.3"),
-)
 
 
-@dataclass(frozen=True)
 class LinearX:
     """Fx = C_x u with sigma_x du/dx + u = sigma_x kappa and C_x = C_Fkappa / sigma_x."""
 
-    name: str = "linear"
-    parameters: tuple[Parameter, ...] = PARAMETERS
-
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fx [N] (lanes, runs, samples)."""
-        return _simulate(params, inputs.travel, inputs.slip_x, inputs.start_fx)
+        """Fx [N] (lanes, runs, samples); params (lanes, 2): sigma [m], slip stiffness [N]."""
+        return _spring_force(params, inputs.travel, inputs.slip_x, inputs.start_fx)
 
 
-@dataclass(frozen=True)
 class LinearY:
-    """Fy = -C_y v with sigma_y; ISO W: a positive slip angle gives a negative side force."""
-
-    name: str = "linear-y"
-    parameters: tuple[Parameter, ...] = (
-        Parameter("sigma", "m", 0.45, 0.005, 5.0, note="thesis (7.7) in y; Pacejka (7.7)"),
-        Parameter("slip_stiffness", "N/rad", 5e4, 0.0, 1e7, note="Pacejka (7.8)"),
-    )
+    """Fy = -C_y v with sigma_y (Pacejka 7.7, 7.8); ISO W: a positive slip angle gives a negative
+    side force."""
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fy [N] (lanes, runs, samples)."""
-        return -_simulate(params, inputs.travel, inputs.slip_y, -inputs.start_fy)
+        """Fy [N] (lanes, runs, samples); params (lanes, 2): sigma [m], slip stiffness [N/rad]."""
+        return -_spring_force(params, inputs.travel, inputs.slip_y, -inputs.start_fy)
 
 
-def _simulate(
+def _spring_force(
     params: np.ndarray, travel: np.ndarray, slip: np.ndarray, start: np.ndarray
 ) -> np.ndarray:
     sigma, stiffness = column(params, 0), column(params, 1)
     spring = stiffness / sigma
     first = start[None, :] / np.where(spring == 0.0, 1.0, spring)
     return spring[..., None] * deflection(travel[None], slip[None], sigma[..., None], first)
+
+
+def deflection(
+    travel: np.ndarray, slip: np.ndarray, sigma: np.ndarray, start: np.ndarray
+) -> np.ndarray:
+    """Solve sigma du + u |dx| = sigma ds for the deflection u [m], exact for any increment (7.9).
+
+    `travel` |dx| and `slip` ds [m] are increments along the last axis that broadcast to (lanes,
+    runs, samples), as does `sigma` [m]; `start` is u before sample 0 (lanes, runs). At rest u
+    takes the slip in full; over a long way it goes to sigma ds/|dx|.
+    """
+    ratio = np.asarray(travel / sigma, float)
+    kept = np.exp(-ratio)
+    small = ratio < 1e-9
+    share = np.where(small, 1.0, -np.expm1(-ratio) / np.where(small, 1.0, ratio))
+    gained = share * slip
+    kept, gained = np.broadcast_arrays(kept, gained)
+    # Samples first: the loop then works on whole, contiguous (lanes, runs) planes.
+    kept = np.ascontiguousarray(np.moveaxis(kept, -1, 0))
+    out = np.array(np.moveaxis(gained, -1, 0))
+    u = np.broadcast_to(np.asarray(start, float), out.shape[1:])
+    for factor, plane in zip(kept, out, strict=True):
+        plane += factor * u
+        u = plane
+    return np.moveaxis(out, 0, -1)

@@ -1,94 +1,145 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MF-Tyre: the Magic Formula behind first-order relaxation of both slips (section 7.3).
+"""Magic Formula with relaxation: that of MF-Tyre, and that of a contact point on a spring.
 
-The slips that enter the Magic Formula are those of the contact point: kappa' = u / sigma_x and
-alpha' = v / sigma_y with sigma du + u |dx| = sigma ds (Pacejka section 7.2); the relaxation
-lengths follow load, pressure and camber.
+MF-Tyre (section 7.3): the slips that enter the Magic Formula are those of the contact point:
+kappa' = u / sigma_x and alpha' = v / sigma_y with sigma du + u |dx| = sigma ds (Pacejka section
+7.2); the relaxation lengths follow load, pressure and camber.
+
+Contact point: it slips by kappa' and pulls the carcass spring: C_x u = Fx(kappa'),
+du = ds - kappa' |dx|. At small slip this is MF-Tyre with sigma_x = K_x / C_x; at larger slip the
+curve is flatter and the lag shorter, (dFx/dkappa') / C_x. Source: Pacejka (2012) section 7.2,
+single contact point with the full steady force; Pacejka and Besselink (1997), Magic Formula tyre
+model with transient properties, Vehicle System Dynamics 27 (supplement).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.discovery.parameters import Parameter
-
-from .base import RunInputs, column
-from .magic_formula import Coefficients, OperatingPoint, operating_point, steady
+from .base import RunInputs
+from .linear import deflection
+from .magic_formula import Coefficients, OperatingPoint, combined, operating_point, pure, steady
 from .magic_formula import structure as shape
-from .relaxation import deflection
+from .magic_formula.combined import SteadyForces
 
-OUTPUTS = ("fx", "fy", "mz")
+SPEED = 0.03
+"""Forward speed [m/s]; only its sign and the growth of the radius depend on it."""
+SHORTEST = 5e-3
+"""Relaxation length where the curve no longer rises [m]: a spring cannot hold a point there."""
+NEWTON = 3
+SMALL = 1e-5
+"""Slip over which the slope of the curve is taken [-]."""
+MOST = 0.02
+"""Largest change of the slip in one Newton step [-]."""
 
 
 @dataclass(frozen=True)
 class MFTyre:
-    """Fx, Fy, Mz of a `.tir` parameter set; `free` names the coefficients that are parameters."""
+    """Forces of a `.tir` parameter set with relaxation lengths that do not depend on the slip."""
 
     coefficients: Coefficients
-    free: Sequence[str] = ()
-    output: str = "fx"
-    speed: float = 0.03
-    """Forward speed [m/s]; only its sign and the growth of the radius depend on it."""
-    name: str = "mf"
-    parameters: tuple[Parameter, ...] = field(init=False)
-
-    def __post_init__(self) -> None:
-        values = self.coefficients.__dict__
-        made = tuple(
-            Parameter(n, "-", float(values[n]), -np.inf, np.inf, note=".tir") for n in self.free
-        )
-        object.__setattr__(self, "parameters", made)
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Chosen output [N or Nm], (lanes, runs, samples)."""
-        return self.simulate_all(params, inputs)[self.output]
+        """Fx [N] (1, runs, samples); there are no parameters."""
+        return self.simulate_all(inputs)["fx"][None]
 
-    def simulate_all(self, params: np.ndarray, inputs: RunInputs) -> dict[str, np.ndarray]:
-        """All outputs: "fx", "fy" [N], "mz" [Nm], each (lanes, runs, samples)."""
-        lanes = len(params)
-        changed = {name: column(params, i)[..., None] for i, name in enumerate(self.free)}
-        c = self.coefficients.replaced(changed)
-        o = self._point(c, inputs)
-        kappa = _contact_slip(
-            inputs.travel, inputs.slip_x, shape.relaxation_x(c, o), _start(c, o, inputs, "fx")
-        )
-        forces = steady(c, o._replace(kappa=kappa, alpha=self.contact_alpha(c, inputs)))
-        full = (lanes, *inputs.shape)
-        return {n: np.broadcast_to(getattr(forces, n), full) for n in OUTPUTS}
+    def simulate_all(self, inputs: RunInputs) -> dict[str, np.ndarray]:
+        """All outputs: "fx", "fy" [N], "mz" [Nm], each (runs, samples)."""
+        c, o = self.coefficients, self._point(inputs)
+        start = _at_start(c, o)
+        first = (inputs.start_fx - start.fx) / start.kxk
+        kappa = _contact_slip(inputs.travel, inputs.slip_x, shape.relaxation_x(c, o), first)
+        forces = steady(c, o._replace(kappa=kappa, alpha=self.contact_alpha(inputs)))
+        return {n: np.broadcast_to(getattr(forces, n), inputs.shape) for n in ("fx", "fy", "mz")}
 
-    def contact_alpha(self, c: Coefficients, inputs: RunInputs) -> np.ndarray:
+    def contact_alpha(self, inputs: RunInputs) -> np.ndarray:
         """Side slip angle of the contact point [rad]; the wheel's own without a sigma_y."""
-        o = self._point(c, inputs)
+        c, o = self.coefficients, self._point(inputs)
         sigma_y = shape.relaxation_y(c, o)
         if not np.all(np.isfinite(sigma_y)):
-            return inputs.alpha[None] if np.any(inputs.alpha) else 0.0
-        first = _start(c, o, inputs, "fy")
+            return inputs.alpha if np.any(inputs.alpha) else 0.0
+        forces = _at_start(c, o)
+        first = (inputs.start_fy - forces.fy) / forces.kya
         return np.arctan(_contact_slip(inputs.travel, inputs.slip_y, sigma_y, first))
 
-    def _point(self, c: Coefficients, inputs: RunInputs) -> OperatingPoint:
+    def _point(self, inputs: RunInputs) -> OperatingPoint:
         """Operating points at zero slip; angles that are zero throughout stay scalars (speed)."""
-        gamma = inputs.gamma[None] if np.any(inputs.gamma) else 0.0
-        return operating_point(
-            c, inputs.fz[None], 0.0, 0.0, gamma, inputs.pressure[None], self.speed
-        )
+        gamma = inputs.gamma if np.any(inputs.gamma) else 0.0
+        c = self.coefficients
+        return operating_point(c, inputs.fz, 0.0, 0.0, gamma, inputs.pressure, SPEED)
 
 
 def _contact_slip(
     travel: np.ndarray, slip: np.ndarray, sigma: np.ndarray, start: np.ndarray
 ) -> np.ndarray:
-    """Slip of the contact point from a start value (lanes, runs)."""
-    sigma = np.broadcast_to(sigma, np.broadcast_shapes(np.shape(sigma), travel[None].shape))
-    return deflection(travel[None], slip[None], sigma, start * sigma[..., 0]) / sigma
+    """Slip of the contact point from a start value (runs,)."""
+    sigma = np.broadcast_to(sigma, travel.shape)
+    return deflection(travel, slip, sigma, start * sigma[:, 0]) / sigma
 
 
-def _start(c: Coefficients, o: OperatingPoint, inputs: RunInputs, axis: str) -> np.ndarray:
-    """Slip that gives the measured start force along the tangent at zero slip (lanes, runs)."""
-    first = OperatingPoint(*(v[..., 0] if np.ndim(v) else v for v in o))
-    first_c = c.at(0)
-    forces = steady(first_c, first)
-    if axis == "fx":
-        return (inputs.start_fx - forces.fx) / forces.kxk
-    return (inputs.start_fy - forces.fy) / forces.kya
+def _at_start(c: Coefficients, o: OperatingPoint) -> SteadyForces:
+    """Forces and slip stiffnesses at sample 0: the start force is on this tangent (runs,)."""
+    return steady(c, OperatingPoint(*(v[..., 0] if np.ndim(v) else v for v in o)))
+
+
+class ContactPointMF(MFTyre):
+    """Fx of a `.tir` parameter set with a relaxation length that follows the slip."""
+
+    def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
+        """Fx [N] (1, runs, samples); side slip relaxes as in MF-Tyre."""
+        c = self.coefficients
+        o = self._point(inputs)._replace(alpha=self.contact_alpha(inputs))
+        spring = np.broadcast_to(shape.stiffness_x(c, o), inputs.shape)
+        points = _by_sample(o, inputs.shape)
+        slip = _start(c, points[0], inputs.start_fx)
+        out = np.empty(inputs.shape)
+        force, slope = _curve(c, points[0], slip)
+        moved = zip(points, inputs.travel.T, inputs.slip_x.T, spring.T, out.T, strict=True)
+        for point, travel, slid, stiffness, column in moved:
+            held, before = force, slip
+            late = late_weight(travel, np.maximum(slope / stiffness, SHORTEST)) * travel
+            goal = slid - (travel - late) * before
+            for _ in range(NEWTON):
+                force, slope = _curve(c, point, slip)
+                rising = slope > SHORTEST * stiffness
+                lag = np.where(rising, slope / stiffness, SHORTEST)
+                drawn = np.where(rising, (force - held) / stiffness, SHORTEST * (slip - before))
+                error = goal - drawn - late * slip
+                slip = slip + np.clip(error / (lag + late), -MOST, MOST)
+            force, slope = _curve(c, point, slip)
+            column[:] = force
+        return out[None]
+
+
+def _by_sample(o: OperatingPoint, full: tuple[int, ...]) -> list[OperatingPoint]:
+    """One operating point (runs,) per sample."""
+    rows = [
+        np.moveaxis(np.broadcast_to(v, full), -1, 0) if np.ndim(v) else [v] * full[1] for v in o
+    ]
+    return [OperatingPoint(*values) for values in zip(*rows, strict=True)]
+
+
+def _curve(c: Coefficients, o: OperatingPoint, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fx [N] and dFx/dkappa [N] at a slip, each of its shape."""
+    two = o._replace(kappa=np.stack([slip, slip + SMALL]))
+    force = pure.longitudinal(c, two).fx0 * combined.weight_x(c, two)
+    return force[0], (force[1] - force[0]) / SMALL
+
+
+def _start(c: Coefficients, o: OperatingPoint, force: np.ndarray) -> np.ndarray:
+    """Slip at which the curve gives `force`, on the branch through zero slip."""
+    slip = np.zeros(force.shape)
+    _, steepest = _curve(c, o, slip)
+    for _ in range(12):
+        found, slope = _curve(c, o, slip)
+        slope = np.maximum(slope, 0.05 * steepest)
+        slip = np.clip(slip + np.clip((force - found) / slope, -MOST, MOST), -0.2, 0.2)
+    return slip
+
+
+def late_weight(travel: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Weight of the end of an increment, 1/(1 - exp(-r)) - 1/r: 1/2 if short, 1 if long."""
+    ratio = np.maximum(travel / sigma, 1e-4)
+    return -1.0 / np.expm1(-ratio) - 1.0 / ratio

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nonlinear transient model: a contact patch with its own relaxation on a spring (7.13-7.24).
+"""Nonlinear transient model: a contact patch with its own relaxation on a spring (7.13-7.24), in
+x or in y.
 
 Quasi-static in the patch mass: at 0.03 m/s the mass of 1 kg moves nothing that a force of newtons
 could show.
@@ -8,116 +9,138 @@ could show.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
+from scipy.interpolate import PchipInterpolator
 
-from flatplank_analysis.discovery.parameters import Parameter
+from flatplank_data.errors import FlatplankError
 
-from . import kernel
-from .base import RunInputs, column
-from .contact import LOWEST_SHARE, TOYO, ContactGeometry, patch_relaxation
-from .steady_law import SteadyLaw, TableLaw, table_law
+from .base import TOYO, ContactGeometry, RunInputs, column
 
-LawMaker = Callable[[np.ndarray], SteadyLaw]
-"""Law for parameters (lanes, p): the same table for all lanes, or one that depends on them."""
-
-CARCASS = Parameter("c_cx", "N/m", 2e5, 2e4, 5e6, note="thesis (7.14), figure 7.24")
-NEWTON = kernel.NEWTON
+CELLS = 2000
+"""Cells of the even table that a measured curve is turned into."""
+LOWEST_SHARE = 0.01
+"""Lower limit of the adhering part m of the contact (section 7.2)."""
+NEWTON = 3
 """Newton steps per sample: the law is nearly straight over one increment."""
+HOLDS = 0.5
+"""Share of the patch's relaxation length that a falling law may take: where it takes more, the
+spring cannot hold the contact point, and the slip goes on without it"""
+CLOSE = 1e-9
+"""Change of the slip after which another Newton step would change nothing [-]"""
 
 
-def _default_law(params: np.ndarray) -> SteadyLaw:
-    slips = np.array([-0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1])
-    return table_law(slips, 3500.0 * np.sin(1.4 * np.arctan(18.0 * slips)))
+@dataclass(frozen=True)
+class TableLaw:
+    """Look-up table F_ss(kappa) per run (7.14), fine even nodes, straight beyond.
+
+    `values` (runs or 1, nodes) or (lanes, runs or 1, nodes) [N] on even slips `first` + i `step`.
+    """
+
+    first: float
+    step: float
+    values: np.ndarray
+
+    def force(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force [N] and slope [N] at slip (lanes, runs)."""
+        place = (slip - self.first) / self.step
+        last = self.values.shape[-1] - 2
+        cell = np.minimum(np.maximum(place, 0.0), last).astype(np.intp)
+        low, high = self._take(cell), self._take(cell + 1)
+        rise = high - low
+        return low + (place - cell) * rise, rise / self.step
+
+    def stiffness(self) -> np.ndarray:
+        """Slope at zero slip over +-0.5 % [N]."""
+        values = self.values if self.values.ndim == 3 else self.values[None]
+        span = np.full(values.shape[:2], 0.005)
+        return (self.force(span)[0] - self.force(-span)[0]) / 0.01
+
+    def _take(self, cell: np.ndarray) -> np.ndarray:
+        values = self.values
+        if values.ndim == 2:
+            return values[np.arange(values.shape[0]), cell]
+        lanes, runs = values.shape[:2]
+        return values[np.arange(lanes)[:, None], np.arange(runs), cell]
 
 
-def _default_law_y(params: np.ndarray) -> SteadyLaw:
-    slips = np.linspace(-0.2, 0.2, 21)
-    return table_law(slips, -3300.0 * np.sin(1.4 * np.arctan(11.0 * slips)))
+def table_law(slip: np.ndarray, force: np.ndarray) -> TableLaw:
+    """Table through measured steady forces (figure 7.7).
+
+    Between the points a monotone cubic (no kinks that a search would stumble over, no overshoot).
+    `slip` (k,) increasing, `force` (k,) or (lanes, k) [N].
+    """
+    slip = np.asarray(slip, float)
+    force = np.atleast_2d(np.asarray(force, float))
+    if len(slip) < 2 or np.any(np.diff(slip) <= 0.0):
+        raise FlatplankError(
+            "steady-state curve needs two or more increasing slips", "", "measure more slips"
+        )
+    reach = slip[-1] - slip[0]
+    first, step = slip[0], reach / CELLS
+    even = first + step * np.arange(CELLS + 1)
+    values = PchipInterpolator(slip, force, axis=1)(even)
+    return TableLaw(float(first), float(step), values[:, None, :] if len(values) > 1 else values)
 
 
 @dataclass(frozen=True)
 class NonlinearX:
     """Fx from F_ss(kappa'): sigma_c dkappa' + kappa' |dx| = ds - du, c_cx u = F_ss (quasi-static).
 
-    `friction` mu [-]; `tread_stiffness` c_px [N/m2]; None ties it to the law, 2 c_px a^2 = C_Fk
-    (brush model), so that the fit cannot hide in a corner where both compensate.
+    `law` gives the table for parameters (lanes, 1) of c_cx [N/m]; `friction` mu [-];
+    `tread_stiffness` c_px [N/m2], None ties it to the law, 2 c_px a^2 = C_Fk (brush model), so
+    that the fit cannot hide in a corner where both compensate. `longitudinal`: slip also changes
+    the distance that a tread element travels (1 + kappa').
     """
 
-    law: LawMaker = _default_law
+    law: Callable[[np.ndarray], TableLaw]
     geometry: ContactGeometry = TOYO
     friction: float = 0.993
     tread_stiffness: float | None = None
-    damping_time: float = 0.0
     longitudinal: bool = True
-    """Whether slip also changes the distance that a tread element travels (1 + kappa')."""
-    name: str = "nonlinear"
-    parameters: tuple[Parameter, ...] = field(default=(CARCASS,))
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Fx [N] (lanes, runs, samples)."""
-        law = self.law(params)
-        return self._run(law, params, inputs, inputs.slip_x, inputs.start_fx)
+        return self._force(params, inputs, inputs.slip_x, inputs.start_fx)
 
-    def _run(
-        self,
-        law: SteadyLaw,
-        params: np.ndarray,
-        inputs: RunInputs,
-        slip: np.ndarray,
-        start: np.ndarray,
+    def _force(
+        self, params: np.ndarray, inputs: RunInputs, moved: np.ndarray, start: np.ndarray
     ) -> np.ndarray:
-        lanes, (runs, _) = len(params), inputs.shape
-        carcass = column(params, 0)
+        law, shape = self.law(params), (len(params), inputs.shape[0])
+        compliance = np.broadcast_to(1.0 / column(params, 0), shape)
         a = self.geometry.half_length(inputs.fz, inputs.pressure)
         limit = 3.0 * self.friction * np.maximum(inputs.fz, 1.0)
         if self.tread_stiffness is None:
             theta = np.abs(law.stiffness())[..., None] / limit
         else:
             theta = (2.0 * self.tread_stiffness * a**2 / limit)[None]
-        shape = (lanes, runs)
-        stepper = _Stepper(law, np.broadcast_to(1.0 / carcass, shape), self.longitudinal)
-        state = start_slip(law, np.broadcast_to(start, shape))
-        return stepper.march(state, inputs, slip, a, theta, self.damping_time)
+        slip = start_slip(law, np.broadcast_to(start, shape))
+        rows = (slip, compliance, inputs.travel, moved, a, theta)
+        table = law.values if law.values.ndim == 3 else law.values[None]
+        return march(
+            *(np.ascontiguousarray(row) for row in rows),
+            law.first,
+            law.step,
+            np.ascontiguousarray(table),
+            self.longitudinal,
+        )
 
 
 @dataclass(frozen=True)
 class NonlinearY(NonlinearX):
-    """Fy over the patch's lateral slip; the law gives Fy over tan(alpha'), falling (ISO W)."""
+    """Fy over the lateral slip of the patch; `law` gives -Fy over tan(alpha'), which rises, for
+    parameters (lanes, 1) of c_cy [N/m]."""
 
-    law: LawMaker = _default_law_y
     longitudinal: bool = False
-    name: str = "nonlinear-y"
-    parameters: tuple[Parameter, ...] = (
-        Parameter("c_cy", "N/m", 1e5, 1e4, 5e6, note="thesis (7.14) in y; Pacejka section 7.3"),
-    )
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
         """Fy [N] (lanes, runs, samples)."""
-        law = _Mirrored(self.law(params))
-        return -self._run(law, params, inputs, inputs.slip_y, -inputs.start_fy)
+        return -self._force(params, inputs, inputs.slip_y, -inputs.start_fy)
 
 
-@dataclass(frozen=True)
-class _Mirrored:
-    """A law with its sign turned, so that the solver sees a rising force in y as in x."""
-
-    law: SteadyLaw
-
-    def force(self, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        force, slope = self.law.force(slip)
-        return -force, -slope
-
-    def stiffness(self) -> np.ndarray:
-        return -self.law.stiffness()
-
-    def table(self) -> TableLaw | None:
-        table = self.law.table()
-        return None if table is None else TableLaw(table.first, table.step, -table.values)
-
-
-def start_slip(law: SteadyLaw, force: np.ndarray) -> np.ndarray:
+def start_slip(law: TableLaw, force: np.ndarray) -> np.ndarray:
     """Contact-patch slip at which the law gives `force` (lanes, runs): the start (7.24)."""
     slip = np.zeros(force.shape)
     steepest = np.abs(law.stiffness()) + 1.0
@@ -131,102 +154,67 @@ def start_slip(law: SteadyLaw, force: np.ndarray) -> np.ndarray:
     return slip
 
 
-@dataclass
-class _Stepper:
-    """Implicit step over one increment, for all lanes and runs at once.
+@njit(cache=True)
+def march(
+    slip: np.ndarray,
+    compliance: np.ndarray,
+    travel: np.ndarray,
+    moved: np.ndarray,
+    half: np.ndarray,
+    theta: np.ndarray,
+    first: float,
+    step: float,
+    table: np.ndarray,
+    longitudinal: bool,
+) -> np.ndarray:
+    """Force (lanes, runs, samples) by an implicit step over every increment.
 
     The weight between both ends of the increment is that of the exponential solution: second order
-    where the force relaxes slowly, without ringing where it follows at once. Where the law falls
-    so fast that no spring holds the contact point (`kernel.HOLDS`), the slip goes on without it.
+    where the force relaxes slowly, without ringing where it follows at once. sigma_c of
+    (7.17), (7.18) shrinks with the adhering share of the contact. Where the law falls so fast that
+    no spring holds the contact point (`HOLDS`), the slip goes on without it.
+
+    `slip` before sample 0, `compliance` (lanes, runs); `travel`, `moved` (the slip increments),
+    `half` contact length a (runs, samples); `theta` of (7.19) (1 or lanes, 1 or runs, samples);
+    `table` (1 or lanes, 1 or runs, nodes).
     """
-
-    law: SteadyLaw
-    compliance: np.ndarray
-    longitudinal: bool
-
-    def march(
-        self,
-        slip: np.ndarray,
-        inputs: RunInputs,
-        increments: np.ndarray,
-        a: np.ndarray,
-        theta: np.ndarray,
-        damping_time: float,
-    ) -> np.ndarray:
-        """Force (lanes, runs, samples) from the slip before sample 0 (lanes, runs)."""
-        table = self.law.table()
-        if table is not None and kernel.compiled is not None:
-            return self._march_compiled(table, slip, inputs, increments, a, theta, damping_time)
-        force, slope = self.law.force(slip)
-        u = force * self.compliance
-        out = np.empty((inputs.shape[1], *slip.shape))
-        share = _followed(inputs.dt, damping_time).T
-        theta = np.broadcast_to(theta, (*theta.shape[:2], inputs.shape[1]))
-        known = (inputs.travel.T, increments.T, a.T, share, np.moveaxis(theta, -1, 0))
-        for travel, moved, half, follow, limit, plane in zip(*known, out, strict=True):
-            compliance = self.compliance * follow
-            before, sigma = slip, self._sigma(slip, limit, half)
-            late = late_weight(travel, sigma + compliance * np.maximum(slope, 0.0)) * travel
-            goal = moved - (travel - late) * slip
-            for _ in range(NEWTON):
-                sigma = self._sigma(0.5 * (slip + before), limit, half)
-                holds = compliance * slope > -kernel.HOLDS * sigma
-                drawn = np.where(holds, compliance * force - follow * u, 0.0)
-                error = goal - sigma * (slip - before) - late * slip - drawn
-                shrink = self._shrink(slip, before, limit, half)
-                rate = sigma - np.minimum(shrink, 0.5 * sigma) + late
-                slip = slip + error / (rate + compliance * np.maximum(slope, 0.0))
-                force, slope = self.law.force(slip)
-            plane[:] = force
-            u = u + follow * (force * self.compliance - u)
-        return np.moveaxis(out, 0, -1)
-
-    def _march_compiled(
-        self,
-        table: TableLaw,
-        slip: np.ndarray,
-        inputs: RunInputs,
-        increments: np.ndarray,
-        a: np.ndarray,
-        theta: np.ndarray,
-        damping_time: float,
-    ) -> np.ndarray:
-        values = table.values if table.values.ndim == 3 else table.values[None]
-        rows = (inputs.travel, increments, a, _followed(inputs.dt, damping_time))
-        assert kernel.compiled is not None, "asked by the caller"
-        return kernel.compiled(
-            np.ascontiguousarray(slip),
-            self.law.force(slip)[0] * self.compliance,
-            np.ascontiguousarray(self.compliance),
-            *(np.ascontiguousarray(row) for row in rows),
-            np.ascontiguousarray(np.atleast_3d(theta)),
-            table.first,
-            table.step,
-            np.ascontiguousarray(values),
-            self.longitudinal,
-        )
-
-    def _shrink(
-        self, slip: np.ndarray, before: np.ndarray, theta: np.ndarray, half: np.ndarray
-    ) -> np.ndarray:
-        """What the shrinking adhering part takes from the derivative of the error [m]."""
-        middle = 0.5 * (slip + before)
-        base = np.maximum(1.0 + middle, 0.1) if self.longitudinal else 1.0
-        adheres = 1.0 - theta * np.abs(middle) / base > LOWEST_SHARE
-        return np.where(adheres, 0.5 * theta * half * np.abs(slip - before), 0.0)
-
-    def _sigma(self, slip: np.ndarray, theta: np.ndarray, half: np.ndarray) -> np.ndarray:
-        return patch_relaxation(slip, theta, half, self.longitudinal)
-
-
-def late_weight(travel: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-    """Weight of the end of an increment, 1/(1 - exp(-r)) - 1/r: 1/2 if short, 1 if long."""
-    ratio = np.maximum(travel / sigma, 1e-4)
-    return -1.0 / np.expm1(-ratio) - 1.0 / ratio
-
-
-def _followed(dt: np.ndarray, damping_time: float) -> np.ndarray:
-    """Share of the way to its new equilibrium that the damped carcass goes in dt (7.23)."""
-    if damping_time <= 0.0:
-        return np.ones_like(dt)
-    return np.where(dt > 0.0, -np.expm1(-dt / damping_time), 1.0)
+    lanes, runs = slip.shape
+    samples, last = travel.shape[1], table.shape[2] - 2
+    out = np.empty((lanes, runs, samples))
+    for lane in range(lanes):
+        for run in range(runs):
+            forces = table[min(lane, table.shape[0] - 1), min(run, table.shape[1] - 1)]
+            limits = theta[min(lane, theta.shape[0] - 1), min(run, theta.shape[1] - 1)]
+            k, soft = slip[lane, run], compliance[lane, run]
+            place = (k - first) / step
+            cell = int(min(max(place, 0.0), last))
+            slope = (forces[cell + 1] - forces[cell]) / step
+            force = forces[cell] + (place - cell) * (forces[cell + 1] - forces[cell])
+            for i in range(samples):
+                way, a, limit = travel[run, i], half[run, i], limits[i]
+                before, held = k, soft * force
+                base = max(1.0 + k, 0.1) if longitudinal else 1.0
+                sigma = max(1.0 - limit * abs(k) / base, LOWEST_SHARE) * a / base
+                ratio = max(way / (sigma + soft * max(slope, 0.0)), 1e-4)
+                late = (-1.0 / np.expm1(-ratio) - 1.0 / ratio) * way
+                goal = moved[run, i] - (way - late) * k
+                for _ in range(NEWTON):
+                    middle = 0.5 * (k + before)
+                    base = max(1.0 + middle, 0.1) if longitudinal else 1.0
+                    sigma = max(1.0 - limit * abs(middle) / base, LOWEST_SHARE) * a / base
+                    shrink = 0.0
+                    if sigma * base > LOWEST_SHARE * a:
+                        shrink = 0.5 * limit * a * abs(k - before)
+                    drawn = soft * force - held if soft * slope > -HOLDS * sigma else 0.0
+                    error = goal - sigma * (k - before) - late * k - drawn
+                    rate = sigma - min(shrink, 0.5 * sigma) + late + soft * max(slope, 0.0)
+                    change = error / rate
+                    k += change
+                    place = (k - first) / step
+                    cell = int(min(max(place, 0.0), last))
+                    slope = (forces[cell + 1] - forces[cell]) / step
+                    force = forces[cell] + (place - cell) * (forces[cell + 1] - forces[cell])
+                    if abs(change) < CLOSE:
+                        break
+                out[lane, run, i] = force
+    return out

@@ -14,6 +14,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import resources
 from pathlib import Path
 
 from flatplank_data.errors import FlatplankError
@@ -27,7 +28,7 @@ from .magic_formula import (
     SECTION_OF,
     Coefficients,
 )
-from .tir_units import UNITS, factor
+from .magic_formula.coefficients import UNITS, factor
 
 LAWS = {5: OLD, 6: OLD, 21: OLD, 51: OLD, 52: OLD, 60: LATEST, 61: LATEST, 62: LATEST}
 """FITTYP -> law of the Magic Formula"""
@@ -126,9 +127,8 @@ def read_tir(path: str | Path) -> TirFile:
     try:
         text = Path(path).read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise FlatplankError(
-            error.strerror or "cannot be read", str(path), "give a .tir"
-        ) from None
+        what = error.strerror or "cannot be read"
+        raise FlatplankError(what, str(path), "give a .tir") from None
     tir = parse_tir(text, str(path))
     check_tir(tir)
     return tir
@@ -155,11 +155,8 @@ def parse_tir(text: str, path: str = "") -> TirFile:
         section, value = sections.setdefault(name, {}), match[2].strip()
         before = section.get(key)
         if before is not None and before.value and value and before.value != value:
-            raise FlatplankError(
-                f"{key} stands twice, first in line {before.line}",
-                f"{path} line {number}",
-                "remove one of the two",
-            )
+            what = f"{key} stands twice, first in line {before.line}"
+            raise FlatplankError(what, f"{path} line {number}", "remove one of the two")
         if before is None or value:
             section[key] = Entry(value, number)
     return TirFile(sections, {k: tuple(v) for k, v in kept.items()}, path)
@@ -167,47 +164,18 @@ def parse_tir(text: str, path: str = "") -> TirFile:
 
 def check_tir(tir: TirFile) -> None:
     """Raise when units, formula version, numbers or required keys are not right."""
+    for what, entry, remedy in _faults(tir):
+        where = f"{tir.path} line {entry.line}" if entry else tir.path or "tire file"
+        raise FlatplankError(what, where, remedy)
+
+
+def _faults(tir: TirFile) -> Iterator[tuple[str, Entry | None, str]]:
+    """What is wrong, where, and what to do."""
     entries = tir.entries
     for unit, names in UNITS.items():
         entry = tir.sections.get("UNITS", {}).get(unit)
         if entry and _text(entry) and _text(entry).lower() not in names:
-            raise FlatplankError(
-                f"unit of {unit} is {_text(entry)}",
-                f"{tir.path} line {entry.line}",
-                f"known are {', '.join(names)}",
-            )
-    _refuse_two_values(tir)
-    version = entries.get("FITTYP")
-    if version and _number("FITTYP", version, tir.path) not in LAWS:
-        raise FlatplankError(
-            f"FITTYP = {version.value} is not Magic Formula 5.2 or 6.0 to 6.2",
-            f"{tir.path} line {version.line}",
-            "convert the file to FITTYP = 61",
-        )
-    if MOTORCYCLE in entries:
-        raise FlatplankError(
-            f"{MOTORCYCLE} is of the Magic Formula of motorcycles",
-            f"{tir.path} line {entries[MOTORCYCLE].line}",
-            "give a file of a car tire, FITTYP 6 or 60 to 62",
-        )
-    needed = [k for k in REQUIRED if not (k == "NOMPRES" and tir.law == OLD)]
-    missing = [key for key in needed if key not in entries]
-    if missing:
-        first = f"[{SECTION_OF[missing[0]]}]"
-        raise FlatplankError(
-            f"missing {', '.join(missing)}", tir.path or "tire file", f"add to section {first}"
-        )
-    for key, value in tir.values.items():
-        if key in ("UNLOADED_RADIUS", "FNOMIN", "NOMPRES", "VERTICAL_STIFFNESS") and value <= 0:
-            raise FlatplankError(
-                f"{key} = {value:g} is not positive",
-                f"{tir.path} line {entries[key].line}",
-                "give it in SI units",
-            )
-
-
-def _refuse_two_values(tir: TirFile) -> None:
-    """A coefficient with other values in two sections: nobody knows which one holds."""
+            yield f"unit of {unit} is {_text(entry)}", entry, f"known are {', '.join(names)}"
     found: dict[str, Entry] = {}
     for section in tir.sections.values():
         for key, entry in section.items():
@@ -215,11 +183,22 @@ def _refuse_two_values(tir: TirFile) -> None:
                 continue
             other = found.setdefault(key, entry)
             if _number(key, other, tir.path) != _number(key, entry, tir.path):
-                raise FlatplankError(
-                    f"{key} is {other.value} in line {other.line} and {entry.value} here",
-                    f"{tir.path} line {entry.line}",
-                    "remove one of the two",
-                )
+                what = f"{key} is {other.value} in line {other.line} and {entry.value} here"
+                yield what, entry, "remove one of the two"
+    version = entries.get("FITTYP")
+    if version and _number("FITTYP", version, tir.path) not in LAWS:
+        what = f"FITTYP = {version.value} is not Magic Formula 5.2 or 6.0 to 6.2"
+        yield what, version, "convert the file to FITTYP = 61"
+    if MOTORCYCLE in entries:
+        what = f"{MOTORCYCLE} is of the Magic Formula of motorcycles"
+        yield what, entries[MOTORCYCLE], "give a file of a car tire, FITTYP 6 or 60 to 62"
+    needed = [k for k in REQUIRED if not (k == "NOMPRES" and tir.law == OLD)]
+    missing = [key for key in needed if key not in entries]
+    if missing:
+        yield f"missing {', '.join(missing)}", None, f"add to section [{SECTION_OF[missing[0]]}]"
+    for key, value in tir.values.items():
+        if key in ("UNLOADED_RADIUS", "FNOMIN", "NOMPRES", "VERTICAL_STIFFNESS") and value <= 0:
+            yield f"{key} = {value:g} is not positive", entries[key], "give it in SI units"
 
 
 def write_tir(tir: TirFile, path: str | Path) -> None:
@@ -306,3 +285,12 @@ def _number(key: str, entry: Entry, path: str) -> float:
     raise FlatplankError(
         f"{key} = {entry.value} is not a number", f"{path} line {entry.line}", "mend it"
     )
+
+
+SHIPPED = ("toyo_nanoenergy", "continental_ecocontact")
+
+
+def shipped_tir(name: str = SHIPPED[0]) -> TirFile:
+    """A parameter set that comes with the package (thesis Table I.1)."""
+    file = resources.files("flatplank_analysis") / "tire_data" / f"{name}.tir"
+    return parse_tir(file.read_text(encoding="utf-8"), f"{name}.tir")

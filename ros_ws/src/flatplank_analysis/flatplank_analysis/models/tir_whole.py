@@ -13,8 +13,8 @@ import math
 from collections.abc import Mapping
 
 from .magic_formula import DEFAULTS, NOT_OF, SECTIONS
+from .magic_formula.coefficients import factor
 from .tir import Entry, TirFile
-from .tir_units import factor
 
 HEAD: dict[str, dict[str, str]] = {
     "MDI_HEADER": {"FILE_TYPE": "'tir'", "FILE_VERSION": "3.0", "FILE_FORMAT": "'ASCII'"},

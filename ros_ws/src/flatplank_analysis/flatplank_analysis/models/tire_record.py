@@ -37,7 +37,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.params import alike
 from flatplank_data.yaml_text import load_yaml
 
-from .contact import ContactGeometry
+from .base import ContactGeometry
 from .tir import TirFile, check_tir, parse_tir, read_tir
 
 FORMAT = "flatplank-tire/1"
@@ -155,7 +155,15 @@ def parse_record(text: str, where: str) -> TireRecord:
     for key in ("name", "description", "rim", "mounted", "start_file", "source"):
         if key in values:
             values[key] = str(values[key])
-    values["contact"] = _contact(values.get("contact") or {}, where)
+    contact = values.get("contact") or {}
+    if not isinstance(contact, Mapping):
+        raise FlatplankError("contact has no keys", where, f"some of {', '.join(CONTACT)}")
+    for key in contact:
+        _known(str(key), set(CONTACT), where)
+    try:
+        values["contact"] = {k: float(v) for k, v in contact.items()}
+    except (TypeError, ValueError):
+        raise FlatplankError("contact: not a number", where, "NAME: number, in SI") from None
     values["placeholder"] = tuple(str(v) for v in values.get("placeholder") or ())
     return TireRecord(**values, origin=where)
 
@@ -170,17 +178,6 @@ def _within(key: str, value: Any, where: str) -> float:
         remedy = f"give {low:g} to {high:g} {unit}"
         raise FlatplankError(f"{key}: {value!r} is not in {unit}", where, remedy)
     return number
-
-
-def _contact(raw: Any, where: str) -> dict[str, float]:
-    if not isinstance(raw, Mapping):
-        raise FlatplankError("contact has no keys", where, f"some of {', '.join(CONTACT)}")
-    for key in raw:
-        _known(str(key), set(CONTACT), where)
-    try:
-        return {k: float(v) for k, v in raw.items()}
-    except (TypeError, ValueError):
-        raise FlatplankError("contact: not a number", where, "NAME: number, in SI") from None
 
 
 def _known(key: str, known: set[str], where: str) -> None:
@@ -231,9 +228,8 @@ def start_tir(record: TireRecord, general: Mapping[str, float]) -> TirFile:
     elif text.is_file():
         tir = parse_tir(text.read_text(encoding="utf-8"), record.start_file)
     else:
-        raise FlatplankError(
-            f"start file {record.start_file} is not there", record.origin, "correct start_file"
-        )
+        what = f"start file {record.start_file} is not there"
+        raise FlatplankError(what, record.origin, "correct start_file")
     numbers = {
         "UNLOADED_RADIUS": record.free_radius,
         "WIDTH": record.width,
@@ -252,10 +248,6 @@ def _general(record: TireRecord, general: Mapping[str, float]) -> TirFile:
     lines = ["[MDI_HEADER]", "FILE_TYPE = 'tir'", *head, "[UNITS]", *units.split()]
     lines += ["[MODEL]", "FITTYP = 61", "LONGVL = 0.03", "VXLOW = 0.0"]
     contact, _ = record.geometry()
-    own = {
-        "VERTICAL_STIFFNESS": contact.vertical_stiffness,
-        "PFZ1": contact.pressure_effect,
-        "Q_RA1": contact.q_ra1,
-        "Q_RA2": contact.q_ra2,
-    }
+    keys = ("VERTICAL_STIFFNESS", "PFZ1", "Q_RA1", "Q_RA2")
+    own = {key: getattr(contact, name) for key, name in zip(keys, CONTACT, strict=True)}
     return parse_tir("\n".join(lines), "general start values").replaced(dict(general) | own)

@@ -9,15 +9,7 @@ from pathlib import Path
 
 from flatplank_data.errors import FlatplankError
 
-from .magic_formula import (
-    LATEST,
-    Coefficients,
-    OperatingPoint,
-    moment,
-    operating_point,
-    resistance,
-    steady,
-)
+from .magic_formula import LATEST, Coefficients, moment, operating_point, steady
 from .magic_formula import structure as shape
 from .tir import TirFile, read_tir
 
@@ -66,8 +58,7 @@ def tire_state(
 ) -> TireState:
     """State at load fz [N], kappa [-], alpha, gamma [rad], pressure [Pa], speed vx [m/s].
 
-    turn_slip: curvature of the path [1/m], positive to the left; None: turn slip is
-    left out.
+    turn_slip: curvature of the path [1/m], positive to the left; None: left out.
     """
     if isinstance(tir, (str, Path)):
         tir = read_tir(tir)
@@ -78,12 +69,18 @@ def tire_state(
     if turn_slip is not None:
         _refuse_without_turn_slip(c)
     forces = steady(c, o, turn_slip)
+
+    def told(keys: str, numbers: range) -> bool:
+        return any(getattr(c, f"{keys}{n}") for n in numbers)
+
+    mx = moment.overturning(c, o, forces.fy) if told("QSX", range(1, 15)) else math.nan
+    my = moment.rolling_resistance(c, o, forces.fx) if told("QSY", range(1, 7)) else math.nan
     return TireState(
         fx=float(forces.fx),
         fy=float(forces.fy),
         mz=float(forces.mz),
-        mx=_overturning(c, o, forces.fy),
-        my=_resisting(c, o, forces.fx),
+        mx=float(mx),
+        my=float(my),
         re=float(shape.rolling(c, o, vx)[0]),
         a=float(shape.contact_length(c, o)) if c.Q_RA1 or c.Q_RA2 else math.nan,
         sigma_x=float(shape.relaxation_x(c, o)),
@@ -101,15 +98,3 @@ def _refuse_without_turn_slip(c: Coefficients) -> None:
     if missing:
         what = f"{', '.join(missing)} missing or zero"
         raise FlatplankError(what, "turn slip", "add to section [TURNSLIP_COEFFICIENTS]")
-
-
-def _resisting(c: Coefficients, o: OperatingPoint, fx: float) -> float:
-    if not any(getattr(c, f"QSY{n}") for n in range(1, 7)):
-        return math.nan
-    return float(resistance.rolling_resistance(c, o, fx))
-
-
-def _overturning(c: Coefficients, o: OperatingPoint, fy: float) -> float:
-    if not any(getattr(c, f"QSX{n}") for n in range(1, 15)):
-        return math.nan
-    return float(moment.overturning(c, o, fy))

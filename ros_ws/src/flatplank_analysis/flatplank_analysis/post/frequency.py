@@ -90,7 +90,8 @@ def _fundamental(x: np.ndarray, kappa: np.ndarray) -> float:
         raise FlatplankError("slip does not vary", "frequency response", "use a sine or triangle")
     coarse = float(frequencies[inside][np.argmax(spectrum[inside])])
     trials = coarse * np.linspace(0.9, 1.1, 201)
-    errors = [_residual(_basis(x, np.array([f])), wave) for f in trials]
+    bases = [_basis(x, np.array([f])) for f in trials]
+    errors = [np.sum((b @ np.linalg.lstsq(b, wave, rcond=None)[0] - wave) ** 2) for b in bases]
     return float(trials[int(np.argmin(errors))])
 
 
@@ -98,11 +99,6 @@ def _basis(x: np.ndarray, lines: np.ndarray) -> np.ndarray:
     """Columns 1, x, then cos and sin of every line."""
     phase = 2.0 * np.pi * (x - x[0])[:, None] * lines
     return np.hstack([np.ones((x.size, 1)), (x - x.mean())[:, None], np.cos(phase), np.sin(phase)])
-
-
-def _residual(basis: np.ndarray, values: np.ndarray) -> float:
-    found, *_ = np.linalg.lstsq(basis, values, rcond=None)
-    return float(np.sum((basis @ found - values) ** 2))
 
 
 def _amplitudes(basis: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signals over road displacement: one even grid for all runs, mean and scatter of repeats."""
+"""Signals over road displacement: cell means, even grid, low-pass, mean and scatter of repeats."""
 
 from __future__ import annotations
 
@@ -7,9 +7,74 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import butter, sosfiltfilt
 
 from flatplank_data.errors import FlatplankError
+from flatplank_data.machine import FAST
 from flatplank_data.table import MeasurementTable
+
+CELL = 0.002
+"""Grid of the fits [m]: fine against every relaxation length, coarse against the filter."""
+
+
+def bin_means(
+    distance: np.ndarray, columns: np.ndarray, spacing: float = CELL
+) -> tuple[np.ndarray, np.ndarray]:
+    """Means of columns (..., n) in cells of `spacing` [m]; the step (distance 0) is a cell edge.
+
+    Returns the cell centres (m,) and the means (..., m). Cells without a sample are interpolated.
+    """
+    x = np.asarray(distance, float)
+    values = np.asarray(columns, float)
+    good = np.isfinite(x) & np.all(np.isfinite(np.atleast_2d(values)), axis=0)
+    if np.count_nonzero(good) < 8:
+        raise FlatplankError(
+            f"{np.count_nonzero(good)} usable samples are too few to fit", "", "give a whole run"
+        )
+    x, values = x[good], values[..., good]
+    if np.all(np.abs(np.diff(x) - spacing) < 0.01 * spacing):
+        return x, values
+    cell = np.floor(x / spacing + 1e-9).astype(int)
+    first, count = cell.min(), cell.max() - cell.min() + 1
+    number = np.bincount(cell - first, minlength=count)
+    full = number > 0
+    centres = (np.arange(count) + first + 0.5) * spacing
+    # A cell's mean belongs to the mean position of its samples, not to the cell's centre.
+    places = np.bincount(cell - first, weights=x, minlength=count)[full] / number[full]
+    flat = np.atleast_2d(values)
+    means = np.empty((len(flat), count))
+    for row, out in zip(flat, means, strict=True):
+        sums = np.bincount(cell - first, weights=row, minlength=count)[full]
+        out[:] = np.interp(centres, places, sums / number[full])
+    return centres, means.reshape(*values.shape[:-1], count)
+
+
+CUTOFF_PER_METRE = 10.0 / FAST
+"""Path frequency of 10 Hz at 0.03092 m/s: 323 1/m."""
+ORDER = 2
+"""of the filter that runs forward and backward; the thesis does not say"""
+
+
+def low_pass(
+    values: np.ndarray,
+    spacing: float = 1e-4,
+    cutoff: float = CUTOFF_PER_METRE,
+) -> np.ndarray:
+    """`values` on an even grid of `spacing` [m] without what is above `cutoff` [1/m].
+
+    The cut-off is stated over distance: over time it would change with the plank speed. Leading
+    and trailing NaN stay.
+    """
+    out = np.array(values, dtype=np.float64)
+    finite = np.flatnonzero(np.isfinite(out))
+    nyquist = 0.5 / spacing
+    if finite.size < 30 * ORDER or cutoff >= nyquist:
+        return out
+    span = slice(finite[0], finite[-1] + 1)
+    sections = butter(ORDER, cutoff / nyquist, output="sos")
+    out[span] = sosfiltfilt(sections, out[span])
+    return out
+
 
 SPACING = 1e-4
 """thesis 6.2 [m]"""
@@ -45,8 +110,7 @@ class Gridded:
 
 def on_grid(
     table: MeasurementTable,
-    names: Sequence[str] | None = None,
-    grid: np.ndarray = GRID,
+    names: Sequence[str],
 ) -> Gridded:
     """Columns of a run interpolated over road displacement.
 
@@ -55,11 +119,11 @@ def on_grid(
     travel = np.maximum.accumulate(table["plank_position"])
     last = np.append(np.diff(travel) > 0.0, True)
     x = travel[last]
-    names = [n for n in (names or table.columns) if n != "plank_position" and table.has(n)]
+    names = [n for n in names if n != "plank_position" and table.has(n)]
     if x.size < 2:
         raise FlatplankError("zero speed", table.info.file, "the plank must move")
-    columns = {n: np.interp(grid, x, table[n][last], left=np.nan, right=np.nan) for n in names}
-    return Gridded(grid, columns)
+    columns = {n: np.interp(GRID, x, table[n][last], left=np.nan, right=np.nan) for n in names}
+    return Gridded(GRID, columns)
 
 
 def mean_of(runs: Sequence[Gridded]) -> Gridded:

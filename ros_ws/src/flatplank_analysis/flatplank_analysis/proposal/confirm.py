@@ -176,7 +176,7 @@ def _sized(
     kappa = max((energy - float(share @ scores)) / spare, 1.0)
     half = np.inf
     if raw > 0.0 and inverse[0, 0] > 0.0:
-        # what the form of the law may feign, as in the search
+        # what the form of the law may imitate, as in the search
         visible = min(1.0 / (float(inverse[0, 0]) * raw), 1.0)
         form = FORM**2 / max(visible, 1e-9)
         half = BAND * float(np.sqrt(kappa * inverse[0, 0] + form))

@@ -53,24 +53,15 @@ def turns(values: np.ndarray) -> np.ndarray:
     return np.stack([f(n * values) for n in orders for f in (np.cos, np.sin)])
 
 
-def basis_of(site: Site, fine: bool) -> np.ndarray:
-    """The curve of a site (k, runs, samples)."""
+def basis_of(site: Site, fine: bool, u: np.ndarray | None = None) -> np.ndarray:
+    """Functions of a site's curve (k, runs, samples), or at other values u of its coordinate."""
     place = site.place
+    u = place.values if u is None else u
     if not place.name:
-        return np.ones((1, *place.values.shape))
-    if place.span.kind == ANGLE:
-        return turns(place.values)
-    return hats(place.values, knots_of(place.values, place.span, fine))
-
-
-def basis_at(site: Site, u: np.ndarray) -> np.ndarray:
-    """The coarse curve's functions at other values (k, n) of the coordinate."""
-    place = site.place
-    if not place.name:
-        return np.ones((1, len(u)))
+        return np.ones((1, *u.shape))
     if place.span.kind == ANGLE:
         return turns(u)
-    return hats(u, knots_of(place.values, place.span, fine=False))
+    return hats(u, knots_of(place.values, place.span, fine))
 
 
 def acting(site: Site, basis: np.ndarray) -> type[Effect]:

@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 import html
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, Drawn, png
+from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
+from flatplank_analysis.discovery.report.page import Book
 from flatplank_analysis.proposal.propose import Proposal
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import displayed
@@ -70,7 +69,7 @@ def picture(result: Proposal) -> Figure:
     """Curve, band and form over the coordinate; the form alone where it waves."""
     lines = lines_of(result)
     u, free, half = lines.u, lines.free, lines.half
-    figure = Drawn(figsize=(8.0, 3.2), layout="constrained", dpi=110)
+    figure = figure_of(8.0, 3.2)
     axes = figure.add_subplot()
     if free is not None and half is not None:
         axes.fill_between(
@@ -93,13 +92,7 @@ def write_page(result: Proposal, folder: Path, campaign: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     svg, words = "", ""
     if result.sentence is not None:
-        figure = picture(result)
-        (folder / "proposal.png").write_bytes(png(figure))
-        stream = io.StringIO()
-        FigureCanvasSVG(figure).print_svg(stream)
-        text = stream.getvalue()
-        write_atomic(folder / "proposal.svg", text)
-        svg, words = text[text.index("<svg") :], result.sentence.words()
+        svg, words = Book(folder).add("proposal", picture(result)), result.sentence.words()
     page = folder / "index.html"
     told = {
         "campaign": campaign, "verdict": result.verdict, "sentence": words,

@@ -56,7 +56,6 @@ class Proposal:
 
     @property
     def name(self) -> str:
-        """Identifier of the proposed effect."""
         return self.sentence.identifier if self.sentence else ""
 
     def to_dict(self) -> dict[str, Any]:
@@ -72,7 +71,7 @@ class Proposal:
             "name": self.name,
             "sentence": s.words(),
             **_parts(s),
-            "numbers": {k: _six(v) for k, v in s.numbers.items()},
+            "numbers": {k: verdict.six_digits(v) for k, v in s.numbers.items()},
             "refit": self.numbers,
             "confused_with": [
                 {"sentence": t.sentence.words(), **_parts(t.sentence)}
@@ -89,10 +88,6 @@ def _parts(s: Sentence) -> dict[str, str]:
         "hook": site.hook.name, "family": site.hook.family, "coordinate": site.place.name,
         "modulator": site.modulator.name, "shape": s.shape.name,
     }  # fmt: skip
-
-
-def _six(value: float) -> float:
-    return float(f"{value:.6g}")
 
 
 def propose(
@@ -193,15 +188,14 @@ def _cleaned(session: Session, step: Step) -> Step:
     ones = np.ones((1, *data.position.shape))
     steady = [acting(s, ones) for s in sites]
     fit = old.whitened.fit
-    responses = np.array(
-        [c.columns[0, 0] for c in make_candidates(old.model, fit, steady, old.residual)]
-    )
-    ordering = [
-        _centred(p.values)
-        for p in places
-        if exchange_test(data.runs, old.residual[0], responses, _centred(p.values).mean(axis=1))
-        < ORDERED
-    ]
+    made = make_candidates(old.model, fit, steady, old.residual)
+    responses = np.array([c.columns[0, 0] for c in made])
+
+    def orders(u: np.ndarray) -> bool:
+        p = exchange_test(data.runs, old.residual[0], responses, u.mean(axis=1))
+        return p < ORDERED
+
+    ordering = [u for u in (_centred(p.values) for p in places) if orders(u)]
     if not ordering:
         return step
     courses = [acting(s, (u**k)[None]) for s in sites for u in ordering for k in POWERS]
@@ -265,8 +259,8 @@ def _written(
     known = session.file_of(model or ModelFile(), step.state.fit)
     _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))
     numbers |= {
-        "held_out_level": _six(held_out_level(after.state)),
-        "acts_in": _six(_acting_in(after.state)),
+        "held_out_level": verdict.six_digits(held_out_level(after.state)),
+        "acts_in": verdict.six_digits(_acting_in(after.state)),
     }
     if numbers["rmse"] > invariants.limits(after.state).error:
         numbers["doubts"].append("the error is not at the floor: more is left than this")
@@ -280,9 +274,7 @@ def _written(
         told=tuple(_told(session, numbers, outcome, after)),
     )
     reason = f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N"
-    return Proposal(
-        PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers
-    )  # fmt: skip
+    return Proposal(PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers)
 
 
 def _acting_in(state: State) -> float:
@@ -330,9 +322,8 @@ def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) ->
 def _short(s: Sentence) -> str:
     site = s.site
     over = f" over {site.place.name}" if site.place.name else ""
-    return f"{site.hook.words}{over}" + (
-        f", {site.modulator.words}" if site.modulator.words else ""
-    )
+    when = f", {site.modulator.words}" if site.modulator.words else ""
+    return f"{site.hook.words}{over}{when}"
 
 
 def held_out_level(state: State) -> float:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.gram import solve
 from flatplank_analysis.discovery.model import Lane
 from flatplank_analysis.discovery.state import State
-from flatplank_analysis.proposal.curves import acting, basis_at, basis_of, knots_of
+from flatplank_analysis.proposal.curves import acting, basis_of, knots_of
 from flatplank_analysis.proposal.hooks import NONE
 from flatplank_analysis.proposal.shapes import shapes
 from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Shape, Span
@@ -40,7 +40,6 @@ class Scores:
     """(k,)"""
 
     def sizes(self) -> np.ndarray:
-        """Best sizes."""
         return solve(self.info, self.score)[0]
 
     def gain(self) -> float:
@@ -49,10 +48,8 @@ class Scores:
 
     def parts(self, k: int) -> list[Scores]:
         """The sums of each k columns by themselves."""
-        return [
-            Scores(self.info[i : i + k, i : i + k], self.score[i : i + k])
-            for i in range(0, len(self.score), k)
-        ]
+        rows = [slice(i, i + k) for i in range(0, len(self.score), k)]
+        return [Scores(self.info[r, r], self.score[r]) for r in rows]
 
     def of(self, mix: np.ndarray) -> Scores:
         """The same of combinations (n, k) of the columns."""
@@ -131,9 +128,8 @@ class Scanner:
         """Response of the model to each basis function, per unit of the hook."""
         effect, own = acting(site, basis), self.fit.lane()
         step = site.hook.screen
-        lanes = [
-            Lane(own.base, (*own.effects, (effect, row))) for row in step * np.eye(len(basis))
-        ]
+        rows = step * np.eye(len(basis))
+        lanes = [Lane(own.base, (*own.effects, (effect, row))) for row in rows]
         return (self.state.model.predict(lanes) - self.fit.predicted) / step
 
     def scores(self, site: Site, basis: np.ndarray) -> Scores:
@@ -147,7 +143,7 @@ class Scanner:
         sizes, inverse = solve(scores.info, scores.score)
         span = site.place.span
         u = np.linspace(span.low, span.high, POINTS)
-        basis = basis_at(site, u)
+        basis = basis_of(site, fine=False, u=u)
         variance = np.einsum("kn,kl,ln->n", basis, inverse, basis)
         half = BAND * np.sqrt(np.maximum(dispersion * variance, 0.0))
         return Drawn(u, sizes @ basis, half)
@@ -187,9 +183,8 @@ class Scanner:
         place, weight = site.place, factor(site.modulator, self.data)
         pairs = shape.name == "beat"
         single = shapes()["wave"] if pairs else shape
-        settings = [
-            s for s in settings_of(single, place.span) if s["period"] > _resolved(place.values)
-        ]
+        shortest = WAVE_NODES * float(np.median(np.abs(np.diff(place.values, axis=1))))
+        settings = [s for s in settings_of(single, place.span) if s["period"] > shortest]
         if len(settings) < 2:
             return []
         basis = np.concatenate([single.values(place.span, place.values, s) for s in settings])
@@ -302,11 +297,6 @@ def _best_pair(info: np.ndarray, score: np.ndarray) -> tuple[int, int]:
 def waves(shape: Shape) -> bool:
     """True of a shape with a period."""
     return any(n.name == "period" for n in shape.numbers)
-
-
-def _resolved(values: np.ndarray) -> float:
-    """Shortest period that the nodes of a run show."""
-    return WAVE_NODES * float(np.median(np.abs(np.diff(values, axis=1))))
 
 
 def settings_of(shape: Shape, span: Span) -> list[dict[str, float]]:

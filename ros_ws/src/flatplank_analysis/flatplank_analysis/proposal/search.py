@@ -10,15 +10,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
+from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.decide import Decision, Judge
 from flatplank_analysis.discovery.dispersion import Usual
-from flatplank_analysis.discovery.fit import Term
+from flatplank_analysis.discovery.fit import Term, Whitened
 from flatplank_analysis.discovery.rivals import ALIKE
 from flatplank_analysis.discovery.shortlist import EVIDENCE
 from flatplank_analysis.discovery.state import State
 from flatplank_analysis.discovery.steps import Progress
-from flatplank_analysis.discovery.whitened import Whitened
 from flatplank_analysis.proposal.scan import Drawn, Formed, Scanned, Scanner, waves
 from flatplank_analysis.proposal.shapes.base import SIGNAL
 from flatplank_analysis.proposal.sites import Site, places_of, sites_of
@@ -72,10 +71,10 @@ class Outcome:
             return ()
         best = self.best
         limit = best.found.chi2 + EVIDENCE + ALIKE * best.decision.drop
-        seen, out = {_place(best)}, []
+        seen, out = {best.sentence.site.key}, []
         for t in self.tried:
-            if _place(t) not in seen and t.found.chi2 < limit:
-                seen.add(_place(t))
+            if t.sentence.site.key not in seen and t.found.chi2 < limit:
+                seen.add(t.sentence.site.key)
                 out.append(t)
         return tuple(out)
 
@@ -126,20 +125,9 @@ def simplest(accepted: Sequence[Tried]) -> Tried | None:
     if not accepted:
         return None
     best = accepted[0]
-    near = [
-        t
-        for t in accepted
-        if _place(t) == _place(best) and t.found.chi2 < best.found.chi2 + EVIDENCE
-    ]
+    here = [t for t in accepted if t.sentence.site.key == best.sentence.site.key]
+    near = [t for t in here if t.found.chi2 < best.found.chi2 + EVIDENCE]
     return min(near, key=lambda t: t.sentence.shape.price)
-
-
-def _place(t: Tried) -> tuple[str, str, str]:
-    return _key(t.sentence.site)
-
-
-def _key(site: Site) -> tuple[str, str, str]:
-    return site.hook.name, site.place.name, site.modulator.name
 
 
 @dataclass
@@ -156,7 +144,6 @@ class Proposer:
     progress: Progress | None = None
 
     def run(self) -> Outcome:
-        """All steps."""
         scanner = Scanner(self.state, self.data)
         places = [p for p in places_of(self.data) if self.only is None or p.name in self.only]
         sites = sites_of(self.data, places)
@@ -197,9 +184,9 @@ class Proposer:
         if not accepted:
             return []
         best = min(accepted, key=lambda t: t.doubted(self.level, self.price)).sentence.site
-        seen, out = {_place(t) for t in tried}, []
+        seen, out = {t.sentence.site.key for t in tried}, []
         for s in ranked:
-            if is_sibling(s.site, best) and _key(s.site) not in seen:
+            if is_sibling(s.site, best) and s.site.key not in seen:
                 self.say("joint refits", 0.9)
                 out.append(self.refit(min(scanner.forms(s), key=self.worth), looked[s.kind]))
         return out
@@ -224,7 +211,6 @@ class Proposer:
         return [scanned[i] for e, i in sorted(worth, reverse=True) if e > 0.0]
 
     def worth(self, formed: Formed) -> float:
-        """For sorting, the best first."""
         return -formed.evidence(self.level, self.price)
 
     def refit(self, formed: Formed, looked: int) -> Tried:
@@ -237,9 +223,7 @@ class Proposer:
             p.name: float(np.clip(values[p.name], p.lower, p.upper)) for p in effect.parameters()
         }
         state = self.state
-        term = Term(effect, effect.vector(start))
-        grown = state.fitter.grown(state.whitened.fit, term)
-        found = state.settle(grown, most=6)
+        found = state.with_term(Term(effect, effect.vector(start)), most=6)
         judge = Judge(state, state.whitened.chi2, self.usual, self.explained)
         index = len(found.fit.terms) - 1
         decision = judge.decide(found, index, looked)

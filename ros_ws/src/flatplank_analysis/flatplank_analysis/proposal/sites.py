@@ -4,13 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatplank_analysis.contact_patch.data import TireRuns
-from flatplank_analysis.contact_patch.further import coordinates_of
+from flatplank_analysis.contact_patch.tire_runs import TireRuns, coordinates_of
 from flatplank_analysis.discovery.runs import Coordinate
 from flatplank_analysis.proposal.hooks import HOOKS, NONE, Hook
 from flatplank_analysis.proposal.modulators import BY_NAME, Modulator
@@ -49,8 +47,11 @@ class Site:
     modulator: Modulator
 
     @property
+    def key(self) -> tuple[str, str, str]:
+        return self.hook.name, self.place.name, self.modulator.name
+
+    @property
     def name(self) -> str:
-        """For tables."""
         words = [self.hook.name, f"over {self.place.name}" if self.place.name else "constant"]
         return ", ".join([*words, self.modulator.name] if self.modulator.name else words)
 
@@ -68,13 +69,11 @@ def places_of(data: TireRuns) -> list[Place]:
         twin = next((i for i, o in enumerate(out) if _same(o, place)), None)
         if twin is None:
             out.append(place)
-        elif (
-            name == "plank position"
-        ):  # the place itself is named, what follows the step beside it
-            out[twin] = Place(name, place.span, values, (out[twin].name, *out[twin].alias))
+        elif name == "plank position":
+            # the place itself is named, what follows the step beside it
+            out[twin] = replace(place, alias=(out[twin].name, *out[twin].alias))
         else:
-            kept = out[twin]
-            out[twin] = Place(kept.name, kept.span, kept.values, (*kept.alias, name))
+            out[twin] = replace(out[twin], alias=(*out[twin].alias, name))
     return out
 
 
@@ -110,16 +109,11 @@ def event_place(data: TireRuns) -> Place:
     return Place(EVENT, _span(EVENT, c, c.values), c.values)
 
 
-@lru_cache(maxsize=256)
-def _code(formula: str):
-    return compile(formula, "<modulator>", "eval")
-
-
 def factor(modulator: Modulator, data: TireRuns) -> np.ndarray:
     """A modulator of these runs (runs, samples)."""
     if not modulator.formula:
         return np.ones(data.position.shape)
-    found = eval(_code(modulator.formula), {"np": np, "data": data})
+    found = eval(modulator.formula, {"np": np, "data": data})
     return np.broadcast_to(np.asarray(found, dtype=float), data.position.shape)
 
 

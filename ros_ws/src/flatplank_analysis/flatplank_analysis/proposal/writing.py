@@ -49,12 +49,10 @@ class Sentence:
 
     @property
     def size_names(self) -> list[str]:
-        """Names of the sizes."""
         names = ["cos", "sin", "second_cos", "second_sin"]
         return ["amount"] if len(self.shape.terms) == 1 else names[: len(self.shape.terms)]
 
     def words(self) -> str:
-        """The sentence, for people."""
         site = self.site
         over = f" over {site.place.name}" if site.place.name else ""
         when, _, meant = site.modulator.words.partition("; ")
@@ -106,28 +104,20 @@ def _head(s: Sentence, body: Sequence[str]) -> list[str]:
 def _body(s: Sentence) -> list[str]:
     site = s.site
 
-    def write(number: str) -> str:
-        return f"self.{number}"
-
+    write = "self.{}".format
     formulas = s.shape.formulas(site.place.span, write)
     where = f"data.coordinate({_quoted(site.place.name)})"
     lines = [f"data = {site.hook.method}.data"]
     lines += [f"u = {where if site.place.name else 'np.zeros(data.position.shape)'}"]
     lines += ["time = data.runs.time"] if any("time" in f for f in formulas) else []
-    lines += [
-        f"{name} = {formula}" for name, formula in s.shape.named_parts(site.place.span, write)
-    ]
-    lines += _summed(
-        [f"self.{n} * {_factor(f)}" for n, f in zip(s.size_names, formulas, strict=True)]
-    )
+    parts = s.shape.named_parts(site.place.span, write)
+    lines += [f"{name} = {formula}" for name, formula in parts]
+    # a sum stands in brackets
+    factors = [f"({f})" if f[0].isdigit() else f for f in formulas]
+    lines += _summed([f"self.{n} * {f}" for n, f in zip(s.size_names, factors, strict=True)])
     if site.modulator.formula:
         lines.append(f"change = change * ({site.modulator.formula})")
     return [*lines, *site.hook.line.split("\n")]
-
-
-def _factor(formula: str) -> str:
-    """In brackets where it is a sum."""
-    return f"({formula})" if formula[0].isdigit() else formula
 
 
 def _summed(terms: Sequence[str]) -> list[str]:
@@ -135,9 +125,10 @@ def _summed(terms: Sequence[str]) -> list[str]:
     lines = [f"change = {terms[0]}"]
     for term in terms[1:]:
         longer = f"{lines[-1]} + {term}"
-        lines = (
-            [*lines[:-1], longer] if len(longer) <= 91 else [*lines, f"change = change + {term}"]
-        )
+        if len(longer) <= 91:
+            lines[-1] = longer
+        else:
+            lines.append(f"change = change + {term}")
     return lines
 
 
@@ -176,10 +167,11 @@ def _fields(s: Sentence) -> list[str]:
         low, high = sorted(n.bounds(seen))
         unit = seen.unit if n.unit == "u" else n.unit
         value = min(max(float(s.numbers[n.name]), low), high)
+        low, value, high = (float(f"{v:.6g}") for v in (low, value, high))
         note = f', note="{n.note}"' if n.note else ""
         out.append(
             f'    {n.name}: float = param({value:.6g}, unit="{unit}", '
-            f"bounds=({_down(low, value):.6g}, {_up(high, value):.6g}){note})"
+            f"bounds=({min(low, value):.6g}, {max(high, value):.6g}){note})"
         )
     return [part for line in out for part in _param(line)]
 
@@ -190,14 +182,6 @@ def _param(line: str) -> list[str]:
         return [line]
     head, _, note = line.rpartition(", note=")
     return [f"{head},", f"{' ' * (head.index('(') + 1)}note={note}"] if head else [line]
-
-
-def _down(low: float, value: float) -> float:
-    return min(float(f"{low:.6g}"), float(f"{value:.6g}"))
-
-
-def _up(high: float, value: float) -> float:
-    return max(float(f"{high:.6g}"), float(f"{value:.6g}"))
 
 
 def _interval(s: Sentence) -> list[str]:
@@ -226,20 +210,17 @@ def check_of(s: Sentence) -> str:
 def renamed(text: str, name: str) -> str:
     """The file of a proposal with another identifier, and a class named after it."""
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise FlatplankError(
-            f"'{name}' is no identifier", "name", "small letters, digits and _ only"
-        )
+        what = f"'{name}' is no identifier"
+        raise FlatplankError(what, "name", "small letters, digits and _ only")
     text = re.sub('(?m)^    identifier = ".*"$', f'    identifier = "{name}"', text, count=1)
     return re.sub(r"(?m)^class \w+\(", f"class {class_of(name)}(", text, count=1)
 
 
 def class_of(identifier: str) -> str:
-    """Name of the class of an effect."""
     return "".join(w.capitalize() for w in identifier.split("_"))
 
 
 def effect_of(text: str) -> type[Effect]:
-    """The effect of a file's text."""
     name = f"flatplank_proposed_{crc32(text.encode()):08x}"
     module = types.ModuleType(name)
     sys.modules[name] = module

@@ -5,35 +5,24 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
-import numpy as np
-
-from flatplank_analysis.identify.carcass import CarcassFit, fit_carcass
+from flatplank_analysis.identify.carcass import fit_carcass
 from flatplank_analysis.identify.mf.points import points_from_runs
 from flatplank_analysis.identify.runs import StepRun, step_run
-from flatplank_analysis.models.contact import TOYO, ContactGeometry
-from flatplank_analysis.models.nonlinear import NonlinearX
+from flatplank_analysis.models.base import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import open_executor
-from flatplank_analysis.report.beside import Beside, beside, lateral_result
-from flatplank_analysis.report.compare import compared, positions
-from flatplank_analysis.report.conditions import condition_result
+from flatplank_analysis.report.conditions import beside, condition_result, lateral_result
 from flatplank_analysis.report.extras import other_measurements
-from flatplank_analysis.report.geometry import geometry_of
-from flatplank_analysis.report.magic import fit_points, mf_curves
-from flatplank_analysis.report.results import (
-    CampaignResult,
-    ConditionResult,
-    ModelCurves,
-    PointResult,
-)
+from flatplank_analysis.report.models import fit_points, linear_curves, mf_curves, nonlinear_curves
+from flatplank_analysis.report.results import Beside, CampaignResult, ConditionResult, PointResult
 from flatplank_analysis.report.steps import COLUMNS as STEP_COLUMNS
-from flatplank_analysis.report.steps import extras_as_points
-from flatplank_analysis.report.tire import record_for, tires_of
+from flatplank_analysis.report.steps import extras_as_points, problems_of
+from flatplank_analysis.report.tire import geometry_of, record_for, tires_of
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
-from flatplank_analysis.steady.stopping import until_stop
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
@@ -41,8 +30,6 @@ from flatplank_data.problem import Problem, problem_of
 from flatplank_data.table import MeasurementTable
 
 COLUMNS = (*STEP_COLUMNS, "motor_torque", "loaded_radius")
-MODEL_SPACING = 0.005
-"""grid of the nonlinear model [m]"""
 ROLLING = ("slip", "free_rolling")
 
 Progress = Callable[[int, int, str], None]
@@ -138,15 +125,18 @@ def analyse_point(job: PointJob) -> PointResult:
         groups.setdefault(run.info.condition, []).append(run)
     more: tuple[list, list, list] = ([], [], [])
     for condition, runs in groups.items():
-        tables = _tables(runs, problems)
-        radii += _radii(tables, problems)
+        tables: list[MeasurementTable] = []
+        problems += problems_of(runs, partial(_keep, tables), COLUMNS)
+        rolled = [t for t in tables if t.has("wheel_angle") or t.has("motor_velocity")]
+        found_radii = _told(problems, radius_of_run, rolled)
+        radii += [r for r in found_radii if math.isfinite(r.radius)]
         if condition.measurement == "slip" and tables:
             for kept, found_here in zip(more, beside(tables), strict=True):
                 kept += found_here
             found = _guarded(problems, condition_result, condition, tables)
             if found is not None:
                 conditions.append(found)
-                steps += _steps(tables, problems)
+                steps += _told(problems, step_run, tables)
     carcass, why, models = None, "", {}
     if conditions:
         models["linear"] = linear_curves(conditions)
@@ -163,14 +153,8 @@ def analyse_point(job: PointJob) -> PointResult:
     )
 
 
-def _tables(runs: Sequence[Run], problems: list[Problem]) -> list[MeasurementTable]:
-    tables = []
-    for run in runs:
-        found = _guarded(problems, run.read, COLUMNS, file=run.info.file)
-        if found is not None:
-            tables.append(until_stop(found[0]))
-            problems.extend(found[1])
-    return tables
+def _keep(tables: list[MeasurementTable], _: Run, table: MeasurementTable) -> None:
+    tables.append(table)
 
 
 def _guarded(problems: list[Problem], function: Callable, *args: object, file: str = ""):
@@ -182,45 +166,7 @@ def _guarded(problems: list[Problem], function: Callable, *args: object, file: s
         return None
 
 
-def _radii(tables: Sequence[MeasurementTable], problems: list[Problem]) -> list[RadiusRun]:
-    usable = [t for t in tables if t.has("wheel_angle") or t.has("motor_velocity")]
-    found = [_guarded(problems, radius_of_run, t, file=t.info.file) for t in usable]
-    return [r for r in found if r is not None and math.isfinite(r.radius)]
-
-
-def _steps(tables: Sequence[MeasurementTable], problems: list[Problem]) -> list[StepRun]:
-    found = [_guarded(problems, step_run, t, file=t.info.file) for t in tables]
-    return [s for s in found if s is not None]
-
-
-def linear_curves(conditions: Sequence[ConditionResult]) -> ModelCurves:
-    """The linear model of every condition."""
-    curves, errors = {}, {}
-    for c in conditions:
-        x = positions(c)
-        curves[c.condition], errors[c.condition] = compared(c, x, c.linear.response(x))
-    return ModelCurves("linear", "linear transient model", curves, errors)
-
-
-def nonlinear_curves(
-    fit: CarcassFit,
-    conditions: Sequence[ConditionResult],
-    steps: Sequence[StepRun],
-    geometry: ContactGeometry,
-) -> ModelCurves:
-    """The nonlinear model of every condition: mean of its runs' responses."""
-    law = fit.curve.law()
-    load = float(np.mean([run.mean_load for run in steps]))
-    mu = float(np.max(np.abs(fit.curve.force))) / load
-    model = NonlinearX(lambda _: law, geometry, mu)
-    stiffness = np.array([[fit.c_cx.value]])
-    curves, errors = {}, {}
-    for c in conditions:
-        x = positions(c)
-        parts = []
-        for run in (s for s in steps if s.level == c.condition.kappa):
-            grid, _ = run.grid(MODEL_SPACING, run.fx[None])
-            inputs = run.inputs(MODEL_SPACING, c.linear.start_force.value)
-            parts.append(np.interp(x, grid, model.simulate(stiffness, inputs)[0, 0]))
-        curves[c.condition], errors[c.condition] = compared(c, x, np.mean(parts, axis=0))
-    return ModelCurves("nonlinear", "nonlinear transient model", curves, errors)
+def _told(problems: list[Problem], function: Callable, tables: Iterable[MeasurementTable]) -> list:
+    """What a function tells of the tables that it can use."""
+    found = (_guarded(problems, function, t, file=t.info.file) for t in tables)
+    return [value for value in found if value is not None]

@@ -1,19 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One slip level of one operating point: mean of its runs (section 6.2) and its linear model."""
+"""One slip level of one operating point: mean of its runs (section 6.2), its linear model, and
+what the runs tell beside the slip response: stiffness at rest, drive torque, side force.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from flatplank_analysis.identify.lateral import lateral_run
 from flatplank_analysis.identify.linear import LinearFit, linear_run
-from flatplank_analysis.post.filtering import low_pass
-from flatplank_analysis.post.gridding import SPACING, Gridded, mean_of_starts, on_grid, repeat_std
-from flatplank_analysis.post.slip import StepFacts, step_facts
-from flatplank_analysis.report.results import ConditionResult
+from flatplank_analysis.identify.repeats import has_mean, mean_response
+from flatplank_analysis.identify.runs import StepRun
+from flatplank_analysis.post.gridding import (
+    SPACING,
+    Gridded,
+    bin_means,
+    low_pass,
+    mean_of_starts,
+    on_grid,
+    repeat_std,
+)
+from flatplank_analysis.post.motion import StepFacts, step_facts
+from flatplank_analysis.report.results import ConditionResult, DriveRun, LateralResult
+from flatplank_analysis.steady.stiffness import static_longitudinal_stiffness
+from flatplank_analysis.steady.transmission import drive_state
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError
 from flatplank_data.lost import lost_samples
@@ -24,6 +39,10 @@ THIN = 20
 """every 20th point of the 0.1 mm grid is kept after the filter: 2 mm"""
 TAIL = 0.5
 """road over which a steady lateral force is averaged [m]"""
+SMALLEST_ANGLE = 0.3
+"""[deg]; below it a run has no lateral step"""
+LATERAL_SPACING = 0.01
+"""grid on which the mean lateral force is kept [m]"""
 
 
 def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -> ConditionResult:
@@ -39,6 +58,11 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
     facts = mean_facts([step_facts(t) for t in tables], starts)
     kappa = facts.kappa_actual if math.isfinite(facts.kappa_actual) else condition.kappa
     good = np.isfinite(mean["fx"])
+    tail = mean["fy"][np.isfinite(mean["fy"])] if "fy" in mean.columns else np.zeros(0)
+    tail = tail[-round(TAIL / SPACING) :]
+    scatter = None
+    if len(repeats) > 1:
+        scatter = repeat_std([g.map(low_pass, ["fx"]) for g in repeats], "fx")[::THIN]
     thin = slice(None, None, THIN)
     return ConditionResult(
         condition,
@@ -47,11 +71,11 @@ def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -
         step,
         mean.position[thin],
         {name: values[thin] for name, values in mean.columns.items()},
-        _scatter(repeats),
+        scatter,
         len(repeats) < len(gridded) or len(set(starts)) == 1,
         linear_run(mean.position[good] - step, mean["fx"][good], kappa),
         {t.info.name: _run_fit(t, step) for t in tables},
-        _tail(mean),
+        float(tail.mean()) if tail.size else math.nan,
         sum(lost_samples(t).lost for t in tables),
     )
 
@@ -70,20 +94,6 @@ def _repeats(runs: Sequence[Gridded], starts: Sequence[int]) -> list[Gridded]:
     return [r for r, s in zip(runs, starts, strict=True) if s == most or not uneven]
 
 
-def _scatter(gridded: Sequence[Gridded]) -> np.ndarray | None:
-    if len(gridded) < 2:
-        return None
-    smooth = [g.map(low_pass, ["fx"]) for g in gridded]
-    return repeat_std(smooth, "fx")[::THIN]
-
-
-def _tail(mean: Gridded) -> float:
-    if "fy" not in mean.columns:
-        return math.nan
-    last = mean["fy"][np.isfinite(mean["fy"])][-round(TAIL / SPACING) :]
-    return float(last.mean()) if last.size else math.nan
-
-
 def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
     """Mean of the start angles, each the mean of its runs, as the forces are averaged."""
     groups = [
@@ -99,3 +109,40 @@ def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
     return StepFacts(
         **{n: mean([mean([getattr(f, n) for f in group]) for group in groups]) for n in names}
     )
+
+
+def beside(
+    tables: Sequence[MeasurementTable],
+) -> tuple[list[float], list[DriveRun], list[StepRun]]:
+    """What slip runs tell beside the slip response, each where it was measured.
+
+    C_x of the standing tire [N/m], torques at the end of the run, and the start of rolling at a
+    slip angle as a step in side slip.
+    """
+    stiffness, drive, lateral = [], [], []
+    for table in tables:
+        if all(table.has(name) for name in ("wheel_angle", "fx", "plank_position")):
+            stiffness.append(static_longitudinal_stiffness(table))
+        if table.has("motor_torque") and table.has("motor_velocity"):
+            drive.append(DriveRun(table.info.condition, drive_state(table)))
+        if abs(table.info.alpha_deg) >= SMALLEST_ANGLE and table.has("fy"):
+            with contextlib.suppress(FlatplankError):
+                lateral.append(lateral_run(table))
+    return [v for v in stiffness if math.isfinite(v)], drive, lateral
+
+
+def lateral_result(runs: Sequence[StepRun]) -> LateralResult | None:
+    """First-order response of the mean of the runs."""
+    if not runs:
+        return None
+    if has_mean(runs):
+        mean = mean_response(runs)
+        fit, error = mean.fit, [float(v) for v in mean.std_error]
+    else:
+        fit = linear_run(runs[0].distance, runs[0].fx, runs[0].kappa)
+        error = [math.nan, math.nan, math.nan]
+    last = min(float(run.distance[-1]) for run in runs)
+    x = runs[0].distance[runs[0].distance <= last]
+    force = np.mean([np.interp(x, run.distance, -run.fx) for run in runs], axis=0)
+    thin, (kept,) = bin_means(x, force[None], LATERAL_SPACING)
+    return LateralResult(fit, error, len(runs), thin, kept)

@@ -1,31 +1,42 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results of the measurements that are no slip steps: stiffness, footprints, unloaded turns."""
+"""Results of the measurements that are no slip steps: stiffness, footprints, unloaded turns, free
+rolling, and waveforms: the linear model driven by the measured slip, frequency response.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.identify.least_squares import solve
+from flatplank_analysis.identify.results import rmse
+from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.kinds.camber_sweep import camber_sweep
 from flatplank_analysis.kinds.cleat import cleat
 from flatplank_analysis.kinds.parking import parking
 from flatplank_analysis.kinds.turning import turning
-from flatplank_analysis.post.gridding import SPACING, on_grid
-from flatplank_analysis.post.settling import REFERENCE_FORCE, fit_exponential
-from flatplank_analysis.report.waveforms import waveform_run
-from flatplank_analysis.steady.contact import fit_contact_length
-from flatplank_analysis.steady.rolling_radius import FREE_WHEEL
+from flatplank_analysis.models.linear import LinearX
+from flatplank_analysis.post.frequency import frequency_response
+from flatplank_analysis.post.gridding import SPACING, low_pass, on_grid
+from flatplank_analysis.post.motion import until_stop
+from flatplank_analysis.steady.rolling_radius import (
+    BRAKING,
+    FREE_WHEEL,
+    REFERENCE_FORCE,
+    fit_exponential,
+)
 from flatplank_analysis.steady.stiffness import (
+    fit_contact_length,
     locked_friction,
     standing_lateral_stiffness,
     static_longitudinal_stiffness,
     vertical_stiffness,
 )
-from flatplank_analysis.steady.stopping import until_stop
 from flatplank_analysis.steady.transmission import friction_torque
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
@@ -33,10 +44,18 @@ from flatplank_data.problem import problem_of
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 
+PERIODIC = ("sine", "triangle")
+WAVE_SPACING = 0.005
+"""grid of the fit [m]"""
+SLIP_CUTOFF = 40.0
+"""low-pass of the slip, which is a derivative of encoder counts [1/m]"""
+SHORT_WAVE = 3.0
+"""2 pi sigma over the wavelength from which on a wave tells C/sigma only: |1 + i 3| is 3 to 5 %"""
+WAVE_START = np.array([0.4, 9e4])
+WAVE_LOWER, WAVE_UPPER = np.array([0.005, 0.0]), np.array([5.0, 1e7])
+
 Found = dict[str, Any]
 Extra = Callable[[Campaign, list[MeasurementTable], Mapping[str, Any]], Found]
-#: kind of measurement -> what is made of it, in this order
-EXTRAS: dict[str, Extra] = {}
 STANDING: dict[str, tuple[str, Callable[[MeasurementTable], float]]] = {
     "stiffness_longitudinal": ("C_x", static_longitudinal_stiffness),
     "stiffness_lateral": ("C_y", standing_lateral_stiffness),
@@ -54,16 +73,6 @@ RUN_BY_RUN: dict[str, Callable[[MeasurementTable], Any]] = {
 """kind of measurement -> what a run of it tells by itself"""
 
 
-def extra(measurement: str) -> Callable[[Extra], Extra]:
-    """Register the evaluation of a kind of measurement."""
-
-    def register(function: Extra) -> Extra:
-        EXTRAS[measurement] = function
-        return function
-
-    return register
-
-
 def other_measurements(
     campaign: Campaign, kinds: Sequence[str] = (), free_radius: float = math.nan
 ) -> Found:
@@ -78,8 +87,7 @@ def other_measurements(
         if kinds and kind not in kinds:
             continue
         runs = campaign.where(partial(_is_of, kind))
-        tables = list(runs.tables())
-        if tables:
+        if tables := list(runs.tables()):
             found |= function(campaign, tables, known | found)
     return found
 
@@ -95,56 +103,59 @@ def kind_of(info: RunRecord) -> str:
     return KINDS.get(info.measurement, info.measurement)
 
 
-def _each(
-    campaign: Campaign,
-    tables: Iterable[MeasurementTable],
-    function: Callable[[MeasurementTable], Any],
-) -> list[tuple[MeasurementTable, Any]]:
-    out = []
-    for table in tables:
-        try:
-            out.append((table, function(table)))
-        except FlatplankError as error:
-            campaign.note(problem_of(error, table.info.file))
-    return out
+def _rows(name: str, tell: Callable[[MeasurementTable], Any]) -> Extra:
+    """A result under `name` with a row per run; a run that cannot be told is noted."""
+
+    def evaluate(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+        rows = []
+        for table in tables:
+            try:
+                rows.append(tell(table))
+            except FlatplankError as error:
+                campaign.note(problem_of(error, table.info.file))
+        return {name: rows} if rows else {}
+
+    return evaluate
 
 
-@extra("stiffness")
-def _stiffness(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-    runs = [
-        {
-            "run": table.info.name,
-            "pressure": table.info.pressure,
-            "loading": c.loading,
-            "unloading": c.unloading,
-            "mean": c.mean,
-            "window": c.window,
-            "loaded_radius": table["loaded_radius"][:: max(len(table) // 800, 1)],
-            "fz": table["fz"][:: max(len(table) // 800, 1)],
-        }
-        for table, c in _each(campaign, tables, vertical_stiffness)
-    ]
-    return {"vertical_stiffness": runs} if runs else {}
+def _stiffness(table: MeasurementTable) -> dict[str, Any]:
+    c = vertical_stiffness(table)
+    thin = slice(None, None, max(len(table) // 800, 1))
+    return {
+        "run": table.info.name,
+        "pressure": table.info.pressure,
+        "loading": c.loading,
+        "unloading": c.unloading,
+        "mean": c.mean,
+        "window": c.window,
+        "loaded_radius": table["loaded_radius"][thin],
+        "fz": table["fz"][thin],
+    }
 
 
-@extra("standing")
-def _standing(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-    """C_x, C_y, friction of the standing tire, one row per run."""
+def inside_window(run: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, float]:
+    """Loaded radii [m] and loads [N] of a vertical stiffness run inside its window, and r_0 [m].
 
-    def one(table: MeasurementTable) -> dict[str, Any]:
-        quantity, tell = STANDING[table.info.measurement]
-        value = tell(table)
-        if not np.isfinite(value):
-            what = f"{quantity} cannot be told: the force hardly changes over the travel"
-            raise FlatplankError(what, table.info.file, "let the road go on until the tire slides")
-        facts = {n: getattr(table.info, n) for n in ("name", "fz", "pressure", "gamma_deg")}
-        return {"quantity": quantity, "value": value} | facts
-
-    rows = [value for _, value in _each(campaign, tables, one)]
-    return {"standing": rows} if rows else {}
+    r_0 is where the run's own line reaches Fz = 0: 1 mm of a radius from elsewhere would be 6 % of
+    the stiffness.
+    """
+    radius, force = np.asarray(run["loaded_radius"]), np.asarray(run["fz"])
+    inside = (radius >= run["window"][0]) & (radius <= run["window"][1]) & (force > 0.0)
+    radius, force = radius[inside], force[inside]
+    return radius, force, float(np.mean(radius + force / run["mean"]))
 
 
-@extra("footprint")
+def _standing(table: MeasurementTable) -> dict[str, Any]:
+    """C_x, C_y or friction of the standing tire."""
+    quantity, tell = STANDING[table.info.measurement]
+    value = tell(table)
+    if not np.isfinite(value):
+        what = f"{quantity} cannot be told: the force hardly changes over the travel"
+        raise FlatplankError(what, table.info.file, "let the road go on until the tire slides")
+    facts = {n: getattr(table.info, n) for n in ("name", "fz", "pressure", "gamma_deg")}
+    return {"quantity": quantity, "value": value} | facts
+
+
 def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mapping) -> Found:
     """a over load; (7.20) is fitted where the vertical stiffness of that pressure is known."""
     stiffness = {r["pressure"]: r["mean"] for r in found.get("vertical_stiffness", [])}
@@ -172,69 +183,108 @@ def _footprint(campaign: Campaign, tables: list[MeasurementTable], found: Mappin
     return out
 
 
-@extra("unloaded_turn")
 def _unloaded(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
     try:
-        curve = friction_torque(tables)
+        return {"friction_torque": friction_torque(tables)}
     except FlatplankError as error:
         campaign.note(problem_of(error, tables[0].info.file))
         return {}
-    return {
-        "friction_torque": {
-            "speed": curve.speed,
-            "torque": curve.torque,
-            "scatter": curve.scatter,
-        }
-    }
 
 
-@extra("free_rolling")
-def _settling(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
+def _free_rolling(table: MeasurementTable) -> dict[str, Any]:
     """Settling distance (Appendix E) and steady error over the last 1.5 m (section 5.6).
 
     A wheel without flexplates has no controller: its force is that of its own resistance.
     """
-
-    def one(table: MeasurementTable) -> dict[str, Any]:
-        grid = on_grid(until_stop(table), ["fx"])
-        fit = fit_exponential(grid.position, grid["fx"])
-        force = grid["fx"][np.isfinite(grid["fx"])]
-        last = force[-round(1.5 / SPACING) :]
-        free = table.info.r_e_source == FREE_WHEEL
-        reference = math.nan if free else REFERENCE_FORCE
-        return {
-            "run": table.info.name,
-            "fz": table.info.fz,
-            "reference": reference,
-            "settling_distance": math.nan if free else fit.settles_at(reference),
-            "p1": fit.p1,
-            "p2": fit.p2,
-            "p3": fit.p3,
-            "steady_force": float(last.mean()),
-            "steady_error": float(last.mean()) / reference - 1.0,
-            "position": grid.position[::20],
-            "fx": grid["fx"][::20],
-        }
-
-    return {"free_rolling": [value for _, value in _each(campaign, tables, one)]}
+    grid = on_grid(until_stop(table), ["fx"])
+    fit = fit_exponential(grid.position, grid["fx"])
+    force = grid["fx"][np.isfinite(grid["fx"])]
+    steady = float(force[-round(1.5 / SPACING) :].mean())
+    free = table.info.r_e_source == FREE_WHEEL
+    reference = math.nan if free else REFERENCE_FORCE
+    return {
+        "run": table.info.name,
+        "fz": table.info.fz,
+        "reference": reference,
+        "settling_distance": math.nan if free else fit.settles_at(reference),
+        "p1": fit.p1,
+        "p2": fit.p2,
+        "p3": fit.p3,
+        "steady_force": steady,
+        "steady_error": steady / reference - 1.0,
+        "position": grid.position[::20],
+        "fx": grid["fx"][::20],
+    }
 
 
-@extra("waveform")
-def _waveforms(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-    return {"waveforms": [value for _, value in _each(campaign, tables, waveform_run)]}
+def waveform_run(table: MeasurementTable) -> dict[str, Any]:
+    """Linear model of any waveform: sigma [m] and C [N] by least squares over the whole run."""
+    run = _until_braking(step_run(table))
+    first = float(np.mean(run.fx[run.distance < 0.0])) if np.any(run.distance < 0.0) else 0.0
+    inputs = run.inputs(WAVE_SPACING, first)
+    x, (force,) = run.grid(WAVE_SPACING, run.fx[None])
+
+    def residuals(lanes: np.ndarray) -> np.ndarray:
+        return LinearX().simulate(lanes, inputs)[:, 0] - force
+
+    found = solve(residuals, WAVE_START, WAVE_LOWER, WAVE_UPPER, WAVE_START)
+    modelled = force + found.residual
+    # the slip over distance: derivative of the rim's slip travel, low-passed
+    travel = np.interp(x, run.distance, run.slip)
+    slip = low_pass(np.gradient(travel, x), WAVE_SPACING, SLIP_CUTOFF)
+    waveform = dict(table.info.waveform or {})
+    out = {
+        "run": table.info.name,
+        "waveform": str(waveform.get("name", "")),
+        "fz": table.info.fz,
+        "sigma": float(found.x[0]),
+        "slip_stiffness": float(found.x[1]),
+        "rmse": rmse(force, modelled),
+        "distance": x,
+        "slip": slip,
+        "fx": force,
+        "model": modelled,
+    }
+    if out["waveform"] not in PERIODIC:
+        return out | {"determined": True}
+    out |= _frequency(out)
+    longest = float(np.min(out.get("frequency", np.inf)))
+    return out | {"determined": 2.0 * np.pi * longest * out["sigma"] < SHORT_WAVE}
 
 
-def _run_by_run(kind: str, tell: Callable[[MeasurementTable], Any]) -> Extra:
-    """One row per run: its name, its condition, and what was found."""
-
-    def evaluate(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
-        rows = [
-            {"run": table.info.name, "condition": table.info.condition, "found": found}
-            for table, found in _each(campaign, tables, tell)
-        ]
-        return {kind: rows} if rows else {}
-
-    return evaluate
+def _until_braking(run: StepRun) -> StepRun:
+    """Without the end, where plank and wheel stop one after the other: a slip nobody asked for."""
+    keep = run.distance <= run.distance[-1] - BRAKING
+    names = ("distance", "fx", "fy", "mz", "fz", "slip")
+    return replace(run, **{name: getattr(run, name)[keep] for name in names})
 
 
-EXTRAS |= {kind: _run_by_run(kind, tell) for kind, tell in RUN_BY_RUN.items()}
+def _frequency(found: dict[str, Any]) -> dict[str, Any]:
+    skip = min(3.0 * found["sigma"], 0.4 * float(np.ptp(found["distance"])))
+    try:
+        response = frequency_response(found["distance"], found["slip"], found["fx"], skip)
+    except FlatplankError as error:
+        return {"why_no_frequency_response": error.what}
+    sigma, stiffness = response.first_order()
+    return {
+        "frequency": response.frequency,
+        "gain": response.gain,
+        "phase_deg": response.phase_deg,
+        "sigma_by_frequency": sigma,
+        "slip_stiffness_by_frequency": stiffness,
+    }
+
+
+def _by_itself(tell: Callable[[MeasurementTable], Any], table: MeasurementTable) -> Found:
+    return {"run": table.info.name, "condition": table.info.condition, "found": tell(table)}
+
+
+EXTRAS: dict[str, Extra] = {
+    "stiffness": _rows("vertical_stiffness", _stiffness),
+    "standing": _rows("standing", _standing),
+    "footprint": _footprint,
+    "unloaded_turn": _unloaded,
+    "free_rolling": _rows("free_rolling", _free_rolling),
+    "waveform": _rows("waveforms", waveform_run),
+} | {kind: _rows(kind, partial(_by_itself, tell)) for kind, tell in RUN_BY_RUN.items()}
+"""kind of measurement -> what is made of it, in this order"""

@@ -1,29 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables beside the models: side force, stiffness at rest, wheel drive."""
+"""Tables beside the models: side force, stiffness at rest, wheel drive, and of the measurements
+that are no slip steps.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from flatplank_analysis.identify.steering_zero import zero_warning
-from flatplank_analysis.report.beside import LateralResult
-from flatplank_analysis.report.results import CampaignResult, PointResult
-from flatplank_analysis.report.table import Cell, Table, point_table
+from flatplank_analysis.identify.lateral import zero_warning
+from flatplank_analysis.report.results import CampaignResult, LateralResult, PointResult
+from flatplank_analysis.report.table import Cell, Column, Table, estimate, number, point_table
+from flatplank_analysis.steady import mean_value
 from flatplank_analysis.steady.transmission import DriveState, FrictionTorque
-from flatplank_analysis.steady.value import Value, mean_value
 from flatplank_data.condition import Condition
 
 
 def friction_of(result: CampaignResult) -> FrictionTorque | None:
     """M_F from the unloaded turns of the campaign."""
-    found = result.extras.get("friction_torque")
-    if not found:
-        return None
-    return FrictionTorque(found["speed"], found["torque"], found["scatter"])
+    return result.extras.get("friction_torque")
 
 
 def friction_table(result: CampaignResult) -> Table:
@@ -39,29 +37,28 @@ def friction_table(result: CampaignResult) -> Table:
     )
 
 
-def efficiencies(states: Sequence[DriveState], curve: FrictionTorque | None) -> Value:
-    """eta by (5.3), mean of the driving runs."""
-    return mean_value([s.efficiency(curve) for s in states] if curve else [])
-
-
 def transmission_table(result: CampaignResult) -> Table:
     """Figures 5.4 and 5.13 as numbers."""
     curve = friction_of(result)
     groups: dict = {}
     for run in (r for p in result.points for r in p.beside.drive):
         groups.setdefault(run.condition, []).append(run.state)
-    rows = [(c, (c, groups[c])) for c in sorted(groups, key=lambda c: c.sort_key)]
 
     def friction(states: Sequence[DriveState]) -> float:
         return curve(float(np.mean([s.motor_velocity for s in states]))) if curve else math.nan
+
+    rows = [
+        (c, (c, groups[c], mean_value([s.efficiency(curve) for s in groups[c]] if curve else [])))
+        for c in sorted(groups, key=lambda c: c.sort_key)
+    ]
 
     columns = (
         ("κ [%]", lambda r: f"{100.0 * r[0].kappa:.10g}"),
         ("M_M [N m]", lambda r: float(np.mean([s.motor_torque for s in r[1]]))),
         ("M_T / i [N m]", lambda r: float(np.mean([s.tire_torque for s in r[1]]))),
         ("M_F [N m]", lambda r: friction(r[1])),
-        ("η [%]", lambda r: 100.0 * efficiencies(r[1], curve).value),
-        ("± [%]", lambda r: 100.0 * efficiencies(r[1], curve).std_error),
+        ("η [%]", lambda r: 100.0 * r[2].value),
+        ("± [%]", lambda r: 100.0 * r[2].std_error),
         ("runs", lambda r: str(len(r[1]))),
     )
     lack = "" if curve else " No unloaded turn was measured: without M_F there is no efficiency."
@@ -160,7 +157,10 @@ class LateralRow:
 def lateral_table(result: CampaignResult) -> Table:
     """Side force from the start of rolling."""
     columns = (
-        ("σy [m]", lambda r: r.found.fit.sigma.value if not _open(r) else math.nan),
+        (
+            "σy [m]",
+            lambda r: r.found.fit.sigma.value if r.found.fit.sigma.determined else math.nan,
+        ),
         ("± [m]", lambda r: r.found.std_error[0]),
         ("C′Fα [kN/rad]", lambda r: 1e-3 * r.found.fit.slip_stiffness.value),
         ("± [kN/rad]", lambda r: 1e-3 * r.found.std_error[1] / abs(r.found.fit.kappa)),
@@ -186,20 +186,91 @@ def lateral_table(result: CampaignResult) -> Table:
         (
             p.point,
             LateralRow(
-                found,
+                p.beside.lateral,
                 result.geometry.half_length(p.point.fz, p.point.pressure),
                 zero_warning(angles[p.point._replace(alpha_deg=math.nan)]),
             ),
         )
         for p in result.points
-        if (found := p.beside.lateral) is not None
+        if p.beside.lateral is not None
     ]
     return point_table("lateral", "Lateral transient", rows, columns, note)
 
 
-def _open(row: LateralRow) -> bool:
-    return not row.found.fit.sigma.determined
+def _kind_table(
+    kind: str, title: str, columns: Sequence[list[Column]], note: str
+) -> Callable[[CampaignResult], Table]:
+    def make(result: CampaignResult) -> Table:
+        rows = [(r["condition"], r["found"]) for r in result.extras.get(kind, [])]
+        return point_table(kind, title, rows, [c for group in columns for c in group], note)
 
+    return make
+
+
+KINDS_TABLES = (
+    _kind_table(
+        "cleat",
+        "Cleat",
+        (
+            number("height [mm]", "height", 1e3),
+            number("ΔFz [N]", "rise"),
+            number("ΔFz / height [kN/m]", "stiffness_over_cleat", 1e-3),
+            number("dFx/dx at the middle [kN/m]", "longitudinal_stiffness", 1e-3),
+            estimate("Cz of the model", "kN/m", "stiffness", 1e-3),
+            estimate("cam radius", "mm", "cam_radius", 1e3),
+            estimate("cam distance", "mm", "cam_distance", 1e3),
+            number("RMSE Fz [N]", "rmse_fz"),
+            number("RMSE Fx [N]", "rmse_fx"),
+        ),
+        "At a fixed axle. The effective road has the height (Fz − Fz,0)/Cz and the slope "
+        "−(Fx − Fx,0)/Fz; the model is two round cams that follow the true profile (Schmeitz "
+        "2004). A cleat whose record does not say its length counts as 10 mm long.",
+    ),
+    _kind_table(
+        "parking",
+        "Parking",
+        (
+            estimate("C", "N m/rad", "stiffness"),
+            estimate("M_max", "N m", "saturation"),
+            estimate("c", "-", "exponent"),
+            number("largest |Mz| [N m]", "largest"),
+            number("|Mz| at 0° [N m]", "residual_moment"),
+            number("work per cycle [J]", "loss"),
+            number("RMSE [N m]", "rmse"),
+        ),
+        "Standing tire. C: slope of Mz over the steering angle where a turn begins; M_max: moment "
+        "of the sliding patch; c: how late it begins to slide (van der Jagt 2000, reversals by "
+        "Masing's rule).",
+    ),
+    _kind_table(
+        "turning",
+        "Impulse turning",
+        (
+            estimate("C_Fα", "kN/rad", "cornering_stiffness", 1e-3),
+            estimate("σy", "m", "relaxation_length"),
+            estimate("a", "mm", "half_length", 1e3),
+            estimate("angle left", "mrad", "angle_left", 1e3),
+            number("RMSE Fy [N]", "rmse"),
+            number("RMSE Mz [N m]", "rmse_moment"),
+        ),
+        "Linear brush of half length a on a lateral carcass spring, Fy and Mz together. Where a "
+        "part of the patch slides C_Fα is that of the impulse's size, below that at zero slip. "
+        "Angle left: what remains of the turn below the resolution of the steering encoder.",
+    ),
+    _kind_table(
+        "camber_sweep",
+        "Camber sweep",
+        (
+            estimate("C_Fγ", "kN/rad", "camber_stiffness", 1e-3),
+            estimate("σγ", "m", "relaxation_length"),
+            estimate("share without lag", "%", "direct_share", 1e2),
+            estimate("C_Mγ", "N m/rad", "moment_stiffness"),
+            number("RMSE Fy [N]", "rmse"),
+        ),
+        "C_Fγ = −dFy/dγ and C_Mγ = dMz/dγ of the steady tire, one relaxation length for both, and "
+        "the share of Fy that follows the camber without lag.",
+    ),
+)
 
 MACHINE_TABLES = (
     lateral_table,

@@ -6,11 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 from flatplank_analysis.report.results import CampaignResult
 from flatplank_analysis.report.steps import slip_stiffness
 from flatplank_analysis.report.table import Table, point_table
-from flatplank_analysis.steady.value import Value, mean_value
+from flatplank_analysis.steady import Value, mean_value
 from flatplank_data.condition import Condition
 
 FLAT = 2e-4
@@ -48,14 +49,13 @@ def radius_values(result: CampaignResult) -> list[RadiusValue]:
         c = stiffness.get(point, math.nan)
         if not math.isfinite(c) and known:
             c = sum(known) / len(known)
+        starts = [r.start for r in runs]
+        measured = mean_value(_per_start([r.radius for r in runs], starts))
         corrected = [r.corrected(c) if math.isfinite(c) else r.radius for r in runs]
-        force = mean_value(_per_start([r.force for r in runs], [r.start for r in runs])).value
         note = "" if math.isfinite(c) else "not corrected: no slip stiffness"
-        angles = [r.start for r in runs]
-        measured = mean_value(_per_start([r.radius for r in runs], angles))
-        known_c = mean_value(_per_start(corrected, angles), note)
-        starts = len({r.start for r in runs})
-        out.append(RadiusValue(point, source, measured, known_c, force, c, starts))
+        at_zero = mean_value(_per_start(corrected, starts), note)
+        force = mean_value(_per_start([r.force for r in runs], starts)).value
+        out.append(RadiusValue(point, source, measured, at_zero, force, c, len(set(starts))))
     return out
 
 
@@ -85,47 +85,24 @@ def radius_table(result: CampaignResult) -> Table:
     return point_table("rolling_radius", "Effective rolling radius", rows, columns, note)
 
 
-@dataclass(frozen=True)
-class RadiusPair:
-    """Two sources of r_e at one operating point."""
-
-    one: RadiusValue
-    other: RadiusValue
-
-    @property
-    def whole(self) -> float:
-        """Relative difference."""
-        return self.one.measured.value / self.other.measured.value - 1.0
-
-    @property
-    def left(self) -> float:
-        """What the force does not explain of it."""
-        return self.one.corrected.value / self.other.corrected.value - 1.0
-
-    @property
-    def as_force(self) -> float:
-        """The remainder as an error of Fx [N]."""
-        return self.left * max(self.one.slip_stiffness, self.other.slip_stiffness)
-
-
 def source_table(result: CampaignResult) -> Table:
     """The thesis asks why r_e differs between its sources."""
     groups: dict[Condition, list[RadiusValue]] = {}
     for value in radius_values(result):
         groups.setdefault(value.point, []).append(value)
-    rows = [
-        (point, RadiusPair(one, other))
-        for point, values in groups.items()
-        for i, one in enumerate(values)
-        for other in values[i + 1 :]
-    ]
+    rows = []
+    for point, values in groups.items():
+        for one, other in combinations(values, 2):
+            whole = one.measured.value / other.measured.value - 1.0
+            left = one.corrected.value / other.corrected.value - 1.0
+            rows.append((point, (one, other, whole, left)))
     columns = (
-        ("sources", lambda p: f"{p.one.source} − {p.other.source}".replace("_", " ")),
-        ("difference [%]", lambda p: 100.0 * p.whole),
-        ("by the force [%]", lambda p: 100.0 * (p.whole - p.left)),
-        ("left [%]", lambda p: 100.0 * p.left),
-        ("left as force [N]", lambda p: p.as_force),
-        ("reading", lambda p: _reading(p.one, p.other, p.left)),
+        ("sources", lambda p: f"{p[0].source} − {p[1].source}".replace("_", " ")),
+        ("difference [%]", lambda p: 100.0 * p[2]),
+        ("by the force [%]", lambda p: 100.0 * (p[2] - p[3])),
+        ("left [%]", lambda p: 100.0 * p[3]),
+        ("left as force [N]", lambda p: p[3] * max(p[0].slip_stiffness, p[1].slip_stiffness)),
+        ("reading", lambda p: _reading(p[0], p[1], p[3])),
     )
     note = (
         "First source less the second. By the force: Fx differs, and F makes a slip F/C_Fκ. What "

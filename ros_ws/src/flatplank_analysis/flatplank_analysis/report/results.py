@@ -11,16 +11,15 @@ from typing import Any
 import numpy as np
 
 from flatplank_analysis.identify.carcass import CarcassFit
-from flatplank_analysis.identify.linear import LinearFit
+from flatplank_analysis.identify.linear import LinearFit, is_transient
 from flatplank_analysis.identify.mf.fit import MFFit
 from flatplank_analysis.identify.mf.points import SteadyPoints
-from flatplank_analysis.identify.quality import is_transient
 from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tire_record import TireRecord
-from flatplank_analysis.post.slip import StepFacts
-from flatplank_analysis.report.beside import Beside
-from flatplank_analysis.report.geometry import Geometry
+from flatplank_analysis.post.motion import StepFacts
+from flatplank_analysis.report.tire import Geometry
 from flatplank_analysis.steady.rolling_radius import RadiusRun
+from flatplank_analysis.steady.transmission import DriveState
 from flatplank_data.condition import Condition
 from flatplank_data.problem import Problem
 
@@ -91,6 +90,39 @@ class ConditionResult:
 
 
 @dataclass(frozen=True)
+class LateralResult:
+    """Start of rolling at a slip angle, mean of the runs of an operating point."""
+
+    fit: LinearFit
+    """of -Fy over tan(alpha): sigma_y [m], cornering stiffness at this angle [N]"""
+    std_error: Sequence[float]
+    """of sigma and force from the scatter of the runs, NaN for one run"""
+    runs: int
+    distance: np.ndarray
+    """road since the start [m]"""
+    force: np.ndarray
+    """Fy [N]"""
+
+
+@dataclass(frozen=True)
+class DriveRun:
+    """Torque of the wheel drive at the end of a run."""
+
+    condition: Condition
+    state: DriveState
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What the slip runs of one operating point tell beside the slip response."""
+
+    rest_stiffness: Sequence[float] = ()
+    """C_x of the standing tire per run [N/m]"""
+    drive: Sequence[DriveRun] = ()
+    lateral: LateralResult | None = None
+
+
+@dataclass(frozen=True)
 class ModelCurves:
     """A model beside the measurement: force over `since_step` and errors, by condition."""
 
@@ -149,9 +181,9 @@ class CampaignResult:
         points = [p for p in self.points if p.conditions]
         if not points:
             return None
-        load, pressure = (
-            _middle({getattr(p.point, n) for p in points}) for n in ("fz", "pressure")
-        )
+        # the middle level; the upper one of two
+        levels = [sorted({getattr(p.point, n) for p in points}) for n in ("fz", "pressure")]
+        load, pressure = (values[len(values) // 2] for values in levels)
         return max(
             points,
             key=lambda p: (
@@ -189,8 +221,3 @@ class CampaignResult:
             "why_no_mf": self.why_no_magic,
             "problems": [str(p) for p in self.problems],
         }
-
-
-def _middle(levels: set[float]) -> float:
-    """The middle level; the upper one of two."""
-    return sorted(levels)[len(levels) // 2]

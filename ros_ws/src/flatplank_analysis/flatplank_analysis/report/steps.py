@@ -15,14 +15,15 @@ from flatplank_analysis.identify.mf.points import AT_REST, SteadyPoints, steady_
 from flatplank_analysis.identify.runs import StepRun, step_run
 from flatplank_analysis.models.tire_record import TireRecord
 from flatplank_analysis.parallel import Executor
-from flatplank_analysis.report.extras import other_measurements
+from flatplank_analysis.post.motion import until_stop
+from flatplank_analysis.report.extras import inside_window, other_measurements
 from flatplank_analysis.report.results import PointResult
 from flatplank_analysis.steady.rolling_radius import RadiusRun, radius_of_run
-from flatplank_analysis.steady.stopping import until_stop
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError, NothingUsableError
 from flatplank_data.problem import Problem, problem_of
+from flatplank_data.table import MeasurementTable
 
 COLUMNS = (
     "time",
@@ -39,39 +40,47 @@ COLUMNS = (
 Group = tuple[list[StepRun], list[RadiusRun], list[Problem]]
 
 
-def read_lateral(runs: Sequence[Run]) -> Group:
-    """Lateral runs, from the start of rolling to the slip step, of some runs."""
-    starts: list[StepRun] = []
+def problems_of(
+    runs: Sequence[Run],
+    take: Callable[[Run, MeasurementTable], None],
+    columns: Sequence[str] = COLUMNS,
+) -> list[Problem]:
+    """Give every run and its table, up to the stop, to `take`; why some could not be used."""
     problems: list[Problem] = []
     for run in runs:
-        if run.info.measurement != "slip":
-            continue
         try:
-            table, remarks = run.read(COLUMNS)
+            table, remarks = run.read(columns)
             table = until_stop(table)
             problems += remarks
-            if table.has("fy"):
-                starts.append(lateral_run(table))
+            take(run, table)
         except FlatplankError as error:
             problems.append(problem_of(error, run.info.file))
+    return problems
+
+
+def read_lateral(runs: Sequence[Run]) -> Group:
+    """Lateral runs, from the start of rolling to the slip step."""
+    starts: list[StepRun] = []
+
+    def take(run: Run, table: MeasurementTable) -> None:
+        if table.has("fy"):
+            starts.append(lateral_run(table))
+
+    problems = problems_of([run for run in runs if run.info.measurement == "slip"], take)
     return starts, [], problems
 
 
 def read_group(runs: Sequence[Run]) -> Group:
-    """Step runs and rolling radii of some runs; what cannot be used is among the problems."""
+    """Step runs and rolling radii of some runs."""
     steps: list[StepRun] = []
     radii: list[RadiusRun] = []
-    problems: list[Problem] = []
-    for run in runs:
-        try:
-            table, remarks = run.read(COLUMNS)
-            table = until_stop(table)
-            problems += remarks
-            radii.append(radius_of_run(table))
-            if run.info.is_step:
-                steps.append(step_run(table))
-        except FlatplankError as error:
-            problems.append(problem_of(error, run.info.file))
+
+    def take(run: Run, table: MeasurementTable) -> None:
+        radii.append(radius_of_run(table))
+        if run.info.is_step:
+            steps.append(step_run(table))
+
+    problems = problems_of(runs, take)
     return steps, [r for r in radii if math.isfinite(r.radius)], problems
 
 
@@ -125,7 +134,12 @@ def extras_as_points(
 
 
 def _points_of(found: Mapping[str, Any]) -> list[SteadyPoints]:
-    out = [_deflection(run) for run in found.get("vertical_stiffness", [])]
+    out = []
+    for run in found.get("vertical_stiffness", []):
+        radius, fz, free = inside_window(run)
+        number = np.zeros(len(fz))
+        deflection = {"rho": free - radius}
+        out.append(steady_points(deflection, fz=fz, pressure=1e5 * run["pressure"], run=number))
     prints = found.get("footprints")
     if prints is not None:
         measured = {"a": prints["half_length"], "b": prints["half_width"]}
@@ -170,38 +184,14 @@ def radius_points(
     radii: Sequence[RadiusRun], stiffness: Mapping[object, float]
 ) -> list[SteadyPoints]:
     """r_e at Fx = 0 of every run whose point has a slip stiffness."""
-    chosen = []
+    rows = []
     for run in radii:
         point = run.condition.operating_point._replace(measurement="slip")
         if math.isfinite(stiffness.get(point, math.nan)):
-            chosen.append((run.corrected(stiffness[point]), run.load, point))
-    if not chosen:
+            where = (1e5 * point.pressure, point.alpha_deg, point.gamma_deg)
+            rows.append((run.corrected(stiffness[point]), run.load, *where))
+    if not rows:
         return []
-    points = [point for _, _, point in chosen]
-    return [
-        steady_points(
-            {"re": np.array([radius for radius, _, _ in chosen])},
-            fz=np.array([load for _, load, _ in chosen]),
-            pressure=np.array([1e5 * p.pressure for p in points]),
-            alpha=np.radians([p.alpha_deg for p in points]),
-            gamma=np.radians([p.gamma_deg for p in points]),
-        )
-    ]
-
-
-def _deflection(run: dict) -> SteadyPoints:
-    """rho = r_0 - r_l of a stiffness run, inside its window.
-
-    r_0 is where the run's own line reaches Fz = 0: 1 mm of a radius from elsewhere would be 6 % of
-    the stiffness.
-    """
-    radius, force = np.asarray(run["loaded_radius"]), np.asarray(run["fz"])
-    inside = (radius >= run["window"][0]) & (radius <= run["window"][1]) & (force > 0.0)
-    free = float(np.mean(radius[inside] + force[inside] / run["mean"]))
-    number = np.zeros(int(inside.sum()))
-    return steady_points(
-        {"rho": free - radius[inside]},
-        fz=force[inside],
-        pressure=1e5 * run["pressure"],
-        run=number,
-    )
+    radius, fz, pressure, alpha, gamma = np.array(rows).T
+    angles = {"alpha": np.radians(alpha), "gamma": np.radians(gamma)}
+    return [steady_points({"re": radius}, fz=fz, pressure=pressure, **angles)]

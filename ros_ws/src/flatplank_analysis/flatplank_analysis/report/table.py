@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A table as data: columns by title, rows by what they are about."""
+"""A table as data: columns by title, rows by what they are about; also as CSV."""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from flatplank_analysis.identify.results import Estimate
 from flatplank_data.condition import Condition
 
 Cell = str | float
@@ -29,12 +31,15 @@ class Table:
 
     def csv(self) -> str:
         """All digits."""
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(self.header)
-        for row in self.rows:
-            writer.writerow([f"{c:.10g}" if isinstance(c, float) else c for c in row])
-        return stream.getvalue()
+        return csv_text([self.header, *self.rows])
+
+
+def csv_text(rows: Iterable[Sequence[Cell]]) -> str:
+    """Rows as CSV, numbers with ten digits."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerows([f"{c:.10g}" if isinstance(c, float) else c for c in row] for row in rows)
+    return stream.getvalue()
 
 
 def point_cells(point: Condition) -> list[Cell]:
@@ -54,3 +59,34 @@ def point_table(
     header = (*POINT_COLUMNS, *(text for text, _ in columns))
     cells = [[*point_cells(point), *(read(it) for _, read in columns)] for point, it in rows]
     return Table(name, title, header, cells, note)
+
+
+def estimate(title: str, unit: str, name: str, factor: float = 1.0) -> list[Column]:
+    """Value and standard error of an estimate; a dash where the run does not tell it."""
+
+    def of(row: Any, part: str) -> float:
+        e: Estimate = getattr(row, name)
+        return factor * getattr(e, part) if e.determined else math.nan
+
+    return [
+        (f"{title} [{unit}]", lambda row: of(row, "value")),
+        (f"± [{unit}]", lambda row: of(row, "std_error")),
+    ]
+
+
+def number(title: str, name: str, factor: float = 1.0) -> list[Column]:
+    """A plain number of the row's object."""
+    return [(title, lambda row: factor * getattr(row, name))]
+
+
+def remark_of(*estimates: Estimate) -> str:
+    """What stands in the way of these numbers; empty when nothing does."""
+    told = []
+    for e in estimates:
+        if not e.determined:
+            told.append(e.note or "not determined")
+        elif e.at_bound:
+            told.append(f"{e.name} at its {e.at_bound} bound")
+        elif e.note:
+            told.append(e.note)
+    return "; ".join(dict.fromkeys(told))

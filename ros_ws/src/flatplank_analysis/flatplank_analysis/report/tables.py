@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of chapters 6 and 7: steps, models and their parameters; also as CSV."""
+"""Tables of chapters 6 and 7: steps, models and their parameters."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ import math
 from collections.abc import Sequence
 
 from flatplank_analysis.identify.results import Estimate
-from flatplank_analysis.report.kinds_tables import KINDS_TABLES, reference_table
-from flatplank_analysis.report.machine_tables import MACHINE_TABLES
+from flatplank_analysis.report.machine_tables import KINDS_TABLES, MACHINE_TABLES
 from flatplank_analysis.report.radii import radius_table, source_table
 from flatplank_analysis.report.results import CampaignResult, ConditionResult
-from flatplank_analysis.report.table import POINT_COLUMNS, Cell, Table, point_cells, point_table
-from flatplank_analysis.steady.contact import friction
+from flatplank_analysis.report.table import Cell, Table, point_table, remark_of
+from flatplank_analysis.steady.stiffness import friction
 
 
 def all_tables(result: CampaignResult) -> list[Table]:
@@ -24,19 +23,6 @@ def all_tables(result: CampaignResult) -> list[Table]:
     )  # fmt: skip
     tables += [make(result) for make in makers]
     return [t for t in tables if len(t.rows)]
-
-
-def remark_of(*estimates: Estimate) -> str:
-    """What stands in the way of these numbers; empty when nothing does."""
-    told = []
-    for e in estimates:
-        if not e.determined:
-            told.append(e.note or "not determined")
-        elif e.at_bound:
-            told.append(f"{e.name} at its {e.at_bound} bound")
-        elif e.note:
-            told.append(e.note)
-    return "; ".join(dict.fromkeys(told))
 
 
 def step_table(result: CampaignResult) -> Table:
@@ -87,39 +73,36 @@ def _linear_remark(c: ConditionResult) -> str:
 
 
 def rmse_tables(result: CampaignResult) -> list[Table]:
-    """Tables 7.1, 7.3, 7.4 and Appendix H: RMSE per slip and operating point, one per model."""
-    names = list(dict.fromkeys(name for p in result.points for name in p.models))
+    """Tables 7.1, 7.3, 7.4 and Appendix H: RMSE per slip and operating point, one per model.
+
+    The last one is the floor that no RMSE can be judged below.
+    """
     levels = sorted({c.condition.kappa for c in result.conditions})
+    columns = [
+        (f"{100 * k:+g} %" if k else "0 %", lambda errors, k=k: errors.get(k, math.nan))
+        for k in levels
+    ]
+    note = "Over the transient part of the mean response; at κ = 0 all that follows the step."
+    titles = {name: m.title for p in reversed(result.points) for name, m in p.models.items()}
     out = []
-    for name in names:
-        rows: list[list[Cell]] = []
-        for point in result.points:
-            model = point.models.get(name)
-            if model is None:
-                continue
-            errors = {c.kappa: value for c, value in model.rmse.items()}
-            rows.append([*point_cells(point.point), *(errors.get(k, math.nan) for k in levels)])
-        header = (*POINT_COLUMNS, *(f"{100 * k:+g} %" if k else "0 %" for k in levels))
-        known = next(p.models[name].title for p in result.points if name in p.models)
-        title = f"RMSE [N]: {known}"
-        note = "Over the transient part of the mean response; at κ = 0 all that follows the step."
-        out.append(Table(f"rmse_{name}", title, header, rows, note))
-    return [*out, _floor_table(result, levels)]
-
-
-def _floor_table(result: CampaignResult, levels: Sequence[float]) -> Table:
-    """What no RMSE can be judged below."""
-    rows: list[list[Cell]] = []
-    for point in result.points:
-        floors = {c.condition.kappa: c.floor() for c in point.conditions}
-        if any(math.isfinite(v) for v in floors.values()):
-            rows.append([*point_cells(point.point), *(floors.get(k, math.nan) for k in levels)])
-    header = (*POINT_COLUMNS, *(f"{100 * k:+g} %" if k else "0 %" for k in levels))
+    for name in dict.fromkeys(name for p in result.points for name in p.models):
+        rows = [
+            (p.point, {c.kappa: value for c, value in p.models[name].rmse.items()})
+            for p in result.points
+            if name in p.models
+        ]
+        title = f"RMSE [N]: {titles[name]}"
+        out.append(point_table(f"rmse_{name}", title, rows, columns, note))
+    floors = [
+        (p.point, {c.condition.kappa: c.floor() for c in p.conditions}) for p in result.points
+    ]
+    known = [(p, f) for p, f in floors if any(math.isfinite(v) for v in f.values())]
     note = (
         "Scatter of the repeats over the square root of their number, over the transient part: "
         "the error that the measured mean has itself."
     )
-    return Table("rmse_floor", "Floor of the models' errors [N]", header, rows, note)
+    title = "Floor of the models' errors [N]"
+    return [*out, point_table("rmse_floor", title, known, columns, note)]
 
 
 def geometry_table(result: CampaignResult) -> Table:
@@ -128,11 +111,13 @@ def geometry_table(result: CampaignResult) -> Table:
     if not fits:
         return Table("model_parameters", "", (), ())
     g, c = result.geometry, result.geometry.contact
-    deep = [s for s in result.conditions if _deep(s)]
-    mu = friction(
-        [s.linear.steady_force.value for s in deep],
-        [s.facts.fz_after for s in deep],
-    )
+    deep = [
+        s
+        for s in result.conditions
+        if not s.condition.alpha_deg and not s.condition.gamma_deg
+        if math.isclose(abs(s.condition.kappa), 0.1, abs_tol=1e-6)
+    ]
+    mu = friction([s.linear.steady_force.value for s in deep], [s.facts.fz_after for s in deep])
     rows: list[list[Cell]] = [
         ["m_c", 1.0, "kg", "not fitted: quasi-static, as if it were 0"],
         ["r_0", c.free_radius, "m", g.source("free_radius")],
@@ -150,11 +135,6 @@ def geometry_table(result: CampaignResult) -> Table:
     note = "At the nominal pressure. What was not measured is the tire record's."
     title = "Parameters of the nonlinear model (Table 7.2)"
     return Table("model_parameters", title, ("parameter", "value", "unit", "from"), rows, note)
-
-
-def _deep(c: ConditionResult) -> bool:
-    straight = not c.condition.alpha_deg and not c.condition.gamma_deg
-    return straight and math.isclose(abs(c.condition.kappa), 0.1, abs_tol=1e-6)
 
 
 def carcass_table(result: CampaignResult) -> Table:
@@ -220,3 +200,21 @@ def settling_table(result: CampaignResult) -> Table:
         "its error over the last 1.5 m."
     )
     return Table("settling", "Free rolling", header, rows, note)
+
+
+def reference_table(result: CampaignResult) -> Table:
+    """Control charts as numbers."""
+    header = (
+        "quantity", "unit", "sessions", "runs", "mean", "± limit", "repeatability",
+        "reproducibility", "remark",
+    )  # fmt: skip
+    rows: list[list[Cell]] = []
+    for c in result.extras.get("sessions", []):
+        counts = [str(len(c.means)), str(int(c.runs.sum()))]
+        numbers = [c.centre, c.reach, c.repeatability, c.reproducibility]
+        rows.append([c.title, c.unit, *counts, *numbers, "; ".join(c.remarks)])
+    note = (
+        "Standard deviations within a session (repeatability) and between sessions beyond that "
+        "(reproducibility); limits of an individuals chart, 3 x mean moving range / 1.128."
+    )
+    return Table("reference", "Reference tire over the sessions", header, rows, note)

@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which tire a fit and a report are of: the record that is given, else one made from the data."""
+"""Which tire a fit and a report are of: the record that is given, else one made from the data.
+Its contact geometry (Table 7.2): what was measured of the tire at rest, else the record.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from flatplank_analysis.models.base import TOYO, ContactGeometry
 from flatplank_analysis.models.tire_record import (
     FILE,
     TYPICAL_DEFLECTION,
@@ -18,7 +23,7 @@ from flatplank_analysis.models.tire_record import (
     parse_record,
     read_record,
 )
-from flatplank_analysis.report.extras import other_measurements
+from flatplank_analysis.report.extras import inside_window, other_measurements
 from flatplank_data.campaign import Campaign, Run
 from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
@@ -29,6 +34,7 @@ UNTOLD = {"nominal_load": 4000.0, "nominal_pressure": 2.5}
 """[N], [bar] where no run tells them"""
 APART = 1.2
 """loads of this ratio tell R0 by a line through the loaded radii"""
+MEASURED = "measured in this campaign"
 
 
 def record_for(
@@ -52,21 +58,24 @@ def _of_folders(campaigns: Sequence[Campaign]) -> TireRecord | None:
             with store.open(FILE) as stream:
                 raw: bytes | str = stream.read()
             text = raw.decode("utf-8") if isinstance(raw, bytes) else raw
-            return replace(parse_record(text, FILE), origin=f"{FILE} of the folder")
+            return dataclasses.replace(parse_record(text, FILE), origin=f"{FILE} of the folder")
     return None
 
 
 def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
     """Nominal load and pressure of most runs; R0 by what was measured, best source first."""
     runs = [run for c in campaigns for run in c.runs]
-    load, bar = (_usual([getattr(r.info, n) for r in runs]) for n in ("fz", "pressure"))
-    unknown = [n for n, v in zip(UNTOLD, (load, bar), strict=True) if not math.isfinite(v)]
-    load, bar = (
-        v if math.isfinite(v) else u for v, u in zip((load, bar), UNTOLD.values(), strict=True)
+    usual = {"nominal_load": _usual(r.info.fz for r in runs)}
+    usual |= {"nominal_pressure": _usual(r.info.pressure for r in runs)}
+    unknown = [name for name, value in usual.items() if not math.isfinite(value)]
+    load, bar = (UNTOLD[n] if n in unknown else v for n, v in usual.items())
+    radius, how = (
+        _by_record(runs)
+        or _by_stiffness(campaigns, bar)
+        or _by_loaded_radius(runs, load, bar)
+        or _by_rolling_radius(runs)
+        or (0.3, "a placeholder: not measured")
     )
-    sources = (_by_print, _by_stiffness, _by_loaded_radius, _by_rolling_radius)
-    found = (source(campaigns, runs, load, bar) for source in sources)
-    radius, how = next((f for f in found if f is not None), (0.3, "a placeholder: not measured"))
     names = tires_of(campaigns)
     origin = f"made from the data: load and pressure of most runs, R0 {how}"
     if unknown:
@@ -75,7 +84,7 @@ def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
     return TireRecord(name, round(radius, 5), load, bar, placeholder=tuple(unknown), origin=origin)
 
 
-def _usual(values: Sequence[float]) -> float:
+def _usual(values: Iterable[float]) -> float:
     """The value of most runs; of several the middle one, the upper of two."""
     counts = Counter(v for v in values if math.isfinite(v) and v > 0.0)
     most = max(counts.values(), default=0)
@@ -84,16 +93,15 @@ def _usual(values: Sequence[float]) -> float:
 
 
 Radius = tuple[float, str]
+"""R0 [m], and how it was found"""
 
 
-def _by_print(campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float):
-    told = [run.info.extra.get("free_radius") for run in runs]
+def _by_record(runs: Sequence[Run]) -> Radius | None:
+    told = (run.info.extra.get("free_radius") for run in runs)
     return next(((float(v), "of a run record") for v in told if v), None)
 
 
-def _by_stiffness(
-    campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float
-) -> Radius | None:
+def _by_stiffness(campaigns: Sequence[Campaign], bar: float) -> Radius | None:
     """Where the line of a vertical stiffness run reaches Fz = 0."""
     found = [
         r
@@ -103,19 +111,14 @@ def _by_stiffness(
     if not found:
         return None
     run = min(found, key=lambda r: abs(r["pressure"] - bar))
-    radius, force = np.asarray(run["loaded_radius"]), np.asarray(run["fz"])
-    inside = (radius >= run["window"][0]) & (radius <= run["window"][1]) & (force > 0.0)
-    value = float(np.mean(radius[inside] + force[inside] / run["mean"]))
-    return value, "where a stiffness run reaches Fz = 0"
+    return inside_window(run)[2], "where a stiffness run reaches Fz = 0"
 
 
-def _by_loaded_radius(
-    campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float
-) -> Radius | None:
+def _by_loaded_radius(runs: Sequence[Run], load: float, bar: float) -> Radius | None:
     """A line through the loaded radii of several loads; of one load with a usual deflection."""
     points = []
-    for fz in sorted({r.info.fz for r in runs if _plain(r.info, bar)}):
-        run = next(r for r in runs if _plain(r.info, bar) and r.info.fz == fz)
+    first = {r.info.fz: r for r in reversed(runs) if _plain(r.info, bar)}
+    for _, run in sorted(first.items(), key=lambda item: item[0]):
         try:
             table, _ = run.read(("fz", "loaded_radius"))
         except FlatplankError:
@@ -138,11 +141,62 @@ def _plain(info: RunRecord, bar: float) -> bool:
     return upright and info.pressure == bar and info.measurement in ("slip", "free_rolling")
 
 
-def _by_rolling_radius(
-    campaigns: Sequence[Campaign], runs: Sequence[Run], load: float, bar: float
-) -> Radius | None:
+def _by_rolling_radius(runs: Sequence[Run]) -> Radius | None:
     told = [r.info.effective_rolling_radius for r in runs]
     known = [v for v in told if math.isfinite(v)]
     if not known:
         return None
     return BY_ROLLING * float(np.median(known)), "by the rolling radius, 2.2 % more as usual"
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Contact geometry of the nonlinear model, and where each of its numbers comes from."""
+
+    contact: ContactGeometry = TOYO
+    sources: Mapping[str, str] = field(default_factory=dict)
+    """field of `contact` -> source"""
+
+    def source(self, name: str) -> str:
+        """Where a number comes from."""
+        return self.sources.get(name, "not measured")
+
+    def half_length(self, fz: float, bar: float) -> float:
+        """a [m] at load [N] and pressure [bar]."""
+        return float(self.contact.half_length(fz, 1e5 * bar))
+
+
+def geometry_of_campaigns(campaigns: Sequence[Campaign], record: TireRecord) -> Geometry:
+    """From what the campaigns together have of the tire at rest."""
+    found: dict[str, Any] = {}
+    kinds = ("stiffness", "footprint")
+    for campaign in campaigns:
+        found |= other_measurements(campaign, kinds, record.free_radius)
+    return geometry_of(found, record)
+
+
+def geometry_of(extras: Mapping[str, Any], record: TireRecord) -> Geometry:
+    """From vertical stiffness runs and footprints; the record where a number was not measured."""
+    contact, sources = record.geometry()
+    found = _stiffness(extras.get("vertical_stiffness", []), contact)
+    length = extras.get("contact_length")
+    if length and not length["remark"]:
+        found |= {"q_ra1": length["q_ra1"], "q_ra2": length["q_ra2"], "free_radius": length["r_0"]}
+    sources |= dict.fromkeys(found, MEASURED)
+    if "free_radius" in found:
+        sources["free_radius"] = "run record of the footprints, else the tire record"
+    return Geometry(dataclasses.replace(contact, **found), sources)
+
+
+def _stiffness(runs: list[Mapping[str, Any]], contact: ContactGeometry) -> dict[str, float]:
+    """C_z0 at the nominal pressure, and p_Fz1 (7.21) when there are two pressures."""
+    known = [r for r in runs if np.isfinite(r["mean"]) and np.isfinite(r["pressure"])]
+    if not known:
+        return {}
+    change = np.array([1e5 * r["pressure"] / contact.nominal_pressure - 1.0 for r in known])
+    values = np.array([r["mean"] for r in known])
+    if np.ptp(change) < 0.01:
+        effect = 1.0 + contact.pressure_effect * change
+        return {"vertical_stiffness": float(np.mean(values / effect))}
+    slope, nominal = np.polyfit(change, values, 1)
+    return {"vertical_stiffness": float(nominal), "pressure_effect": float(slope / nominal)}

@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the channels of a test bench are called, and what they are written in."""
+"""What the channels of a test bench are called, in which units and axes they are written.
+
+Axis systems are found by physics, said, and turned into ISO W: a loaded tire is pressed upwards,
+and a tire that slides to one side is pushed to the other. Of the systems in use (Pacejka, Tire and
+Vehicle Dynamics, 2012, appendix 1) each has signs of its own for the two.
+"""
 
 from __future__ import annotations
 
@@ -120,3 +125,94 @@ def needed(columns: Sequence[str], where: str) -> None:
 
 def _names(channel: str) -> list[str]:
     return [name.upper() for name in BY_NAME[channel].names[:3]]
+
+
+UP = 0.05
+"""share of the largest load: below it the tire is not loaded [-]"""
+SMALL_ALPHA, SMALL_KAPPA = 0.03, 0.03
+"""slip within which forces are in proportion [rad, -]"""
+LEAST_SLOPE = 20
+"""samples for a slope"""
+CERTAIN = 0.3
+"""correlation of force and slip below which their sign says nothing"""
+
+
+class System(NamedTuple):
+    """Signs of a system, and which channels turn on the way to ISO W."""
+
+    title: str
+    load: int
+    """sign of Fz of a loaded tire"""
+    side: int
+    """sign of dFy / dalpha"""
+    turned: tuple[str, ...]
+
+
+SYSTEMS = {
+    "iso": System("ISO W (ISO 8855: z up, y to the left)", 1, -1, ()),
+    "sae": System(
+        "SAE J670 (z down, y to the right)", -1, -1, ("alpha", "fy", "fz", "my", "mz")
+    ),
+    "adapted": System(
+        "adapted SAE (z down, y to the right, load and slip angle turned)",
+        1, 1, ("fy", "my", "mz"),
+    ),
+}  # fmt: skip
+
+
+def in_iso(
+    columns: Mapping[str, np.ndarray], wanted: str | None, where: str
+) -> tuple[dict[str, np.ndarray], str]:
+    """Columns in ISO W, and how their system was found; `wanted` overrides what physics says.
+
+    Raises:
+        FlatplankError: no system has these signs, or the wanted one has others.
+    """
+    fz = columns["fz"]
+    load = int(np.sign(np.median(fz[np.abs(fz) > UP * np.abs(fz).max()])))
+    side = _slope_sign(columns, "fy", "alpha", SMALL_ALPHA)
+    drive = _slope_sign(columns, "fx", "kappa", SMALL_KAPPA)
+    if drive < 0:
+        raise FlatplankError(
+            "Fx falls where the slip rises: a driven tire would brake", where,
+            "turn the sign of the column of the slip, or of Fx",
+        )  # fmt: skip
+    fitting = [
+        name
+        for name, system in SYSTEMS.items()
+        if system.load == load and side in (0, system.side)
+    ]
+    seen = f"Fz {'< 0' if load < 0 else '> 0'}"
+    seen += ("", ", Fy rises with the slip angle", ", Fy falls with the slip angle")[side]
+    if wanted is not None and wanted not in fitting:
+        raise FlatplankError(
+            f"the signs are not those of {SYSTEMS[wanted].title}: {seen}", where,
+            f"leave --axes out, or say --axes {fitting[0]}" if fitting else "turn a column's sign",
+        )  # fmt: skip
+    if not fitting:
+        raise FlatplankError(
+            f"no axis system has these signs: {seen}", where,
+            "turn the sign of the column of the slip angle, or of Fy",
+        )  # fmt: skip
+    system = wanted or fitting[0]
+    title, _, _, turned = SYSTEMS[system]
+    out = {k: -v if k in turned else v for k, v in columns.items()}
+    said = f"axes: {title}, by {seen}"
+    others = [name for name in fitting if name != system]
+    if wanted:
+        said = f"axes: {title}, as asked for"
+    elif others:
+        said += f"; nothing tells it from {' or '.join(others)} (--axes NAME)"
+    return out, said
+
+
+def _slope_sign(columns: Mapping[str, np.ndarray], force: str, slip: str, small: float) -> int:
+    """Of the force over small slip; 0 when the data do not say."""
+    if force not in columns or slip not in columns:
+        return 0
+    near = np.abs(columns[slip]) < small
+    x, y = columns[slip][near], columns[force][near]
+    if near.sum() < LEAST_SLOPE or np.ptp(x) < 0.2 * small or np.ptp(y) == 0.0:
+        return 0
+    r = float(np.corrcoef(x, y)[0, 1])
+    return int(np.sign(r)) if abs(r) > CERTAIN else 0

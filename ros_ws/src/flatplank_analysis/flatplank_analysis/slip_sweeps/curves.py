@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A force over a swept slip: its mean, its floor, and the Magic Formula's B, C, D, E of it."""
+"""A force over a swept slip: its mean, its floor, the Magic Formula's B, C, D, E of it, and where
+a tire file fails.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import least_squares
 
-from flatplank_analysis.discovery.sources.ranked import BY_NAME
-from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, Condition
-from flatplank_analysis.slip_sweeps.levels import SMOOTH
+from flatplank_analysis.discovery.sources import BY_NAME
+from flatplank_analysis.models.magic_formula import steady_forces
+from flatplank_analysis.models.tir import TirFile
+from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, Condition
 
 FEW = 3
 """samples; a bin with fewer is empty"""
@@ -73,17 +76,14 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: Condition) -> Curve:
     edges = np.linspace(slip.min(), slip.max(), BINS + 1)
     bins = np.clip(np.digitize(slip, edges) - 1, 0, BINS - 1)
     rising = np.gradient(median_filter(slip, min(SMOOTH, len(slip)), mode="nearest")) > 0.0
-    half = np.searchsorted(rows, _break(rows)) if condition.visits > 1 else len(rows)
-    first = np.arange(len(rows)) < half
+    first = None
+    if condition.visits > 1:
+        # the second visit begins where the numbers of the samples jump most
+        first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
     up, down = _means(bins, force, rising), _means(bins, force, ~rising)
-    floor, source = _floor(bins, force, up, down, first if condition.visits > 1 else None)
+    floor, source = _floor(bins, force, up, down, first)
     every = _means(bins, force, np.ones(len(rows), bool))
     return Curve(0.5 * (edges[1:] + edges[:-1]), every, up, down, floor, source)
-
-
-def _break(rows: np.ndarray) -> int:
-    """The sample with which the second visit begins."""
-    return int(rows[int(np.argmax(np.diff(rows))) + 1])
 
 
 def _means(bins: np.ndarray, values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -152,3 +152,62 @@ def _formula(p, x: np.ndarray) -> np.ndarray:
     b, c, d, e, sh, sv = p
     bx = b * (x + sh)
     return d * np.sin(c * np.arctan(bx - e * (bx - np.arctan(bx)))) + sv
+
+
+@dataclass(frozen=True)
+class Failure:
+    """One condition by one tire file."""
+
+    error: float
+    """root mean square of the mean curve [N]"""
+    share: float
+    """of the largest force of the condition [-]"""
+    modelled: np.ndarray
+    """the file's force in the bins of the curve [N]"""
+    worst_slip: float
+    """where it is off most [rad, -]"""
+    worst: float
+    """measured minus modelled there [N]"""
+
+
+def failures(
+    columns: Mapping[str, np.ndarray],
+    conditions: Sequence[Condition],
+    curves: Sequence[Curve],
+    tir: TirFile,
+) -> list[Failure]:
+    """One for each condition; the file is asked at every sample, then averaged as the force."""
+    found = []
+    for condition, curve in zip(conditions, curves, strict=True):
+        rows = condition.samples
+        get = {
+            name: columns[name][rows] if name in columns else 0.0
+            for name in ("kappa", "alpha", "gamma")
+        }
+        pressure = columns["pressure"][rows] if "pressure" in columns else None
+        speed = np.abs(columns["speed"][rows]) if "speed" in columns else 1.0
+        forces = steady_forces(
+            tir.coefficients, columns["fz"][rows], **get, pressure=pressure,
+            vx=np.maximum(speed, 0.01),
+        )  # fmt: skip
+        modelled = forces[{"fx": 0, "fy": 1}[FORCE[condition.swept]]]
+        found.append(_failure(columns, condition, curve, modelled))
+    return found
+
+
+def _failure(columns, condition: Condition, curve: Curve, modelled: np.ndarray) -> Failure:
+    slip = columns[condition.swept][condition.samples]
+    middle = 0.5 * (curve.slip[1:] + curve.slip[:-1])
+    bins = np.digitize(slip, middle)
+    count = np.bincount(bins, minlength=len(curve.slip))
+    mean = np.bincount(bins, modelled, minlength=len(curve.slip)) / np.maximum(count, 1)
+    off = np.where(np.isfinite(curve.force), curve.force - mean, np.nan)
+    at = int(np.nanargmax(np.abs(off)))
+    error = float(np.sqrt(np.nanmean(off**2)))
+    return Failure(
+        error,
+        error / float(np.nanmax(np.abs(curve.force))),
+        np.where(np.isfinite(curve.force), mean, np.nan),
+        float(curve.slip[at]),
+        float(off[at]),
+    )

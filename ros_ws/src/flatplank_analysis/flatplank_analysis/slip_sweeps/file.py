@@ -19,12 +19,8 @@ LEAST = 50
 """samples; less is no sweep"""
 
 
-@dataclass(frozen=True)
-class Raw:
-    """Columns as the file has them."""
-
-    columns: Mapping[str, np.ndarray]
-    units: Mapping[str, str]
+Raw = tuple[Mapping[str, np.ndarray], Mapping[str, str]]
+"""columns and units as the file has them"""
 
 
 @dataclass(frozen=True)
@@ -48,23 +44,19 @@ def read(path: str | Path) -> Recording:
         known = ", ".join(_READERS)
         raise FlatplankError("not a file of sweeps", where, f"give one of {known}")
     try:
-        raw = reader(Path(path).read_bytes(), where)
+        raw, units = reader(Path(path).read_bytes(), where)
     except OSError as error:
         raise FlatplankError(error.strerror or "cannot be read", where, "give a file") from None
-    return _known(raw, where)
-
-
-def _known(raw: Raw, where: str) -> Recording:
-    found = channel_of(list(raw.columns))
+    found = channel_of(list(raw))
     needed(list(found), where)
-    columns = {name: np.asarray(raw.columns[theirs], float) for name, theirs in found.items()}
+    columns = {name: np.asarray(raw[theirs], float) for name, theirs in found.items()}
     size, said = sizes(columns), []
     for name, theirs in found.items():
-        place, unit = f"{where}, '{theirs}'", raw.units.get(theirs)
+        place, unit = f"{where}, '{theirs}'", units.get(theirs)
         columns[name], remark = in_si(BY_NAME[name], columns[name], unit, size[name], place)
         said += [remark] if remark else []
     taken = set(found.values())
-    further = {k: v for k, v in raw.columns.items() if k not in taken}
+    further = {k: v for k, v in raw.items() if k not in taken}
     whole = np.all([np.isfinite(columns[n]) for n in columns], axis=0)
     if whole.sum() < LEAST:
         raise FlatplankError(
@@ -81,7 +73,7 @@ def _mat(data: bytes, where: str) -> Raw:
     structs = [v for v in values.values() if isinstance(v, dict) and len(v) > 3]
     if len(structs) == 1 and not _vectors(values):
         values = {**values, **structs[0]}
-    return Raw(_vectors(values), _mat_units(values))
+    return _vectors(values), _mat_units(values)
 
 
 def _vectors(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
@@ -130,7 +122,7 @@ def _text(data: bytes, where: str) -> Raw:
     if len(head) > 1 and not units:
         units = dict(zip(names, (u.strip("[]() ") for u in head[1]), strict=True))
     table = np.array(rows, float)
-    return Raw({name: table[:, i] for i, name in enumerate(names)}, units)
+    return {name: table[:, i] for i, name in enumerate(names)}, units
 
 
 def _cells(line: str) -> list[str]:

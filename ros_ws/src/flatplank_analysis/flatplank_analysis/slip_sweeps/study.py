@@ -3,24 +3,36 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flatplank_analysis.identify.results import to_plain
 from flatplank_analysis.models.tir import TirFile
-from flatplank_analysis.slip_sweeps import axes, file
-from flatplank_analysis.slip_sweeps.conditions import FORCE, Condition, cut
-from flatplank_analysis.slip_sweeps.curves import Curve, Formula, curve_of, fit_formula
-from flatplank_analysis.slip_sweeps.failing import Failure, failures
-from flatplank_analysis.slip_sweeps.levels import HELD
+from flatplank_analysis.slip_sweeps import channels, file
+from flatplank_analysis.slip_sweeps.conditions import FORCE, HELD, Condition, cut
+from flatplank_analysis.slip_sweeps.curves import (
+    Curve,
+    Failure,
+    Formula,
+    curve_of,
+    failures,
+    fit_formula,
+)
 from flatplank_data.errors import FlatplankError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FAILS = 1.5
 """floors above which a file fails in a condition"""
+PANELS = 24
+"""of a figure, at most"""
 
 
 @dataclass(frozen=True)
@@ -58,17 +70,54 @@ class Study:
             out.append("for combined slip you still need: sweeps of the slip at side slip angles")
         return out
 
+    def plot(self, tir: TirFile | None = None) -> Figure:
+        """Measured and modelled force over the swept slip, a panel per condition.
+
+        Those in which the tire file is off most come first.
+        """
+        from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
+
+        found = self.failures(tir) if tir else []
+        order = list(range(len(self.conditions)))
+        if found:
+            order.sort(key=lambda k: -found[k].share)
+        order = order[:PANELS]
+        across = min(4, len(order))
+        down = math.ceil(len(order) / across)
+        figure = figure_of(3.2 * across, 2.5 * down)
+        panels = figure.subplots(down, across, squeeze=False).ravel()
+        for panel, k in zip(panels, order, strict=False):
+            condition, curve, formula = self.conditions[k], self.curves[k], self.formulas[k]
+            slip = condition.slip
+            x = slip.scale * curve.slip
+            panel.fill_between(
+                x, np.fmin(curve.up, curve.down), np.fmax(curve.up, curve.down), color=GREY,
+                alpha=0.35, lw=0, label="measured, up and down",
+            )  # fmt: skip
+            panel.plot(x, curve.force, ".", ms=4, color=GREY, label="measured, mean")
+            if formula:
+                fitted = formula(curve.slip)
+                panel.plot(x, fitted, lw=1, color=BLUE, label="B, C, D, E of this sweep")
+            if found:
+                panel.plot(x, found[k].modelled, lw=1.5, color=ORANGE, label="tire file")
+            levels = [h.word(condition.held[h.name]) for h in condition.levels()]
+            panel.set_title(", ".join(levels[:4]), fontsize=7)
+            panel.set_xlabel(f"{slip.title} [{slip.unit}]", fontsize=7)
+            panel.set_ylabel(f"{FORCE[condition.swept].capitalize()} [N]", fontsize=7)
+            panel.tick_params(labelsize=7)
+            panel.spines[["top", "right"]].set_visible(False)
+        for panel in panels[len(order) :]:
+            panel.set_visible(False)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), fontsize=8)
+        return figure
+
     def to_json(self, tir: TirFile | None = None) -> dict[str, Any]:
         """For programs: SI, ISO W; null where a number is not known."""
         found = self.failures(tir) if tir else [None] * len(self.conditions)
         rows = zip(self.conditions, self.curves, self.formulas, found, strict=True)
-        return {
-            "file": self.path,
-            "said": list(self.said),
-            "further_columns": list(self.further),
-            "lacking": self.lacking(),
-            "conditions": [_json(*row) for row in rows],
-        }
+        head = {"file": self.path, "said": list(self.said), "further_columns": list(self.further)}
+        return head | {"lacking": self.lacking(), "conditions": [_json(*row) for row in rows]}
 
 
 def study(path: str | Path, system: str | None = None) -> Study:
@@ -80,20 +129,20 @@ def study(path: str | Path, system: str | None = None) -> Study:
         FlatplankError: what is wrong with the file, and what to do.
     """
     recording = file.read(path)
-    if system is not None and system not in axes.SYSTEMS:
-        known = ", ".join(axes.SYSTEMS)
+    if system is not None and system not in channels.SYSTEMS:
+        known = ", ".join(channels.SYSTEMS)
         raise FlatplankError(f"no axis system '{system}'", "--axes", f"known: {known}")
-    found = axes.in_iso(recording.columns, system, str(path))
-    conditions = tuple(cut(found.columns))
+    columns, axes = channels.in_iso(recording.columns, system, str(path))
+    conditions = tuple(cut(columns))
     if not conditions:
         raise FlatplankError(
             "no sweep: neither the slip angle nor the slip ranges over enough "
             "while load, camber and pressure are held", str(path),
             "give a recording with sweeps",
         )  # fmt: skip
-    curves = tuple(curve_of(found.columns, c) for c in conditions)
-    said = (found.said, *recording.said)
-    return Study(str(path), found.columns, recording.further, said, conditions, curves)
+    curves = tuple(curve_of(columns, c) for c in conditions)
+    said = (axes, *recording.said)
+    return Study(str(path), columns, recording.further, said, conditions, curves)
 
 
 def by_level(conditions: Sequence[Condition], found: Sequence[Failure]) -> Iterator[str]:
@@ -109,17 +158,7 @@ def by_level(conditions: Sequence[Condition], found: Sequence[Failure]) -> Itera
                 f"{100.0 * float(np.mean(v)):.0f} % at {level}"
                 for level, v in sorted(shares.items(), key=lambda s: float(s[0].split()[0]))
             )
-            yield f"by {TITLES[held.name]}: {each}"
-
-
-TITLES = {
-    "fz": "load",
-    "gamma": "camber",
-    "pressure": "pressure",
-    "speed": "speed",
-    "alpha": "slip angle",
-    "kappa": "slip",
-}
+            yield f"by {held.title}: {each}"
 
 
 def _json(c: Condition, curve: Curve, formula: Formula | None, found: Failure | None):
@@ -130,26 +169,15 @@ def _json(c: Condition, curve: Curve, formula: Formula | None, found: Failure | 
         "held": dict(c.held),
         "samples": len(c.samples),
         "visits": c.visits,
-        "floor": _number(curve.floor),
+        "floor": curve.floor,
         "floor_from": curve.floor_from,
         "formula": None,
     }
     if formula:
-        out["formula"] = {
-            "values": dict(formula.values),
-            "interval_90": {k: _number(v) for k, v in formula.spread.items()},
-            "stiffness": formula.stiffness,
-            "rms": formula.rms,
-        }
+        numbers = {"stiffness": formula.stiffness, "rms": formula.rms}
+        spread = {"interval_90": dict(formula.spread)}
+        out["formula"] = {"values": dict(formula.values)} | spread | numbers
     if found:
-        out |= {
-            "error": found.error,
-            "error_share": found.share,
-            "worst": found.worst,
-            "worst_slip": found.worst_slip,
-        }
-    return out
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+        out |= {"error": found.error, "error_share": found.share}
+        out |= {"worst": found.worst, "worst_slip": found.worst_slip}
+    return to_plain(out)

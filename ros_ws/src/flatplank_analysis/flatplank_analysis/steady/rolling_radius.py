@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effective rolling radius (5.22), and its correction to zero longitudinal force.
+"""Effective rolling radius (5.22) at zero force, and the settling distance of a run (Appendix E).
 
 Three sources are compared, since the thesis found 0.3108 m with the controller and 0.3081 m with
 the flexplates off: the free-rolling controller holds 50 N, slip control holds a speed, a wheel
@@ -9,14 +9,13 @@ without flexplates rolls with its own resistance. At a force F the tire slips by
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
-from flatplank_analysis.steady.value import Value, mean_value
 from flatplank_data.condition import Condition
-from flatplank_data.machine import GEAR_RATIO
+from flatplank_data.machine import GEAR_RATIO, USABLE_ROAD
 from flatplank_data.table import MeasurementTable
 
 STEADY_FROM = 1.54
@@ -37,8 +36,6 @@ class RadiusRun:
     """(5.22) as it is [m]"""
     force: float
     """mean Fx over the same road [N]"""
-    encoder_radius: float
-    """the same from the wheel encoder [m]"""
     load: float
     """mean Fz over the same road [N]; nominal where it was not measured"""
     start: int = 1
@@ -52,7 +49,8 @@ class RadiusRun:
 def radius_of_run(table: MeasurementTable) -> RadiusRun:
     """r_e from the road on which a run rolls freely."""
     info, x = table.info, table["plank_position"]
-    source = info.r_e_source if info.r_e_source in SOURCES else _source(table)
+    source = "controller" if info.measurement == "free_rolling" else "slip_control"
+    source = info.r_e_source if info.r_e_source in SOURCES else source
     first, last = STEADY_FROM, float(x.max()) - BRAKING
     if info.measurement == "slip":
         step = info.step_position if math.isfinite(info.step_position) else last
@@ -68,11 +66,7 @@ def radius_of_run(table: MeasurementTable) -> RadiusRun:
     radius = encoder if source == FREE_WHEEL or math.isnan(motor) else motor
     load = float(np.mean(table["fz"][keep])) if table.has("fz") else info.fz
     force = float(np.mean(table["fx"][keep]))
-    return RadiusRun(info.condition, source, radius, force, encoder, load, info.start)
-
-
-def _source(table: MeasurementTable) -> str:
-    return "controller" if table.info.measurement == "free_rolling" else "slip_control"
+    return RadiusRun(info.condition, source, radius, force, load, info.start)
 
 
 def _over(speed: float, omega: float) -> float:
@@ -89,14 +83,53 @@ def _rate(table: MeasurementTable, angle: str, velocity: str, keep: np.ndarray) 
     return math.nan
 
 
-def radius_table(
-    runs: Sequence[RadiusRun], slip_stiffness: float = math.nan
-) -> dict[tuple[Condition, str], Value]:
-    """Mean r_e over start angles per operating point and source; corrected where C_Fk is known."""
-    groups: dict[tuple[Condition, str], list[float]] = {}
-    for run in runs:
-        known = math.isfinite(slip_stiffness)
-        value = run.corrected(slip_stiffness) if known else run.radius
-        key = (run.condition.operating_point._replace(measurement=""), run.source)
-        groups.setdefault(key, []).append(value)
-    return {key: mean_value(values) for key, values in groups.items()}
+REFERENCE_FORCE = 50.0
+"""y_ref of the free-rolling controller [N]"""
+BAND = 0.05
+FIT_RANGE = (0.1, USABLE_ROAD)
+"""road displacement that is fitted [m]"""
+RATES = np.geomspace(0.1, 100.0, 61)
+"""p2 that are tried before the search is refined [1/m]"""
+
+
+@dataclass(frozen=True)
+class ExponentialFit:
+    """y(x) = p1 exp(-p2 x) + p3 (E.1); p1, p3 [N], p2 [1/m]."""
+
+    p1: float
+    p2: float
+    p3: float
+    rmse: float
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Fitted force [N] at road displacement `x` [m]."""
+        return self.p1 * np.exp(-self.p2 * np.asarray(x)) + self.p3
+
+    def settles_at(self, reference: float = REFERENCE_FORCE, band: float = BAND) -> float:
+        """Displacement from which |y_ref - y| <= band y_ref [m]; NaN when that is never so."""
+        limit = band * abs(reference)
+        room = limit - math.copysign(1.0, self.p1) * (self.p3 - reference)
+        if abs(self.p3 - reference) > limit or self.p2 <= 0.0:
+            return math.nan
+        if self.p1 == 0.0 or abs(self.p1) <= room:
+            return 0.0
+        return math.log(abs(self.p1) / room) / self.p2 if room > 0.0 else math.inf
+
+
+def fit_exponential(x: np.ndarray, y: np.ndarray) -> ExponentialFit:
+    """Least squares fit of (E.1); p1 and p3 are linear, so only p2 is searched."""
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    keep = (x >= FIT_RANGE[0]) & (x <= FIT_RANGE[1]) & np.isfinite(y)
+    x, y = x[keep], y[keep]
+
+    def solve(log_rate: float) -> tuple[float, np.ndarray]:
+        basis = np.column_stack([np.exp(-math.exp(log_rate) * x), np.ones_like(x)])
+        coefficients, *_ = np.linalg.lstsq(basis, y, rcond=None)
+        return float(np.mean((basis @ coefficients - y) ** 2)), coefficients
+
+    logs = np.log(RATES)
+    best = int(np.argmin([solve(value)[0] for value in logs]))
+    bounds = (logs[max(best - 1, 0)], logs[min(best + 1, logs.size - 1)])
+    found = minimize_scalar(lambda v: solve(v)[0], bounds=bounds, method="bounded")
+    cost, (p1, p3) = solve(float(found.x))
+    return ExponentialFit(float(p1), math.exp(found.x), float(p3), math.sqrt(cost))

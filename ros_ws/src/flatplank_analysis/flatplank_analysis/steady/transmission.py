@@ -84,8 +84,3 @@ def drive_state(table: MeasurementTable, length: float = 0.5) -> DriveState:
         float(np.mean(table["fx"][keep] * radius)) / GEAR_RATIO,
         float(np.mean(table["motor_velocity"][keep])),
     )
-
-
-def efficiency(table: MeasurementTable, friction: FrictionTorque) -> float:
-    """eta of the last half metre of a driving run (5.3); NaN when braking."""
-    return drive_state(table).efficiency(friction)

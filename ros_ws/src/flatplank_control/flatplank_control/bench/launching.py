@@ -4,22 +4,17 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from flatplank_control.bench.node_specs import DRIVEN
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import DRIVEN, BenchSetup, axes_of
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import book_for
 from flatplank_data.params import nearest
 from flatplank_hw.bus.pacing import PACES
 from flatplank_hw.share import config_file
 from flatplank_hw.troubles import TROUBLES
-
-
-class LaunchError(ValueError):
-    """An argument that cannot be used: which, what, what to do, in one line."""
 
 
 class Argument(NamedTuple):
@@ -47,24 +42,32 @@ ARGUMENTS = {
 
 
 def refuse_unknown(command_line: Sequence[str]) -> None:
-    """LaunchError for a `name:=value` that no argument has; launch itself takes them silently."""
+    """ValueError for a `name:=value` that no argument has; launch itself takes them silently."""
     for word in command_line:
         name, is_argument, _ = word.partition(":=")
         if is_argument and name not in ARGUMENTS:
-            raise LaunchError(f"unknown argument '{name}'{nearest(name, ARGUMENTS)}")
+            raise ValueError(f"unknown argument '{name}'{nearest(name, ARGUMENTS)}")
 
 
 def setup_of(value: Mapping[str, str]) -> BenchSetup:
-    """The bench that the arguments ask for."""
+    """The bench that the arguments ask for; ValueError in one line."""
     for name, argument in ARGUMENTS.items():
-        if argument.choices:
-            _one_of(name, value[name], argument.choices)
+        if argument.choices and value[name] not in argument.choices:
+            known = ", ".join(argument.choices)
+            raise ValueError(f"{name}:={value[name]}: must be one of {known}")
     sim = value["sim"] == "true"
+    bus, book, data = value["bus"], value["calibration"], value["data"]
     if not sim and not value["interface"]:
-        raise LaunchError(
+        raise ValueError(
             "sim is false and interface is empty: say interface:=NAME in the lab (`ip link` lists "
             "them), or sim:=true without the machine"
         )
+    if bus and not config_file("flatplank_hw", f"bus/{bus}.yaml") and not Path(bus).is_file():
+        raise ValueError(f"bus:={bus}: no such bus file; give a path, or leave it empty")
+    if book and not Path(book).is_file():
+        raise ValueError(f"calibration:={book}: no such file; `flatplank calibrate` makes a book")
+    if Path(data).expanduser().is_file():
+        raise ValueError(f"data:={data}: is a file; give a folder")
     setup = BenchSetup(
         kind="sim" if sim else "lab",
         tire=value["tire"],
@@ -74,74 +77,30 @@ def setup_of(value: Mapping[str, str]) -> BenchSetup:
         rate_hz=_number("rate_hz", value["rate_hz"], 50, 1000),
         batch=_number("batch", value["batch"], 1, 50),
         interface=value["interface"],
-        bus_file=_bus(value["bus"]),
-        data=_folder(value["data"]),
-        calibration=_book(value["calibration"], value["data"]),
-        axes=_axes(value["axes"]),
+        bus_file=bus,
+        data=data,
+        calibration=book or str(book_for(Path(data)).path),
+        axes=axes_of(value["axes"], f"axes:={value['axes']}"),
     )
     if sim:
-        _plant(setup)
+        try:
+            simulator().check(setup.tire, setup.preset)
+        except (ValueError, OSError) as error:
+            raise ValueError(" ".join(str(error).split())) from None
     return setup
 
 
 def why_ended(name: str, code: int) -> str:
     """Of a node whose end is that of the bench."""
-    how = f"exit code {code}"
-    if code < 0:
-        how = f"ended by {signal.Signals(-code).name}"
+    how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
     return TROUBLES["node_ended"].line(f"{name}, {how}")
-
-
-def _one_of(name: str, value: str, known: Collection[str]) -> None:
-    if value not in known:
-        raise LaunchError(f"{name}:={value}: must be one of {', '.join(known)}")
 
 
 def _number(name: str, value: str, low: int, high: int) -> int:
     try:
         number = int(value)
     except ValueError:
-        raise LaunchError(f"{name}:={value}: must be a whole number") from None
+        raise ValueError(f"{name}:={value}: must be a whole number") from None
     if not low <= number <= high:
-        raise LaunchError(f"{name}:={value}: must be within {low} .. {high}")
+        raise ValueError(f"{name}:={value}: must be within {low} .. {high}")
     return number
-
-
-def _axes(value: str) -> tuple[str, ...]:
-    axes = tuple(word.strip() for word in value.split(",") if word.strip())
-    for axis in axes:
-        if axis not in DRIVEN:
-            raise LaunchError(f"axes:={value}: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
-    return axes
-
-
-def _bus(value: str) -> str:
-    if (
-        value
-        and not config_file("flatplank_hw", f"bus/{value}.yaml")
-        and not Path(value).is_file()
-    ):
-        raise LaunchError(f"bus:={value}: no such bus file; give a path, or leave it empty")
-    return value
-
-
-def _book(value: str, data: str) -> str:
-    if value and not Path(value).is_file():
-        raise LaunchError(
-            f"calibration:={value}: no such file; `flatplank calibrate` makes a book"
-        )
-    return value or str(book_for(Path(data)).path)
-
-
-def _folder(value: str) -> str:
-    if Path(value).expanduser().is_file():
-        raise LaunchError(f"data:={value}: is a file; give a folder")
-    return value
-
-
-def _plant(setup: BenchSetup) -> None:
-    """Tire and defects are there."""
-    try:
-        simulator().check(setup.tire, setup.preset)
-    except (ValueError, OSError) as error:
-        raise LaunchError(" ".join(str(error).split())) from None

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Start the nodes of a bench as processes, and end them by their ids."""
+"""Start the nodes of a bench as processes, judge their start, and end them by their ids.
+
+Waiting for a start follows the nodes, not the clock. A node that loads its modules uses the
+processor or waits for it or for the disk, however slowly; while one does, nobody gives up."""
 
 from __future__ import annotations
 
@@ -10,13 +13,99 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
+from flatplank_control.bench.fast_dds import remove_orphans
 from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.shared_memory import remove_orphans
-from flatplank_control.bench.starting import Vitals
-from flatplank_hw.parent import END_WITH_PARENT, STARTED
+from flatplank_hw.process import END_WITH_PARENT, STARTED
+
+STALL_TIMEOUT_S = 60.0
+"""Longest time in which no node gets any further [s of wall clock]."""
+
+RUNAWAY_CPU_S = 600.0
+"""A node that has used so much processor and is not up does not come up [s]."""
+
+NOTICED_CPU_S = 0.02
+"""Processor time that counts as progress [s]; the clock tick of the kernel is 0.01 s."""
+
+
+@dataclass(frozen=True)
+class Vitals:
+    """What the system says of a process that lives."""
+
+    state: str
+    """R, S, D, T ... as /proc/PID/stat has it"""
+    cpu_s: float
+    started: bool
+    """its node is made and listens"""
+
+    @property
+    def waits_for_the_machine(self) -> bool:
+        """It would go on at once if a processor or the disk were free."""
+        return self.state in ("R", "D")
+
+
+class Start:
+    """The nodes of a start, what they have answered, and since when nothing has changed."""
+
+    def __init__(self, names: Collection[str], now: float, stall_s: float = STALL_TIMEOUT_S):
+        """`now`: wall clock [s], as in all methods."""
+        self.up_at: dict[str, float] = {}
+        """when the nodes that are up first said so [s]"""
+        self._lacks: dict[str, str | None] = dict.fromkeys(names)
+        self._cpu = dict.fromkeys(names, 0.0)
+        self._progress_at = now
+        self._stall_s = stall_s
+
+    def heard(self, name: str, lacks: str, now: float) -> None:
+        """A node has answered: what it still waits for, empty when nothing."""
+        if self._lacks[name] != lacks:
+            self._lacks[name] = lacks
+            self._progress_at = now
+            if not lacks:
+                self.up_at[name] = now
+
+    @property
+    def missing(self) -> list[str]:
+        """Nodes that are not up."""
+        return [name for name, lacks in self._lacks.items() if lacks != ""]
+
+    def __str__(self) -> str:
+        total = len(self._lacks)
+        return f"{total - len(self.missing)} of {total} nodes are up"
+
+    def hopeless(self, vitals: Mapping[str, Vitals], now: float) -> str:
+        """Why waiting on makes no sense, empty while it does.
+
+        `vitals`: of those nodes whose processes are known and live.
+        """
+        for name in self.missing:
+            seen = vitals.get(name)
+            if seen is None or seen.started:
+                continue
+            if seen.cpu_s > RUNAWAY_CPU_S:
+                return f"{name}: not up after {seen.cpu_s:.0f} s of processor time; {self}"
+            if seen.waits_for_the_machine or seen.cpu_s - self._cpu[name] >= NOTICED_CPU_S:
+                self._cpu[name] = seen.cpu_s
+                self._progress_at = now
+        if now - self._progress_at <= self._stall_s:
+            return ""
+        hangs = "; ".join(self._hangs(name, vitals.get(name)) for name in self.missing[:3])
+        return f"{hangs}; nothing has changed for {self._stall_s:.0f} s, {self}"
+
+    def _hangs(self, name: str, seen: Vitals | None) -> str:
+        if lacks := self._lacks[name]:
+            return f"{name} waits: {lacks}"
+        if seen is None:
+            return f"{name} does not answer; is the bench running?"
+        if seen.started:
+            return f"{name} runs, but its services are not heard"
+        if seen.state in "Tt":
+            return f"{name} is stopped"
+        return f"{name} hangs before it is made, and uses no processor"
+
 
 GRACE = 30.0
 """the nodes have so long to end by themselves [s]"""
@@ -41,11 +130,8 @@ class BenchProcesses:
         """
         self.setup = setup
         self.running: dict[str, subprocess.Popen] = {}
-        self._environment = {
-            **os.environ,
-            END_WITH_PARENT: str(os.getpid()),
-            **(environment or {}),
-        }
+        ours = {END_WITH_PARENT: str(os.getpid())}
+        self._environment = {**os.environ, **ours, **(environment or {})}
         self.log = log
         self._log = open(log, "ab") if log else None  # noqa: SIM115  open as long as the nodes
         self._without = without
@@ -60,20 +146,12 @@ class BenchProcesses:
     def start_node(self, name: str) -> None:
         """Start one node of the set-up, also again after it has ended."""
         node = next(n for n in self.setup.nodes() if n.name == name)
-        command = [
-            sys.executable,
-            "-m",
-            f"{node.package}.nodes.{node.executable}",
-            "--ros-args",
-            "-r",
-            f"__node:={node.name}",
-            "--params-file",
-            str(self._files[name]),
-        ]
+        program = [sys.executable, "-m", f"{node.package}.nodes.{node.executable}"]
+        given = ["-r", f"__node:={node.name}", "--params-file", str(self._files[name])]
         started = self._started(name)
         started.unlink(missing_ok=True)
         self.running[name] = subprocess.Popen(
-            command,
+            [*program, "--ros-args", *given],
             env={**self._environment, STARTED: str(started)},
             stdin=subprocess.DEVNULL,
             stdout=self._log,
@@ -87,7 +165,7 @@ class BenchProcesses:
         return {name: p.returncode for name, p in nodes if p.poll() is not None}
 
     def why_ended(self) -> str:
-        """Nodes that have ended by themselves, each with its exit code and last words."""
+        """Nodes that have ended by themselves, each with its exit code and last line."""
         return "; ".join(
             f"{name} ended by itself ({_ending(code)}): {self._last_words(name)}"
             for name, code in self.ended().items()
@@ -151,6 +229,4 @@ class BenchProcesses:
 
 
 def _ending(code: int) -> str:
-    if code < 0:
-        return f"killed by {signal.Signals(-code).name}"
-    return f"exit code {code}"
+    return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

@@ -6,15 +6,84 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
-from flatplank_control.bench.node_specs import BUSES, DRIVEN, NODES, NodeSpec
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import CALIBRATED, Book
-from flatplank_data.params import load_parameters
+from flatplank_data.params import load_parameters, nearest
 from flatplank_hw.share import config_file
+
+
+class NodeSpec(NamedTuple):
+    """One process of the bench."""
+
+    package: str
+    executable: str
+    name: str
+    in_loop: bool = False
+    """its answer is due within the cycle"""
+
+
+BUSES = {
+    "sim": NodeSpec("flatplank_sim", "simulated_plant", "simulated_plant", True),
+    "emulated": NodeSpec("flatplank_sim", "emulated_bus", "ethercat_bus", True),
+    "lab": NodeSpec("flatplank_hw", "ethercat_bus", "ethercat_bus", True),
+}
+"""kind of bench -> node that owns its bus"""
+
+NODES = (
+    NodeSpec("flatplank_hw", "measurement_hub", "measurement_hub", True),
+    NodeSpec("flatplank_hw", "encoders", "encoders", True),
+    NodeSpec("flatplank_hw", "wheel_drive", "wheel_drive", True),
+    NodeSpec("flatplank_control", "free_rolling_controller", "free_rolling_controller", True),
+    NodeSpec("flatplank_control", "slip_sequencer", "slip_sequencer", True),
+    NodeSpec("flatplank_control", "recorder", "recorder"),
+    NodeSpec("flatplank_control", "measurement_runner", "measurement_runner"),
+)
+"""What runs beside the bus, whatever the bus is."""
+
+
+class AxisNodes(NamedTuple):
+    """A driven axis that a controller leads."""
+
+    drive: NodeSpec
+    controller: NodeSpec
+
+
+AXIS_NODES: dict[str, AxisNodes] = {
+    "vertical": AxisNodes(
+        NodeSpec("flatplank_hw", "wheel_drive", "vertical_drive", True),
+        NodeSpec("flatplank_control", "load_controller", "load_controller", True),
+    ),
+    "steer": AxisNodes(
+        NodeSpec("flatplank_hw", "wheel_drive", "steer_drive", True),
+        NodeSpec("flatplank_control", "axis_hold", "steering_hold", True),
+    ),
+    "camber": AxisNodes(
+        NodeSpec("flatplank_hw", "wheel_drive", "camber_drive", True),
+        NodeSpec("flatplank_control", "axis_hold", "camber_hold", True),
+    ),
+}
+"""axis that a controller leads -> its nodes"""
+
+DRIVEN: dict[str, tuple[NodeSpec, ...]] = {
+    "plank": (NodeSpec("flatplank_hw", "wheel_drive", "plank_drive", True),),
+    **AXIS_NODES,
+}
+"""axis that may be driven beside the wheel -> its nodes, the drive first; the runner leads the
+plank"""
+
+
+def axes_of(text: str, option: str) -> tuple[str, ...]:
+    """`vertical,steer` to axes; ValueError names the option and an unknown axis."""
+    axes = tuple(word.strip() for word in text.split(",") if word.strip())
+    for axis in axes:
+        if axis not in DRIVEN:
+            raise ValueError(f"{option}: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
+    return axes
+
 
 LOOP_PRIORITY = 20
 """SCHED_FIFO of the nodes in the loop, below the bus process and the emulator"""
@@ -57,11 +126,8 @@ class BenchSetup:
         path = config_file(node.package, f"{node.name}.yaml")
         own = load_parameters(path, node.name) if path else {}
         shared = {**self._shared(node.name), **self._scheduling(node)}
-        known = self._calibrated().get(node.name, {})
-        return {**own, **known, **shared, **self.parameters.get(node.name, {})}
-
-    def _calibrated(self) -> dict[str, dict[str, Any]]:
-        return Book(Path(self.calibration)).parameters() if self.calibration else {}
+        known = Book(Path(self.calibration)).parameters() if self.calibration else {}
+        return {**own, **known.get(node.name, {}), **shared, **self.parameters.get(node.name, {})}
 
     def constants(self) -> dict[str, dict[str, Any]]:
         """What the nodes are given of all that is calibrated: node -> parameter -> value."""
@@ -76,33 +142,33 @@ class BenchSetup:
     def _shared(self, name: str) -> dict[str, Any]:
         rate = float(self.rate_hz)
         graph_rate = rate / self.batch
+        # r_0 of the simulated tire, by which the drive knows an unloaded one [m]
+        lab = self.kind == "lab"
+        radius = {} if lab else {"free_radius": simulator().free_radius(self.tire)}
+        of_bus = {"rate_hz": self.rate_hz, "batch": self.batch}
         machine = {
-            "tire": self.tire,
-            "preset": self.preset,
-            "config": self.plant_file,
-            "seed": self.seed,
-        }
+            "tire": self.tire, "preset": self.preset, "config": self.plant_file, "seed": self.seed,
+        }  # fmt: skip
+        on = {"rate_hz": graph_rate, "enabled": True}
         shared: dict[str, dict[str, Any]] = {
             "simulated_plant": {
                 **machine,
-                "rate_hz": self.rate_hz,
-                "batch": self.batch,
+                **of_bus,
                 "pace": self.pace,
                 **({"driven_axes": ["wheel", *self.axes]} if self.axes else {}),
             },
             "ethercat_bus": {
-                "rate_hz": self.rate_hz,
-                "batch": self.batch,
+                **of_bus,
                 "bus_file": self.bus_file or ("bench_five_axes" if self.axes else "bench"),
                 **(machine if self.kind == "emulated" else {"interface": self.interface}),
             },
             "encoders": {"rate_hz": rate},
             "free_rolling_controller": {"rate_hz": graph_rate, "automatic": True},
             "slip_sequencer": {"rate_hz": graph_rate, "follow_until": FOLLOW_UNTIL},
-            "wheel_drive": self._free_radius(),
-            "load_controller": {"rate_hz": graph_rate, "enabled": True},
-            "steering_hold": {"rate_hz": graph_rate, "enabled": True},
-            "camber_hold": {"rate_hz": graph_rate, "enabled": True, "axis": "camber"},
+            "wheel_drive": radius,
+            "load_controller": on,
+            "steering_hold": on,
+            "camber_hold": {**on, "axis": "camber"},
             "recorder": {"folder": self.data, "calibration": self.calibration},
             "measurement_runner": {
                 "held": self.pace == "hold",
@@ -110,12 +176,6 @@ class BenchSetup:
             },
         }
         return shared.get(name, {})
-
-    def _free_radius(self) -> dict[str, float]:
-        """r_0 of the simulated tire, by which the drive knows an unloaded one [m]."""
-        if self.kind == "lab":
-            return {}
-        return {"free_radius": simulator().free_radius(self.tire)}
 
     def write(self, folder: Path) -> dict[str, Path]:
         """One parameter file per node in `folder`; node name -> file."""

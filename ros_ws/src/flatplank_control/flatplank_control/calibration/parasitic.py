@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flatplank_control.calibration.fit_check import MISMATCH, still_fits
-from flatplank_control.turning import turning_amplitude
+from flatplank_control.calibration.fits import turning_amplitude
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.machine import COUNTS_PER_TURN
@@ -22,9 +21,6 @@ from flatplank_hw.hub.identify import identify
 from flatplank_hw.hub.params import HubParameters
 from flatplank_hw.hub.parasitic import INDEX, ParasiticFit, to_text
 
-__all__ = [
-    "MISMATCH", "Turn", "amplitudes", "difference", "identify_turn", "still_fits", "turn_of_bag",
-]  # fmt: skip
 TOPIC = "/bus/inputs"
 THREE_TURNS = 5.9 * math.pi
 """without what the wheel takes to stop [rad]"""
@@ -91,13 +87,3 @@ def amplitudes(turn: Turn, fit: ParasiticFit | None, hub: HubParameters) -> dict
     forces = np.array([wheel_from_volts(tuple(v), g)[:3] for v in volts])
     sizes = turning_amplitude(angle, forces)
     return {name: float(sizes[k]) for k, name in ((0, "fx"), (2, "fz"))}
-
-
-def difference(plain: np.ndarray, filtered: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Unfiltered less filtered force over the road (Figures C.5, C.6): the parasitic force of the
-    runs.
-
-    plain, filtered: shape (n, 2) with plank position [m] and force [N]; position: shape (k,) [m].
-    """
-    a = np.interp(position, plain[:, 0], plain[:, 1])
-    return a - np.interp(position, filtered[:, 0], filtered[:, 1])

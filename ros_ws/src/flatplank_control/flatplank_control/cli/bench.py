@@ -12,14 +12,11 @@ import threading
 import time
 from pathlib import Path
 
-from flatplank_control.bench.node_specs import DRIVEN
-from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.setup import BenchSetup
-from flatplank_control.bench.starting import Start
+from flatplank_control.bench.processes import BenchProcesses, Start
+from flatplank_control.bench.setup import BenchSetup, axes_of
 from flatplank_control.calibration.book import Book, book_for
-from flatplank_control.speed_map.use import with_road
+from flatplank_control.speed_map import with_road
 from flatplank_data.arguments import Parser
-from flatplank_data.params import nearest
 
 
 def parser() -> argparse.ArgumentParser:
@@ -50,41 +47,27 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
-def axes_of(text: str) -> tuple[str, ...]:
-    """`vertical,steer` to axes; ValueError names an unknown one."""
-    axes = tuple(word.strip() for word in text.split(",") if word.strip())
-    for axis in axes:
-        if axis not in DRIVEN:
-            raise ValueError(f"--axes: unknown axis '{axis}'{nearest(axis, DRIVEN)}")
-    return axes
-
-
-def book_of(options: argparse.Namespace) -> Book:
-    """The book that is given, else found; ValueError when a given one is not there."""
-    if options.calibration is None:
-        return book_for(options.data)
-    if not options.calibration.exists():
-        raise ValueError(f"--calibration {options.calibration}: no such file")
-    return Book(options.calibration.resolve())
-
-
-def setup_of(options: argparse.Namespace) -> BenchSetup:
+def setup_of(o: argparse.Namespace) -> BenchSetup:
+    """The bench that the options ask for; ValueError when a given book is not there."""
+    if o.calibration is not None and not o.calibration.exists():
+        raise ValueError(f"--calibration {o.calibration}: no such file")
+    book = Book(o.calibration.resolve()) if o.calibration else book_for(o.data)
     setup = BenchSetup(
-        kind=options.kind,
-        tire=options.tire,
-        preset=options.preset,
-        plant_file=options.plant,
-        seed=options.seed,
-        rate_hz=options.rate,
-        batch=options.batch,
-        pace=options.pace,
-        interface=options.interface,
-        bus_file=options.bus,
-        data=str(options.data),
-        axes=axes_of(options.axes),
-        calibration=str(book_of(options).path),
+        kind=o.kind,
+        tire=o.tire,
+        preset=o.preset,
+        plant_file=o.plant,
+        seed=o.seed,
+        rate_hz=o.rate,
+        batch=o.batch,
+        pace=o.pace,
+        interface=o.interface,
+        bus_file=o.bus,
+        data=str(o.data),
+        axes=axes_of(o.axes, "--axes"),
+        calibration=str(book.path),
     )
-    return with_road(setup, options.road)
+    return with_road(setup, o.road)
 
 
 def main(argv: list[str]) -> int:

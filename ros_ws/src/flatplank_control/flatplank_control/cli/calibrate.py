@@ -14,7 +14,7 @@ import yaml
 from flatplank_control.bench.setup import BenchSetup
 from flatplank_control.bench.simulator import simulator
 from flatplank_control.calibration.book import FILE, FIT, HUB, INSTRUMENTS, Book, Entry
-from flatplank_control.calibration.line import Line, fit_line
+from flatplank_control.calibration.fits import Line, fit_line
 from flatplank_control.calibration.sheet import blank, starting_values
 from flatplank_data.arguments import Parser
 from flatplank_data.params import from_mapping
@@ -99,8 +99,8 @@ def parasitic(o: argparse.Namespace, book: Book) -> int:
 def filter_effect(o: argparse.Namespace, book: Book) -> int:
     """What the parasitic filter leaves under load and slip: two equal runs, or --sim."""
 
-    from flatplank_control.bench.judging import read
-    from flatplank_control.calibration.fit_check import text, under_load
+    from flatplank_control.bench.results import read
+    from flatplank_control.calibration.fits import text, under_load
 
     if o.sim:
         setup = BenchSetup(preset=o.preset, tire=o.tire, pace="hold")
@@ -146,8 +146,8 @@ def put(book: Book, entry: Entry) -> int:
     book.add(entry)
     for name, value in entry.parameters.items():
         error = entry.uncertainty.get(name)
-        print(f"{name}: {value:.6g}" + (f" +- {error:.2g}" if error else "") if error is not None
-              else f"{name}: {value}")  # fmt: skip
+        shown = value if error is None else f"{value:.6g}"
+        print(f"{name}: {shown}" + (f" +- {error:.2g}" if error else ""))
     print(f"residual {entry.residual:.3g} {entry.unit}; put down in {book.path}")
     return 0
 
@@ -168,14 +168,13 @@ def parser() -> argparse.ArgumentParser:
             one.add_argument("--mounting", required=True, help="name of this mounting")
             one.add_argument("--bag", type=Path, help="of an unloaded turn")
             one.add_argument("--sim", action="store_true", help="on the twin")
-            one.add_argument("--tire", default="toyo", help="of the twin")
-            one.add_argument("--preset", default="", help="of the twin: thesis2023")
         if name == "filter":
             one.add_argument("--plain", type=Path, help="a run without the filter")
             one.add_argument("--filtered", type=Path, help="the same run with it")
             one.add_argument("--first", type=float, default=2.0, help="from here on [m]")
             one.add_argument("--last", type=float, default=4.0, help="to here [m]")
             one.add_argument("--sim", action="store_true", help="on the twin, with the fit in use")
+        if name in ("parasitic", "filter"):
             one.add_argument("--tire", default="toyo", help="of the twin")
             one.add_argument("--preset", default="", help="of the twin: thesis2023")
         if name == "sheet":

@@ -13,8 +13,21 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from flatplank_control.cli.root import project_root
 from flatplank_data.arguments import Parser
+
+
+def project_root() -> Path:
+    """The checkout: as `./flatplank` says, else the one around the working directory."""
+    if given := os.environ.get("FLATPLANK_ROOT"):
+        return Path(given)
+    here = Path.cwd()
+    for folder in (here, *here.parents):
+        if (folder / "flatplank").is_file() and (folder / "ros_ws").is_dir():
+            return folder
+    raise FileNotFoundError(
+        f"{here} is not in a checkout of the project: change into it, or use its ./flatplank"
+    )
+
 
 JAZZY = Path("/opt/ros/jazzy")
 SCRATCH_GB = 5.0

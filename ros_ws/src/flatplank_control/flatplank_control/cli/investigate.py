@@ -13,12 +13,10 @@ from typing import Any
 
 from flatplank_analysis.cli import common, loop
 from flatplank_analysis.investigation.notebook import summary, text_of
-from flatplank_control.cli.keys import Keys
+from flatplank_control.cli.operator import Keys
 from flatplank_control.cli.run import KEYS, on_key
 from flatplank_control.investigate.bench import Execute
-from flatplank_control.investigate.executors import on_twin
-from flatplank_control.investigate.journal import NAME
-from flatplank_control.investigate.opening import NOTEBOOK, keep, open_loop
+from flatplank_control.investigate.opening import NAME, NOTEBOOK, keep, on_twin, open_loop
 from flatplank_control.runner.campaign import SUFFIX, CampaignPlan
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.arguments import Parser

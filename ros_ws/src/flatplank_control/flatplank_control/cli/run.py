@@ -9,11 +9,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from flatplank_control.bench.setup import BenchSetup, axes_of
 from flatplank_control.calibration.book import book_for
-from flatplank_control.cli.bench import axes_of
-from flatplank_control.cli.keys import Keys
-from flatplank_control.cli.talk import Talk, conclude
-from flatplank_control.cli.wishes import OF_A_CAMPAIGN, tell
+from flatplank_control.cli.operator import OF_A_CAMPAIGN, Keys, Talk, conclude, tell
 from flatplank_control.runner.campaign import (
     SUFFIX,
     CampaignPlan,
@@ -26,7 +24,7 @@ from flatplank_control.runner.campaign import (
     note,
     pressure_after,
 )
-from flatplank_control.runner.campaign.dry_run import DryRun, dry_run
+from flatplank_control.runner.dry_run import DryRun, dry_run
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.arguments import Parser
 from flatplank_hw.share import config_file
@@ -92,14 +90,13 @@ def redo(plan: CampaignPlan, folder: Path) -> None:
 
 def on_twin(plan: CampaignPlan, paper: DryRun, o: argparse.Namespace, folder: Path) -> int:
     """The campaign in this process."""
-    from flatplank_control.bench.setup import BenchSetup
     from flatplank_control.bench.simulator import simulator
-    from flatplank_control.speed_map.use import with_road
+    from flatplank_control.speed_map import with_road
 
     journal = Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest)
     setup = BenchSetup(
-        preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold", axes=axes_of(o.axes),
-        calibration=str(book_for(folder).path),
+        preset=o.preset, plant_file=o.plant, seed=o.seed, pace="hold",
+        axes=axes_of(o.axes, "--axes"), calibration=str(book_for(folder).path),
     )  # fmt: skip
     conductor = Conductor(plan, journal)
     if conductor.done and o.new:
@@ -145,7 +142,7 @@ def on_bench(plan: CampaignPlan, o: argparse.Namespace, folder: Path) -> int:
 
 
 def on_key(keys: Keys, client: Any, journal: Path) -> None:
-    """One key is one wish."""
+    """One key is one request."""
     key = keys.pressed()
     if key == "n":
         note(journal, keys.line("note: "))

@@ -6,8 +6,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from flatplank_control.cli.keys import Keys
-from flatplank_control.cli.wishes import OF_A_RUN, tell
+from flatplank_control.cli.operator import OF_A_RUN, Keys, tell
 from flatplank_control.runner.measurement import from_mapping
 from flatplank_data.arguments import Parser
 from flatplank_data.machine import USUAL_RADIUS

@@ -10,7 +10,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 
-from flatplank_control.cli.root import project_root
+from flatplank_control.cli.doctor import project_root
 
 CALCULATIONS = (
     "analysis_data", "analysis_models", "blind", "campaign", "control", "discovery", "formats",

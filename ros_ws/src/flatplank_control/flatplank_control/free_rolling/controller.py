@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from flatplank_control.free_rolling.design import Gains, design
 from flatplank_control.free_rolling.params import FreeRollingParameters
-from flatplank_control.free_rolling.start import OVER, Start
-from flatplank_control.free_rolling.stiffness_estimator import UNKNOWN, Tire
+from flatplank_control.free_rolling.start import OVER, UNKNOWN, Start, Tire
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
 
 SOURCE = "free_rolling"
@@ -56,7 +55,7 @@ class FreeRollingController:
 
     @property
     def tire(self) -> Tire:
-        """What the last start has told of the tire, in automatic mode."""
+        """Estimate of the last start, in automatic mode."""
         return self._tire
 
     def _set_gains(self, gains: Gains) -> None:

@@ -1,29 +1,91 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The first centimetres of a free-rolling run: the tire is felt, then the wheel makes up the
+"""The first centimetres of a free-rolling run: the tire is estimated, then the wheel makes up the
 travel it has lost.
 
 While the gears lock the wheel, the moving road winds the tire up: dFx/dx is its stiffness C_x =
-C_Fk / sigma. Then the
-wheel is driven like a servo to the angle that belongs to the road's travel, and the force loop
-takes over.
-"""
+C_Fk / sigma. Then the wheel is driven like a servo to the angle that belongs to the road's travel,
+and the force loop takes over.
+
+Stiffness and relaxation length come by least squares on the integrated transient tire, F = F_0
++ C_x (r_e theta - x) - (1/sigma) int F dx, with the travel x of the road and the angle theta of
+the wheel since the start. Linear in C_x, C_x r_e, 1/sigma and F_0."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from flatplank_control.free_rolling.params import FreeRollingParameters
-from flatplank_control.free_rolling.stiffness_estimator import StiffnessEstimator, Tire
-from flatplank_control.travel import FASTEST, JUMP
+from flatplank_control.sequencer.params import FASTEST, JUMP
 from flatplank_hw.samples import EncoderSample
 
+SIGMA = (0.05, 2.0)
+"""relaxation lengths that are believed [m]"""
+
+
+class Tire(NamedTuple):
+    """An estimate; NaN where the run does not determine it."""
+
+    stiffness: float
+    """C_x [N/m]"""
+    relaxation: float
+    """sigma [m]; the least certain of the three, and the one that the gains hardly need"""
+    effective_radius: float
+    """[m]"""
+
+
+UNKNOWN = Tire(math.nan, math.nan, math.nan)
+
+
+class StiffnessEstimator:
+    """Sums of the normal equations, one sample per cycle; `solve` once at the end."""
+
+    def __init__(self, radius: float) -> None:
+        self._radius = radius
+        self._sums = np.zeros((5, 5))
+        self._integral = 0.0
+        self._before: tuple[float, float] | None = None
+
+    def add(self, x: float, angle: float, force: float) -> None:
+        """Travel [m], wheel angle [rad] and force [N] since the start."""
+        if self._before is not None:
+            self._integral += 0.5 * (force + self._before[1]) * (x - self._before[0])
+        self._before = (x, force)
+        # metres times 1e3 and N m as they are: columns of one size
+        row = np.array([1e3 * (self._radius * angle - x), 1e3 * x, self._integral, 1.0, force])
+        self._sums += np.outer(row, row)
+
+    def solve(self) -> Tire:
+        """The tire; UNKNOWN when the run does not determine it."""
+        a, b = self._sums[:4, :4].copy(), self._sums[:4, 4].copy()
+        n, squares = a[3, 3], float(self._sums[4, 4])
+        if n <= 8:
+            return UNKNOWN
+        try:
+            inverse = np.linalg.inv(a)
+        except np.linalg.LinAlgError:
+            return UNKNOWN
+        p = inverse @ b
+        variance = max(squares - float(p @ b), 0.0) / (n - 4.0)
+        # s is made with a guess of r_e: C_x r_e / guess = p0 and C_x (r_e / guess - 1) = p1
+        stiffness, error = 1e3 * (p[0] - p[1]), 1e3 * math.sqrt(max(variance * inverse[0, 0], 0.0))
+        if not (stiffness > 0.0 and error < 0.2 * stiffness):
+            return UNKNOWN
+        sigma = -1.0 / p[2] if p[2] < 0.0 else math.inf
+        known = SIGMA[0] < sigma < SIGMA[1]
+        radius = self._radius * p[0] / (p[0] - p[1])
+        return Tire(float(stiffness), float(sigma) if known else math.nan, float(radius))
+
+
 LISTEN, CATCH, OVER = range(3)
-FELT = 25.0
-"""force change from which the tire is felt [N]"""
+NOTICED = 25.0
+"""force change from which samples count [N]"""
 ENOUGH_FORCE = 450.0
 """[N]"""
 ENOUGH_TRAVEL = 0.0012
-"""from the first felt sample on [m]"""
+"""from the first sample that counts [m]"""
 LONGEST = 0.004
 """road without any force, then it is given up [m]"""
 FEWEST = 5
@@ -33,11 +95,11 @@ CATCH_AT_LEAST = 0.25
 CATCH_AT_MOST = 0.05
 """[m] of road"""
 ESTIMATE_OVER = 0.05
-"""road from which the tire is told [m]"""
+"""road over which the tire is estimated [m]"""
 
 
 class Start:
-    """One start; `stiffness` is NaN until it was felt."""
+    """One start; `stiffness` is NaN until it is estimated."""
 
     def __init__(self, p: FreeRollingParameters) -> None:
         self._p = p
@@ -49,7 +111,7 @@ class Start:
         self.travel = 0.0
         """of the road since the start [m]"""
         self.tire: Tire | None = None
-        """what the first centimetres have told, once they are over"""
+        """estimate of the first centimetres, once they are over"""
         self._estimator = StiffnessEstimator(p.effective_radius)
         self._zero: tuple[float, float] | None = None
         self._position = 0.0
@@ -87,7 +149,7 @@ class Start:
         return self.travel
 
     def _listen(self, x: float, force: float) -> None:
-        if -force < FELT:
+        if -force < NOTICED:
             if x > LONGEST:
                 self.phase = CATCH
             return

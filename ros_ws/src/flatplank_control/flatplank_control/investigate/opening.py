@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An investigation in a folder: its loop, begun or gone on with, and what it leaves there."""
+"""An investigation in a folder: its log, who makes its batches, its loop, and what it leaves."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,83 @@ from flatplank_analysis.investigation.loop import Loop, Say
 from flatplank_analysis.investigation.notebook import text_of
 from flatplank_analysis.investigation.report import DIAGNOSIS, write_notebook
 from flatplank_analysis.proposal.propose import PROPOSED, of_diagnosis
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.simulator import simulator
+from flatplank_control.calibration.book import book_for
 from flatplank_control.investigate.bench import REPORT, CampaignBench, Execute
-from flatplank_control.investigate.journal import DiskLog
+from flatplank_control.runner.campaign import SUFFIX, CampaignPlan, Conductor, Journal
+from flatplank_control.runner.campaign.journal import cut_torn_line, read_lines, write_line
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
+from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_data.params import nearest
+
+NAME = "investigation.jsonl"
+FORMAT = "flatplank-investigation/1"
+
+
+class DiskLog:
+    """Events of `flatplank_analysis.investigation.loop`; begins or goes on."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / NAME
+        lines = read_lines(self.path)
+        if lines and lines[0].get("format") != FORMAT:
+            raise FlatplankError(
+                f"is not of format {FORMAT}", str(self.path), "move it away, or choose another"
+            )
+        folder.mkdir(parents=True, exist_ok=True)
+        cut_torn_line(self.path)
+        self.events: list[dict[str, Any]] = lines
+
+    def write(self, event: Mapping[str, Any]) -> None:
+        """Keep one more."""
+        line = dict(event) if self.events else {"format": FORMAT, **event}
+        write_line(self.path, line)
+        self.events.append(line)
+
+
+def conductor_of(folder: Path, plan: CampaignPlan) -> Conductor:
+    """What there is of a batch."""
+    return Conductor(plan, Journal(folder / f"{plan.name}{SUFFIX}", plan.name, plan.digest))
+
+
+def on_twin(
+    folder: Path, preset: str, plant: str, seed: int, jobs: int | None, say: Callable[[str], None]
+) -> Execute:
+    """Every batch with the same plant."""
+    setup = BenchSetup(
+        preset=preset, plant_file=plant, seed=seed, pace="hold",
+        calibration=str(book_for(folder).path),
+    )  # fmt: skip
+
+    def execute(plan: CampaignPlan, _text: str, left: float) -> None:
+        conductor = conductor_of(folder, plan)
+        several = min(jobs or os.cpu_count() or 1, max(conductor.total - conductor.done, 1))
+
+        def progress(_conductor, _job, outcome) -> None:
+            say(f"{outcome.file}: {outcome.text()}; {left:.0f} min left after this batch")
+
+        simulator().run_on_twin(conductor, setup, folder, jobs=several, progress=progress)
+
+    return execute
+
+
+def made_elsewhere(folder: Path) -> Execute:
+    """The batch was made by a runner already; PlanFailed when a part of it is lacking."""
+
+    def execute(plan: CampaignPlan, _text: str, _left: float) -> None:
+        conductor = conductor_of(folder, plan)
+        if not conductor.over:
+            raise PlanFailed(
+                f"{plan.name}: {conductor.done} of {conductor.total} runs are made; begin again "
+                "goes on there"
+            )
+
+    return execute
+
 
 NOTEBOOK = "investigation.txt"
 

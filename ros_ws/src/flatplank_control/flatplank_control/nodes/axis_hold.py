@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from flatplank_control.nodes.follower import FollowerNode
+from flatplank_control.nodes.source import FollowerNode
 from flatplank_control.steering_hold import AngleControl, AngleParameters
 from flatplank_hw.nodes.support import answer, run
 from flatplank_msgs.srv import SetValue, SetWaveform

@@ -84,7 +84,7 @@ class BenchSamples:
         return self._raw.get("drive")
 
     def silent(self, cycle: int) -> list[str]:
-        """Who has not spoken of a cycle."""
+        """Sources whose sample of a cycle has not come."""
         s = self.snapshot()
         if s is None:
             return sorted(set(SOURCES) - set(self._raw))

@@ -6,8 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from flatplank_control.bench.judging import outcome_of
-from flatplank_control.bench.listing import list_kept
+from flatplank_control.bench.results import list_kept, outcome_of
 from flatplank_control.nodes.ros_bench import RosBench
 from flatplank_control.runner.campaign import (
     SUFFIX,
@@ -17,13 +16,11 @@ from flatplank_control.runner.campaign import (
     Outcome,
     plan_from_text,
 )
-from flatplank_control.runner.campaign.adopting import unwritten
-from flatplank_control.runner.campaign.dry_run import dry_run
-from flatplank_control.runner.campaign.supervised import supervised
+from flatplank_control.runner.campaign.conductor import unwritten
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
+from flatplank_control.runner.dry_run import dry_run
 from flatplank_control.runner.plans import axes_of
-from flatplank_control.runner.standstill import Standstill
 from flatplank_control.runner.steps import Manual, PlanFailed
-from flatplank_control.runner.turn_watch import TurnWatch
 
 WISHES = ("skip", "repeat", "discard")
 """what an operator may want of the run under way, beside seeing enough of it"""
@@ -56,17 +53,18 @@ class CampaignRunner:
 
     async def run(self, cancelled: Callable[[], bool], tell: Callable[[str], None]) -> None:
         """Until the plan is done; PlanFailed when the bench stops it or it is cancelled."""
-        self.bench.interrupt = lambda: self._stop(cancelled)
-        await self._leave_behind(tell)
+        self._cancelled, self._tell = cancelled, tell
+        self.bench.interrupt = self._stop
+        await self._leave_behind()
         list_kept(self.conductor, self.folder)
-        self.bench.interrupt = lambda: self._look(cancelled)
+        self.bench.interrupt = self._look
         while job := self.conductor.take():
             name = job.measurement.name
             tell(f"{name}: attempt {job.attempt}" if job.attempt > 1 else name)
             try:
                 outcome = await self._make(job)
             except Wished as wish:
-                await self._grant(str(wish), job, tell)
+                await self._grant(str(wish), job)
                 continue
             outcome = self.conductor.finish(job, outcome)
             list_kept(self.conductor, self.folder)
@@ -76,22 +74,22 @@ class CampaignRunner:
         """Bench time of the runs to come [s]."""
         return self.conductor.time_left(self._durations)
 
-    async def _leave_behind(self, tell: Callable[[str], None]) -> None:
+    async def _leave_behind(self) -> None:
         """What an earlier runner may have left: a wheel that turns, a bag that is open."""
         if not self.journal.interrupted:
             return
-        tell("an earlier campaign was interrupted: stop the wheel, close its bag")
-        await self._end("interrupted", "the runner ended", tell)
+        self._tell("an earlier campaign was interrupted: stop the wheel, close its bag")
+        await self._end("interrupted", "the runner ended")
         adopted = self._adopt()
         if adopted is not None:
-            tell(f"{self.journal.path.name}: the run that was not written down is there")
-            tell(f"{adopted.file}: {adopted.text()}")
+            self._tell(f"{self.journal.path.name}: the run that was not written down is there")
+            self._tell(f"{adopted.file}: {adopted.text()}")
             if self.conductor.over:  # no further run begins by unloading
                 await self.bench.do(Manual("unload", 0.0))
 
-    async def _end(self, status: str, why: str, tell: Callable[[str], None]) -> None:
+    async def _end(self, status: str, why: str) -> None:
         for refusal in await self.bench.end(status, why):
-            tell(refusal)
+            self._tell(refusal)
 
     def _adopt(self) -> Outcome | None:
         """The runner may have died between the end of a bag and its line in the journal."""
@@ -106,12 +104,12 @@ class CampaignRunner:
         self.conductor.give_back(job)
         return None
 
-    def _stop(self, cancelled: Callable[[], bool]) -> None:
-        if cancelled():
+    def _stop(self) -> None:
+        if self._cancelled():
             raise PlanFailed("cancelled")
 
-    def _look(self, cancelled: Callable[[], bool]) -> None:
-        self._stop(cancelled)
+    def _look(self) -> None:
+        self._stop()
         if self.wish:
             wish, self.wish = self.wish, ""
             raise Wished(wish)
@@ -125,10 +123,10 @@ class CampaignRunner:
         path = Path(self.bench.bags[-1])
         return outcome_of(path, job, self.conductor.plan.quality, before, after, turn)
 
-    async def _grant(self, wish: str, job: Job, tell: Callable[[str], None]) -> None:
-        await self._end("discarded", f"{wish} by the operator", tell)
+    async def _grant(self, wish: str, job: Job) -> None:
+        await self._end("discarded", f"{wish} by the operator")
         if wish == "repeat":
             self.conductor.give_back(job)
         else:
             self.conductor.skip(job.run.key, f"{wish} by the operator")
-        tell(f"{job.measurement.name}: {wish}")
+        self._tell(f"{job.measurement.name}: {wish}")

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import math
+import signal
 import time
-from collections.abc import Callable, Iterable, Mapping
-from types import TracebackType
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from types import FrameType
 from typing import Any
 
 import rclpy
@@ -18,11 +20,69 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from flatplank_control.bench.processes import BenchProcesses
-from flatplank_control.bench.starting import STALL_TIMEOUT_S, Start
-from flatplank_control.nodes.interrupt import Interrupt
+from flatplank_control.bench.processes import STALL_TIMEOUT_S, BenchProcesses, Start
 from flatplank_data.errors import FlatplankError
 from flatplank_msgs.action import RunMeasurement
+
+
+class Interrupt:
+    """While entered, Ctrl-C within `held` is kept until its end, or until `look`.
+
+    KeyboardInterrupt in the midst of rclpy loses the message that was being taken, and may leave
+    its receiver deaf for ever: a goal could then neither be cancelled nor be heard of. The first
+    Ctrl-C is kept; who is impatient has the second one at once. Where Ctrl-C is ignored or means
+    something else it stays so.
+    """
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._asked = self._told = False
+        self._ours = False
+
+    def __enter__(self) -> Interrupt:
+        self._ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if self._ours:
+            signal.signal(signal.SIGINT, self._on_signal)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
+        if self._asked:
+            raise KeyboardInterrupt
+        self._asked = True
+        if not self._depth:
+            self.look()
+
+    def look(self) -> None:
+        """KeyboardInterrupt, once, when Ctrl-C was pressed."""
+        if self._asked and not self._told:
+            self._told = True
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """No first Ctrl-C in here; it comes at the end of the outermost one."""
+        self._depth += 1
+        try:
+            yield
+        finally:
+            self._depth -= 1
+        if not self._depth:
+            self.look()
+
+    @contextmanager
+    def let(self) -> Iterator[None]:
+        """Within `held`: Ctrl-C comes through at once, for what waits for a person."""
+        depth, self._depth = self._depth, 0
+        try:
+            self.look()
+            yield
+        finally:
+            self._depth = depth
+
 
 Say = Callable[[str], None]
 Hear = Callable[[RunMeasurement.Feedback], None]
@@ -56,19 +116,15 @@ class BenchClient:
         self._interrupt.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown()
-        self._interrupt.__exit__(kind, value, trace)
+        self._interrupt.__exit__()
 
     def call(self, kind: type, name: str, /, timeout: float = 10.0, **fields: Any) -> Any:
         """Call a service; BenchError when it does not answer in time [s of wall clock]."""
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = self.node.create_client(kind, name)
+        client = self._client(kind, name)
         if not client.wait_for_service(timeout_sec=timeout):
             raise BenchError(f"{name}: not there after {timeout:g} s; is the bench running?")
         future = client.call_async(kind.Request(**fields))
@@ -76,6 +132,11 @@ class BenchClient:
         if not future.done():
             raise BenchError(f"{name}: no answer within {timeout:g} s")
         return future.result()
+
+    def _client(self, kind: type, name: str) -> Any:
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        return self._clients[name]
 
     def wait_connected(
         self,
@@ -111,11 +172,9 @@ class BenchClient:
     def _ask_connected(
         self, name: str, asked: dict[str, tuple[Future | None, float]], start: Start
     ) -> None:
-        """Ask a node that is there, hear its answer, ask again when it went astray or was no."""
+        """Ask a node that is there, take its answer, ask again when that was lost or was no."""
         service = f"/{name}/connected"
-        client = self._clients.get(service)
-        if client is None:
-            client = self._clients[service] = self.node.create_client(Trigger, service)
+        client = self._client(Trigger, service)
         now = time.monotonic()
         future, since = asked.get(name, (None, -math.inf))
         if future is not None and future.done():

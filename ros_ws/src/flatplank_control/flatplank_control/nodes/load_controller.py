@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from flatplank_control.load_control import LoadController, LoadParameters
-from flatplank_control.nodes.follower import FollowerNode
+from flatplank_control.nodes.source import FollowerNode
 from flatplank_hw.nodes.support import answer, run
 from flatplank_msgs.srv import SetValue
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,15 +14,56 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import Trigger
 
 from flatplank_control.nodes.campaign_runner import WISHES, CampaignRunner
-from flatplank_control.nodes.feedback import Feedback
 from flatplank_control.nodes.ros_bench import RosBench, Seen
-from flatplank_control.runner import plans
-from flatplank_control.runner.goal import is_campaign, mapping_of, measurement_of
-from flatplank_control.runner.progress import on_paper
+from flatplank_control.runner.campaign import is_campaign
+from flatplank_control.runner.dry_run import Progress, on_paper
+from flatplank_control.runner.plans import axes_of, mapping_of, measurement_of, plan_of
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.params import Params, param
-from flatplank_hw.nodes.support import BenchNode, run
+from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_msgs.action import RunMeasurement
+
+OFTEN = 1.0
+"""progress is told so often during a wait [s of wall clock]"""
+SHARE = 0.05
+"""and at once when so much more of the measurement is done: a simulated bench is fast"""
+
+
+class Feedback:
+    """The feedback message of one goal, filled bit by bit."""
+
+    def __init__(self, goal: Any) -> None:
+        self.message = RunMeasurement.Feedback(measurements=1, measurement=1)
+        self._goal = goal
+        self._progress: Progress | None = None
+        self._step, self._told, self._share = 0, 0.0, 0.0
+
+    def say(self, text: str, prompt: str = "") -> None:
+        """What is going on, and what the operator must do."""
+        self.message.step, self.message.prompt = text, prompt
+        self._goal.publish_feedback(self.message)
+
+    def follow(self, progress: Progress) -> None:
+        """The steps of a single measurement begin."""
+        self._progress, self._step, self._share = progress, 0, 0.0
+        self.passing(0.0)
+
+    def next_step(self) -> None:
+        """One more step is done."""
+        self._step += 1
+        self.passing(0.0)
+
+    def passing(self, seconds: float) -> None:
+        """The present step takes so long [s of bench time]; told now and then."""
+        progress, now = self._progress, time.monotonic()
+        if progress is None:
+            return
+        self.message.progress = progress.done(self._step, seconds)
+        self.message.time_left = progress.left(self._step, seconds)
+        due = now - self._told >= OFTEN or self.message.progress - self._share >= SHARE
+        if due and not self.message.prompt:
+            self._told, self._share = now, self.message.progress
+            self._goal.publish_feedback(self.message)
 
 
 @dataclass(frozen=True)
@@ -71,26 +113,23 @@ class MeasurementRunnerNode(BenchNode):
     def on_confirm(
         self, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        response.success, self.asking = self.asking, False
-        response.message = "" if response.success else "nothing is being asked"
-        return response
+        asking, self.asking = self.asking, False
+        return answer(response, asking, "" if asking else "nothing is being asked")
 
     def on_enough(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """The road under way ends here; the run is kept."""
-        response.success = self.bench is not None
-        response.message = "" if response.success else "no measurement is under way"
-        if self.bench is not None:
-            self.bench.enough = True
-        return response
+        if self.bench is None:
+            return answer(response, False, "no measurement is under way")
+        self.bench.enough = True
+        return answer(response, True, "")
 
     def on_wish(
         self, wish: str, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
-        response.success = self.campaign is not None
-        response.message = "" if response.success else "no campaign is under way"
-        if self.campaign is not None:
-            self.campaign.wish = wish
-        return response
+        if self.campaign is None:
+            return answer(response, False, "no campaign is under way")
+        self.campaign.wish = wish
+        return answer(response, True, "")
 
     async def execute(self, goal: ServerGoalHandle) -> RunMeasurement.Result:
         self.busy = True
@@ -132,7 +171,7 @@ class MeasurementRunnerNode(BenchNode):
         return result
 
     async def stopped(self, bench: RosBench, error: Exception, simulated: bool) -> str:
-        """The bench is left safe when it was asked for anything; what the client is told."""
+        """Leave the bench safe when it was asked for anything; the reason for the client."""
         reason = " ".join(str(error).split()) or type(error).__name__
         if not bench.begun:
             self.troubles.happened("refused", f"/run_measurement: {reason}")
@@ -155,10 +194,10 @@ class MeasurementRunnerNode(BenchNode):
 
         bench.interrupt = look
         wanted = measurement_of(data)
-        bench.axes = plans.axes_of(wanted)
+        bench.axes = axes_of(wanted)
         bench.passing = feedback.passing
-        feedback.follow(on_paper(plans.plan_of(wanted)))
-        for step in plans.plan_of(wanted):
+        feedback.follow(on_paper(plan_of(wanted)))
+        for step in plan_of(wanted):
             look()
             await bench.do(step)
             feedback.next_step()

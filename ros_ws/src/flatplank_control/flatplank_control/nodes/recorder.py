@@ -18,13 +18,13 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from flatplank_control.calibration.book import Book
-from flatplank_control.nodes.in_force import Asked, clients
-from flatplank_control.recording.arrivals import Arrivals
+from flatplank_control.nodes.asking import Asked, clients
+from flatplank_control.recording.bus_cycles import Arrivals
 from flatplank_control.recording.filled import in_words, told
 from flatplank_control.recording.recovery import mend
 from flatplank_control.recording.session import RecordingSession, State
+from flatplank_control.recording.topics import RECORDED, at_every_cycle
 from flatplank_control.runner.provenance import InForce, complete, software_version
-from flatplank_control.topics import RECORDED, at_every_cycle
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import Params, param
 from flatplank_hw.nodes import convert
@@ -38,7 +38,7 @@ CLOSE_TIMEOUT_S = 5.0
 [s]"""
 MODE = "/wheel_drive/mode"
 INTRODUCTION = 8.0
-"""a start waits so long for nodes that are there and not heard yet; clients wait 10 s [s]"""
+"""a start waits so long for the first messages of nodes that are there; clients wait 10 s [s]"""
 
 
 @dataclass(frozen=True)
@@ -122,8 +122,8 @@ class RecorderNode(BenchNode):
         await self.changed_something
 
     async def hear(self, stamp: Time, patience: float, mode: str = "") -> list[str]:
-        """Wait until everybody who is there is heard up to a stamp, also who speaks in this
-        operation mode alone; who is not, after that."""
+        """Wait for messages up to a stamp on all topics that have a publisher, also those of this
+        operation mode alone; returns the topics that lack them at the end."""
         wanted = stamp.sec * 1_000_000_000 + stamp.nanosec
         end = time.monotonic() + patience
         there = [t for t in at_every_cycle(mode) if self.count_publishers(t)]
@@ -132,7 +132,7 @@ class RecorderNode(BenchNode):
         return behind
 
     async def answers(self, asked: Asked, end: float) -> InForce:
-        """What the nodes say, until `end` of the monotonic clock; who does not, is told."""
+        """Parameters of the nodes, until `end` of the monotonic clock; warns of those without."""
         while asked.waiting() and time.monotonic() < end:
             await self.something()
         for name in asked.waiting():
@@ -168,12 +168,9 @@ class RecorderNode(BenchNode):
         silent = await self.hear(request.after, INTRODUCTION)
         in_force = await self.answers(asked, end)
         if silent:
-            return answer(
-                response,
-                False,
-                f"nothing comes on {', '.join(silent)} though somebody speaks there; "
-                "start again in a moment, or start that node anew",
-            )
+            what = f"nothing comes on {', '.join(silent)} though somebody speaks there"
+            do = "start again in a moment, or start that node anew"
+            return answer(response, False, f"{what}; {do}")
         try:
             said = told(request.record, request.name)
             record = said.record
@@ -225,11 +222,9 @@ class RecorderNode(BenchNode):
         try:
             path = self.session.discard()
         except RecordingError as error:
-            response.success, response.message = False, str(error)
-            return response
+            return answer(response, False, str(error))
         self.say()
-        response.success, response.message = True, f"{path} is deleted"
-        return response
+        return answer(response, True, f"{path} is deleted")
 
     def finish(self) -> None:
         """The bag is closed whatever ends the node."""

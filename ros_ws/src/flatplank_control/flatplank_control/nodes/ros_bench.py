@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
 import yaml
@@ -14,22 +15,22 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from flatplank_control.bench.node_specs import AXIS_NODES, DRIVEN
+from flatplank_control.bench.setup import AXIS_NODES, DRIVEN
 from flatplank_control.nodes.asking import Asking
 from flatplank_control.nodes.bench_samples import BenchSamples
 from flatplank_control.recording.session import NOTHING
 from flatplank_control.runner import conditions as when
 from flatplank_control.runner import steps as S
-from flatplank_control.runner.measurement import TRIGGER_AT
-from flatplank_control.runner.moves import by_drive
-from flatplank_control.runner.performing import CHUNK, Patience, StopWatch
-from flatplank_control.runner.plans import SPEED, let_go, safe_end
-from flatplank_control.runner.quantities import (
+from flatplank_control.runner.conditions import (
     QUANTITIES,
     condition_of,
     prompt_of,
     prompt_of_plank,
 )
+from flatplank_control.runner.measurement import TRIGGER_AT
+from flatplank_control.runner.moves import SPEED, by_drive
+from flatplank_control.runner.plans import let_go, safe_end
+from flatplank_control.runner.steps import CHUNK, Patience, StopWatch
 from flatplank_msgs.srv import (
     Advance,
     MoveTo,
@@ -68,15 +69,14 @@ Prompt = Callable[[str, Seen], Awaitable[None]]
 """ask the operator; over when he says that it is done, or when it is seen"""
 
 
-def never() -> bool:
-    """Of what no sensor sees."""
-    return False
+def _named(name: str, parameters: Mapping[str, float]) -> dict[str, Any]:
+    """Fields of a SetWaveform request for a waveform or a profile."""
+    values = [float(v) for v in parameters.values()]
+    return {"name": name, "parameters": list(parameters), "values": values}
 
 
 class RosBench:
-    """Does the steps of a plan by service calls; `prompt` asks the operator where there is no
-    service.
-    """
+    """Does the steps of a plan by service calls; `prompt` asks where there is no service."""
 
     def __init__(
         self,
@@ -115,21 +115,21 @@ class RosBench:
         self._asking = Asking(node)
         self.samples = BenchSamples(node)
         self._ticking = node.create_timer(TICK, self._tick)
-        self._do: dict[type, Callable[[Any], Awaitable[None]]] = {
+        call = self.call
+        self._do: dict[type, Callable[[Any], Awaitable[Any]]] = {
             S.Manual: self._manual,
             S.Plank: self._plank,
-            S.Enable: self._enable,
+            S.Enable: lambda s: call(SetBool, f"/{s.axis}_drive/enable", data=s.on),
             S.Mode: self._mode,
-            S.MoveTo: self._move_to,
+            S.MoveTo: lambda s: call(MoveTo, "/wheel_drive/move_to", angle_deg=s.angle_deg),
             S.SlipWaveform: self._waveform,
-            S.Arm: self._arm,
-            S.Tare: self._tare,
+            S.Arm: lambda _s: call(Trigger, "/encoders/arm"),
             S.Record: self._record,
             S.StopRecord: self._stop_record,
             S.Quick: self._quick,
             S.Wait: self._wait,
             S.Say: self._on_say,
-            S.Trigger: self._trigger,
+            S.Trigger: lambda s: call(SetValue, "/wheel_drive/set_trigger", value=s.distance),
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
             S.Constants: self._constants,
@@ -170,7 +170,7 @@ class RosBench:
 
     # waiting
     async def until(self, said: Callable[[], bool]) -> None:
-        """As long as it takes, whether or not the bench speaks; interrupted like every wait."""
+        """As long as it takes, with or without samples; interrupted like every wait."""
         while not said():
             self.interrupt()
             await self.samples.arrival(listening=False)
@@ -183,7 +183,7 @@ class RosBench:
         """Let a held bus make cycles, and see the samples of the last one.
 
         Samples are lost only until a node and this one have found each other, and a held bus makes
-        no more of them by itself: one more cycle then. Of whoever was heard before all arrive.
+        no more of them by itself: one more cycle then. Later ones all arrive.
         """
         cycle = (await self.call(Advance, f"{PLANT}/advance", cycles=cycles)).cycle
         for _ in range(ATTEMPTS):
@@ -223,7 +223,7 @@ class RosBench:
         if not self.simulated:
             if self.prompt is None:
                 raise S.PlanFailed(f"nobody to ask: {text}")
-            await self.prompt(text, never)
+            await self.prompt(text, lambda: False)  # no sensor sees it
         elif step.quantity == "unload":
             await self.call(Trigger, f"{PLANT}/unload")
         elif step.quantity == "flexplates":
@@ -239,13 +239,8 @@ class RosBench:
             for part in by_drive(step):
                 await self.do(part)
         elif self.simulated:
-            await self.call(
-                PlankSwitch,
-                f"{PLANT}/plank",
-                direction=step.direction,
-                fast=step.fast,
-                stop_at=step.stop_at,
-            )
+            asked = {"direction": step.direction, "fast": step.fast, "stop_at": step.stop_at}
+            await self.call(PlankSwitch, f"{PLANT}/plank", **asked)
         elif self.prompt is not None:
             await self._plank_by_hand(step)
 
@@ -261,55 +256,37 @@ class RosBench:
             prompt_of_plank(step), lambda: changes and self.samples.plank_moves() == moves
         )
         self._stopped = not moves
-        if step.stop_at == step.stop_at:
+        if not math.isnan(step.stop_at):
             at = step.stop_at - TRIGGER_AT
             patience = 1.5 * step.stop_at / SPEED + 20.0
             await self._wait(S.Wait("the plank moves", when.plank_moves(), 5.0))
             await self._wait(S.Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience))
             await self._plank_by_hand(S.Plank(0))
 
-    async def _enable(self, step: S.Enable) -> None:
-        await self.call(SetBool, f"/{step.axis}_drive/enable", data=step.on)
-
     async def _mode(self, step: S.Mode) -> None:
         name = f"/{step.axis}_drive/set_operation_mode"
         await self.call(SetOperationMode, name, mode=step.mode, value=step.value)
-
-    async def _move_to(self, step: S.MoveTo) -> None:
-        await self.call(MoveTo, "/wheel_drive/move_to", angle_deg=step.angle_deg)
 
     async def _waveform(self, step: S.SlipWaveform) -> None:
         await self.call(
             SetWaveform,
             "/slip_sequencer/set_waveform",
-            name=step.name,
-            parameters=list(step.parameters),
-            values=[float(v) for v in step.parameters.values()],
+            **_named(step.name, step.parameters),
             start_position=step.start_position,
             effective_rolling_radius=step.effective_rolling_radius,
         )
 
-    async def _trigger(self, step: S.Trigger) -> None:
-        await self.call(SetValue, "/wheel_drive/set_trigger", value=step.distance)
-
     async def _hold_load(self, step: S.HoldLoad) -> None:
-        on = step.fz == step.fz
+        on = not math.isnan(step.fz)
         if on:
-            await self.call(
-                SetValue, f"/{AXIS_NODES['vertical'].controller.name}/set_load", value=step.fz
-            )
+            name = AXIS_NODES["vertical"].controller.name
+            await self.call(SetValue, f"/{name}/set_load", value=step.fz)
         await self._follow("vertical", on)
 
     async def _profile(self, step: S.AxisProfile) -> None:
         if step.name:
-            values = dict(step.parameters or {})
-            await self.call(
-                SetWaveform,
-                f"/{AXIS_NODES[step.axis].controller.name}/set_profile",
-                name=step.name,
-                parameters=list(values),
-                values=[float(v) for v in values.values()],
-            )
+            name = f"/{AXIS_NODES[step.axis].controller.name}/set_profile"
+            await self.call(SetWaveform, name, **_named(step.name, step.parameters or {}))
             return
         await self._follow(step.axis, step.parameters is not None)
 
@@ -328,12 +305,6 @@ class RosBench:
         answer = await self.call(SetParametersAtomically, name, parameters=wanted)
         if not answer.result.successful:
             raise S.PlanFailed(f"{name}: {answer.result.reason}")
-
-    async def _arm(self, _step: S.Arm) -> None:
-        await self.call(Trigger, "/encoders/arm")
-
-    async def _tare(self, _step: S.Tare) -> None:
-        await self.call(Trigger, "/measurement_hub/tare")
 
     async def _record(self, step: S.Record) -> None:
         response = await self.call(
@@ -354,13 +325,8 @@ class RosBench:
         return Time(sec=seconds, nanosec=nanoseconds)
 
     async def _stop_record(self, step: S.StopRecord) -> None:
-        await self.call(
-            StopRecording,
-            "/recorder/stop",
-            status=step.status,
-            notes=step.notes,
-            up_to=self._now(),
-        )
+        asked = {"status": step.status, "notes": step.notes, "up_to": self._now()}
+        await self.call(StopRecording, "/recorder/stop", **asked)
 
     async def _quick(self, step: S.Quick) -> None:
         if self.held:

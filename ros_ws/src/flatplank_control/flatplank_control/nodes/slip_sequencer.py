@@ -8,8 +8,6 @@ from typing import Any
 
 from flatplank_control.nodes.source import SourceNode
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
-from flatplank_hw.nodes import convert
-from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import answer, run
 from flatplank_hw.samples import Reference
 from flatplank_msgs.msg import EncoderState, SequencerState
@@ -21,6 +19,8 @@ class SlipSequencerNode(SourceNode):
 
     PARAMETERS = SequencerParameters
     MODE = "slip"
+    STATE = SequencerState
+    KINDS = ("encoders",)
 
     def configure(self, parameters: SequencerParameters) -> None:
         self.core = SlipSequencer(parameters)
@@ -32,8 +32,6 @@ class SlipSequencerNode(SourceNode):
 
     def connect(self) -> None:
         super().connect()
-        self.state = SequencerState()
-        self.publish_state = self.add_publisher(SequencerState, "~/state", STREAM)
         self.add_service(SetSlipStep, "~/set_slip_step", self.on_step)
         self.add_service(SetWaveform, "~/set_waveform", self.on_waveform)
         self.listen_to_mode()
@@ -45,15 +43,6 @@ class SlipSequencerNode(SourceNode):
 
     def compute(self, latest: Mapping[str, Any]) -> Reference:
         return self.core.step(latest["encoders"])
-
-    def show(self, reference: Reference) -> None:
-        state = self.state
-        convert.set_stamp(state.header, reference.stamp_ns)
-        state.cycle = reference.cycle
-        (state.active, state.reference_slip, state.actual_slip, state.reference_velocity,
-         state.distance, state.start_position,
-         state.effective_rolling_radius) = self.core.state  # fmt: skip
-        self.publish_state(state)
 
     def on_step(
         self, request: SetSlipStep.Request, response: SetSlipStep.Response
@@ -68,13 +57,9 @@ class SlipSequencerNode(SourceNode):
     ) -> SetWaveform.Response:
         if len(request.parameters) != len(request.values):
             return answer(response, False, "parameters and values differ in number")
-        done = self.core.set_waveform(
-            request.name,
-            dict(zip(request.parameters, request.values, strict=True)),
-            request.start_position,
-            request.effective_rolling_radius,
-        )
-        return answer(response, *done)
+        values = dict(zip(request.parameters, request.values, strict=True))
+        at, radius = request.start_position, request.effective_rolling_radius
+        return answer(response, *self.core.set_waveform(request.name, values, at, radius))
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the sources of set-points do alike: they work only while the drive is in their mode."""
+"""What the sources of set-points do alike: they work only while their drive is in their mode."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import String
 
 from flatplank_hw.joining import CycleJoin
@@ -18,28 +19,35 @@ from flatplank_msgs.msg import Reference as ReferenceMsg
 
 
 class SourceNode(BenchNode):
-    """Joins the samples of a cycle, asks its core, and publishes the reference with the core's
-    state.
+    """Joins the samples of a cycle, asks its core, and publishes the reference of its drive.
 
-    A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs beside the
-    encoders, `compute(latest)` and `show()`, which publishes the inside of the core.
+    A subclass has `core` (with `reset()`), `MODE`, the `KINDS` of samples that it needs, and
+    `compute(latest)`. Where it has `STATE`, that message shows the `state` of its core.
     """
 
     MODE: str
-    KINDS: tuple[str, ...] = ("encoders",)
+    STATE: type | None = None
+    KINDS: tuple[str, ...] = ("encoders", "contact")
+    drive = "wheel_drive"
 
     def connect(self) -> None:
         self.message = ReferenceMsg()
         self.active = False
         self.publish = self.add_publisher(
-            ReferenceMsg, "/wheel_drive/reference", REFERENCE, needed=True
+            ReferenceMsg, f"/{self.drive}/reference", REFERENCE, needed=True
         )
         self.add_subscription(EncoderState, "/encoders/state", self.on_encoders, STREAM)
+        if "contact" in self.KINDS:
+            topic = "/measurement_hub/wrench_contact"
+            self.add_subscription(WrenchStamped, topic, self.on_contact, STREAM)
+        if self.STATE is not None:
+            self.state = self.STATE()
+            self.publish_state = self.add_publisher(self.STATE, "~/state", STREAM)
 
     def listen_to_mode(self) -> None:
         """The last of `connect`: what a node hears first is called back first, so samples of the
         cycle before a new mode are over when the mode comes."""
-        self.add_subscription(String, "/wheel_drive/mode", self.on_mode, LATCHED)
+        self.add_subscription(String, f"/{self.drive}/mode", self.on_mode, LATCHED)
 
     def on_mode(self, msg: String) -> None:
         active = msg.data == self.MODE
@@ -53,10 +61,33 @@ class SourceNode(BenchNode):
             sample = convert.encoders_from_msg(msg)
             self.join.put("encoders", sample.stamp_ns, sample)
 
+    def on_contact(self, msg: WrenchStamped) -> None:
+        if self.active:
+            self.join.put("contact", convert.stamp_ns(msg.header), convert.wrench_from_msg(msg))
+
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         if any(sample is None for sample in latest.values()):
             return  # the first cycle came with less than all: nothing to say of it yet
         reference: Reference = self.compute(latest)
         convert.reference_to_msg(reference, self.message)
         self.publish(self.message)
-        self.show(reference)
+        if self.STATE is not None:
+            convert.set_stamp(self.state.header, reference.stamp_ns)
+            self.state.cycle = reference.cycle
+            for name, value in self.core.state._asdict().items():
+                setattr(self.state, name, value)
+            self.publish_state(self.state)
+
+
+class FollowerNode(SourceNode):
+    """Controller of a driven axis beside the wheel; its core has `reference(hub, encoders)`."""
+
+    MODE = "follow"
+
+    def connect(self) -> None:
+        self.listen_to_mode()
+        super().connect()
+
+    def compute(self, latest: Mapping[str, Any]) -> Reference:
+        encoders = latest["encoders"]
+        return self.core.reference(convert.hub_of_contact(latest["contact"], encoders), encoders)

@@ -8,14 +8,16 @@ import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
-from flatplank_control.recording import metadata
-from flatplank_control.recording.mcap_file import McapFile
-from flatplank_control.recording.merge import TopicBlock, merge_blocks
-from flatplank_control.recording.qos import STREAM, Qos, qos_text
+import yaml
+
+from flatplank_control.recording.blocks import TopicBlock, merge_blocks
+from flatplank_control.recording.mcap_file import Index, McapFile
+from flatplank_control.recording.topics import TopicSpec, qos_text
 from flatplank_control.recording.typestore import message_definition, type_hash
 from flatplank_data.errors import RecordingError
+from flatplank_data.files import write_atomic
 from flatplank_data.naming import check_name
 
 CHUNK_SIZE = 512 * 1024
@@ -30,15 +32,6 @@ RESERVE_SIZE = 1024 * 1024
 def bag_file_name(name: str) -> str:
     """rosbag2 numbers the files of a bag; ours are never split."""
     return f"{name}_0.mcap"
-
-
-class TopicSpec(NamedTuple):
-    """A topic to record."""
-
-    name: str
-    type: str
-    """package/msg/Type"""
-    qos: Qos = STREAM
 
 
 class BagWriter:
@@ -129,15 +122,11 @@ class BagWriter:
             return
         self._closed = True
         (self.path / RESERVE_NAME).unlink(missing_ok=True)
-        information = {"status": status, **(custom or {})}
         try:
             if self.error:
                 self._file.drop_pending()
             self._file.flush()
-            content = metadata.bag_information(self._file.index, self.file_name, information)
-            self._file.add_metadata("rosbag2", {"serialized_metadata": metadata.text(content)})
-            self._file.finish()
-            metadata.write(self.path, content)
+            finish_bag(self._file, self.path, {"status": status, **(custom or {})})
         except OSError as error:
             self._file.abandon()
             self.error = (
@@ -170,7 +159,7 @@ class BagWriter:
         if schema is None:
             schema = self._schemas[spec.type] = self._file.add_schema(spec.type, definition)
         information = {
-            "offered_qos_profiles": qos_text([spec.qos]),
+            "offered_qos_profiles": qos_text(spec.qos),
             "topic_type_hash": type_hash(spec.type),
         }
         self._channels[spec.name] = self._file.add_channel(spec.name, schema, information)
@@ -178,3 +167,61 @@ class BagWriter:
     def _reserve(self) -> None:
         with open(self.path / RESERVE_NAME, "wb") as reserve:
             os.posix_fallocate(reserve.fileno(), 0, RESERVE_SIZE)
+
+
+METADATA = "metadata.yaml"
+
+
+def finish_bag(file: McapFile, folder: Path, custom: Mapping[str, str]) -> None:
+    """Finish the file and write the folder's metadata; `custom`: text for people and programs."""
+    content = _information(file.index, bag_file_name(folder.name), custom)
+    text = yaml.safe_dump(content, sort_keys=False)
+    file.add_metadata("rosbag2", {"serialized_metadata": text})
+    file.finish()
+    text = yaml.safe_dump({"rosbag2_bagfile_information": content}, sort_keys=False)
+    write_atomic(folder / METADATA, text, durable=False)
+
+
+def _information(index: Index, file_name: str, custom: Mapping[str, str]) -> dict[str, Any]:
+    """Content of `rosbag2_bagfile_information`, version 9, as Jazzy writes it."""
+    duration = {"nanoseconds": index.end_ns - index.start_ns}
+    start = {"nanoseconds_since_epoch": index.start_ns}
+    return {
+        "version": 9,
+        "storage_identifier": "mcap",
+        "duration": duration,
+        "starting_time": start,
+        "message_count": index.messages,
+        "topics_with_message_count": _topics(index),
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [file_name],
+        "files": [
+            {
+                "path": file_name,
+                "starting_time": dict(start),
+                "duration": dict(duration),
+                "message_count": index.messages,
+            }
+        ],
+        "custom_data": {key: str(value) for key, value in custom.items()} or None,
+        "ros_distro": "jazzy",
+    }
+
+
+def _topics(index: Index) -> list[dict[str, Any]]:
+    return [
+        {
+            "topic_metadata": {
+                "name": channel.topic,
+                "type": index.schemas[channel.schema_id].name,
+                "serialization_format": channel.message_encoding,
+                "offered_qos_profiles": yaml.safe_load(
+                    channel.metadata.get("offered_qos_profiles", "[]")
+                ),
+                "type_description_hash": channel.metadata.get("topic_type_hash", ""),
+            },
+            "message_count": index.counts.get(channel.id, 0),
+        }
+        for channel in index.channels.values()
+    ]

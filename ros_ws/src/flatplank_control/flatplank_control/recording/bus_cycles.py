@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the recorder reads of /bus/inputs: cycle numbers, stamps and the motion trigger.
+"""Cycle numbers, stamps and the motion trigger of /bus/inputs, and how far other topics lag
+behind.
 
-Read out of the serialised message: at every cycle, beside all the writing.
-"""
+Read out of the serialised message: at every cycle, beside all the writing."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -13,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flatplank_control.recording.typestore import message_definition
-from flatplank_data.bags.cdr import layout_of
-from flatplank_data.bags.definitions import MessageType, parse_definition
+from flatplank_data.bags.cdr import MessageType, layout_of, parse_definition
 from flatplank_data.errors import FlatplankError, RecordingError
 from flatplank_data.run_record import RunRecord
 
@@ -142,3 +142,37 @@ class CycleCount:
             cycles_lost=self.lost,
             notes=notes,
         )
+
+
+BEHIND_NS = 500_000_000
+"""a topic that is published at every cycle is never so far behind the bus"""
+
+
+class Arrivals:
+    """The latest stamp of every topic."""
+
+    def __init__(self) -> None:
+        self.bus_ns = 0
+        """stamp of the last bus cycle [ns]"""
+        self._last: dict[str, int] = {}
+
+    def add(self, topic: str, stamp_ns: int) -> int:
+        """A message came; returns its place in bench time [ns].
+
+        Stamps that are not of the bench (diagnostics, by the wall clock) are put at the present
+        cycle.
+        """
+        if topic == TOPIC:
+            self.bus_ns = stamp_ns
+        elif topic == "/diagnostics":
+            return self.bus_ns
+        self._last[topic] = stamp_ns
+        return stamp_ns
+
+    def behind(self, stamp_ns: int, topics: Iterable[str]) -> list[str]:
+        """Those of some topics, published at every cycle, that have not come up to a stamp: a
+        message was lost and comes again, or two nodes that have just started have not found each
+        other yet. Without a stamp (0): that are behind the bus.
+        """
+        wanted = stamp_ns or self.bus_ns - BEHIND_NS
+        return [t for t in topics if self._last.get(t, -1) < wanted]

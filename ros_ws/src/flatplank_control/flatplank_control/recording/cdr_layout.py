@@ -10,40 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from struct import pack
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from rosbags.interfaces import Nodetype
-from rosbags.typesys.store import Typestore
 
 from flatplank_control.recording.typestore import typestore
+from flatplank_data.bags.cdr import PRIMITIVES
 from flatplank_data.errors import RecordingError
 from flatplank_data.params import nearest
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
-_FORMATS = {
-    "bool": "?",
-    "byte": "u1",
-    "char": "u1",
-    "int8": "i1",
-    "uint8": "u1",
-    "int16": "<i2",
-    "uint16": "<u2",
-    "int32": "<i4",
-    "uint32": "<u4",
-    "int64": "<i8",
-    "uint64": "<u8",
-    "float32": "<f4",
-    "float64": "<f8",
-}
-
-Fixed = Mapping[str, Any]
-
-
-class _Column(NamedTuple):
-    name: str
-    format: Any
-    offset: int
+_FORMATS = {kind: f"<{code}" for kind, code in PRIMITIVES.items()} | {"bool": "?"}
 
 
 class CdrLayout:
@@ -55,28 +33,26 @@ class CdrLayout:
     `position` (n entries), `status[0].level`.
     """
 
-    def __init__(
-        self, msgtype: str, fixed: Fixed | None = None, *, store: Typestore | None = None
-    ):
+    def __init__(self, msgtype: str, fixed: Mapping[str, Any] | None = None) -> None:
         self.msgtype = msgtype
-        self._store = store or typestore()
+        self._store = typestore()
         self._fixed = dict(fixed or {})
         self._used: set[str] = set()
-        self._columns: list[_Column] = []
+        self._columns: list[tuple[str, Any, int]] = []
+        """name, format and offset"""
         self._constants: list[tuple[int, bytes]] = [(0, ENCAPSULATION)]
         self._end = 4
         if msgtype not in self._store.fielddefs:
             raise RecordingError(f"{msgtype}: unknown message type; check the topic's type")
         self._message(msgtype, "")
-        self._check_fixed()
+        for path in self._fixed:
+            if path not in self._used:
+                hint = nearest(path, self._used)
+                raise RecordingError(f"{msgtype}: nothing is fixed at {path!r}{hint}")
         self.itemsize = self._end
+        names, formats, offsets = ([column[k] for column in self._columns] for k in range(3))
         self.dtype = np.dtype(
-            {
-                "names": [column.name for column in self._columns],
-                "formats": [column.format for column in self._columns],
-                "offsets": [column.offset for column in self._columns],
-                "itemsize": self.itemsize,
-            }
+            {"names": names, "formats": formats, "offsets": offsets, "itemsize": self.itemsize}
         )
         template = bytearray(self.itemsize)
         for offset, data in self._constants:
@@ -103,7 +79,7 @@ class CdrLayout:
             raise RecordingError(f"{self.msgtype}: {path} is a {kind}, which has no fixed layout")
         size = np.dtype(form).itemsize
         self._align(size)
-        self._columns.append(_Column(path, (form, shape) if shape else form, self._end))
+        self._columns.append((path, (form, shape) if shape else form, self._end))
         self._end += size * int(np.prod(shape, dtype=int))
 
     def _text(self, text: str) -> None:
@@ -155,12 +131,6 @@ class CdrLayout:
                 self._message(of, f"{path}[{number}].")
         elif count:
             self._number(path, of[0], (count,))
-
-    def _check_fixed(self) -> None:
-        for path in self._fixed:
-            if path not in self._used:
-                hint = nearest(path, self._used)
-                raise RecordingError(f"{self.msgtype}: nothing is fixed at {path!r}{hint}")
 
 
 def set_stamps(messages: np.ndarray, stamps_ns: np.ndarray, path: str = "header.stamp") -> None:

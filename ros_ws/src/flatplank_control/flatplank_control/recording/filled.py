@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run record that was not told everything, filled in from what the nodes said into the bag."""
+"""A run record whose missing fields are filled in from the messages in the bag."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import fcntl
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from io import FileIO
 from pathlib import Path
@@ -56,6 +57,31 @@ class Index:
     metadata: list[MetadataIndex] = field(default_factory=list)
     counts: dict[int, int] = field(default_factory=dict)
     """messages per channel"""
+
+    def add_chunk(
+        self, at: int, end: int, start_ns: int, end_ns: int, size: int,
+        offsets: dict[int, int], counts: Mapping[int, int],
+    ) -> None:  # fmt: skip
+        """A chunk from `at` to the `end` of its message indexes, whose records are `size` [bytes].
+
+        By channel: `offsets` of the message indexes and `counts` of messages.
+        """
+        length = CHUNK.size + size
+        self.chunks.append(
+            ChunkIndex(
+                message_start_time=start_ns,
+                message_end_time=end_ns,
+                chunk_start_offset=at,
+                chunk_length=length,
+                message_index_offsets=offsets,
+                message_index_length=end - at - length,
+                compression="",
+                compressed_size=size,
+                uncompressed_size=size,
+            )
+        )
+        for channel, count in counts.items():
+            self.counts[channel] = self.counts.get(channel, 0) + count
 
     @property
     def messages(self) -> int:
@@ -146,30 +172,17 @@ class McapFile:
         size = len(data)
         head = CHUNK.pack(6, 40 + size, start_ns, end_ns, size, zlib.crc32(data), 0, size)
         parts = [head, data]
-        length = len(head) + size
-        offset = self.position + length
+        offset = self.position + len(head) + size
         offsets = {}
         for channel, entries in index.items():
             offsets[channel] = offset
             parts.append(pack("<BQHI", 7, 6 + len(entries), channel, len(entries)))
             parts.append(entries)
             offset += 15 + len(entries)
-        chunk = ChunkIndex(
-            message_start_time=start_ns,
-            message_end_time=end_ns,
-            chunk_start_offset=self.position,
-            chunk_length=length,
-            message_index_offsets=offsets,
-            message_index_length=offset - self.position - length,
-            compression="",
-            compressed_size=size,
-            uncompressed_size=size,
-        )
+        at = self.position
         self._append(b"".join(parts))
-        self.index.chunks.append(chunk)
-        counts = self.index.counts
-        for channel, entries in index.items():
-            counts[channel] = counts.get(channel, 0) + len(entries) // 16
+        counts = {channel: len(entries) // 16 for channel, entries in index.items()}
+        self.index.add_chunk(at, offset, start_ns, end_ns, size, offsets, counts)
 
     def add_metadata(self, name: str, values: dict[str, str]) -> None:
         """A metadata record, such as rosbag2's own."""

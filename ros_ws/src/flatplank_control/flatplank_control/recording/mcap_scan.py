@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -14,7 +15,7 @@ from typing import NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, Header, Schema
+from mcap.records import Channel, Header, Schema
 
 from flatplank_control.recording.mcap_file import CHUNK, LIBRARY, MAGIC, MESSAGE, Index
 from flatplank_data.errors import RecordingError
@@ -119,16 +120,15 @@ def _header(result: Scan, data: bytes, at: int, end: int) -> None:
     result.end = end
 
 
-def _schema(result: Scan, data: bytes, at: int, end: int) -> None:
-    schema = Schema.read(ReadDataStream(BytesIO(data[at + 9 : end])))
-    result.index.schemas[schema.id] = schema
-    result.end = end
+def _listed(name: str, kind: type[Schema] | type[Channel]) -> _Reader:
+    """Takes a record by its id into a table of the index."""
 
+    def read(result: Scan, data: bytes, at: int, end: int) -> None:
+        record = kind.read(ReadDataStream(BytesIO(data[at + 9 : end])))
+        getattr(result.index, name)[record.id] = record
+        result.end = end
 
-def _channel(result: Scan, data: bytes, at: int, end: int) -> None:
-    channel = Channel.read(ReadDataStream(BytesIO(data[at + 9 : end])))
-    result.index.channels[channel.id] = channel
-    result.end = end
+    return read
 
 
 def _chunk(result: Scan, data: bytes, at: int, end: int) -> None:
@@ -148,22 +148,8 @@ def _chunk(result: Scan, data: bytes, at: int, end: int) -> None:
     if offsets.keys() != {message.channel for message in messages}:
         return
     result.rest = []
-    result.index.chunks.append(
-        ChunkIndex(
-            message_start_time=start_ns,
-            message_end_time=end_ns,
-            chunk_start_offset=at,
-            chunk_length=end - at,
-            message_index_offsets=offsets,
-            message_index_length=where - end,
-            compression="",
-            compressed_size=size,
-            uncompressed_size=size,
-        )
-    )
-    for message in messages:
-        counts = result.index.counts
-        counts[message.channel] = counts.get(message.channel, 0) + 1
+    counts = Counter(message.channel for message in messages)
+    result.index.add_chunk(at, where, start_ns, end_ns, size, offsets, counts)
     result.end = where
 
 
@@ -179,14 +165,11 @@ def _indexes(data: bytes, at: int) -> tuple[dict[int, int], int]:
     return offsets, at
 
 
-def _skip(result: Scan, data: bytes, at: int, end: int) -> None:
-    """Message indexes are taken with their chunk."""
-
-
-_READERS: dict[int, Callable[[Scan, bytes, int, int], None]] = {
+_Reader = Callable[[Scan, bytes, int, int], None]
+_READERS: dict[int, _Reader] = {
     Opcode.HEADER: _header,
-    Opcode.SCHEMA: _schema,
-    Opcode.CHANNEL: _channel,
+    Opcode.SCHEMA: _listed("schemas", Schema),
+    Opcode.CHANNEL: _listed("channels", Channel),
     Opcode.CHUNK: _chunk,
-    Opcode.MESSAGE_INDEX: _skip,
+    Opcode.MESSAGE_INDEX: lambda *_: None,  # taken with its chunk
 }

@@ -11,12 +11,17 @@ from typing import NamedTuple
 
 from rosbags.serde import SerdeError
 
-from flatplank_control.recording import metadata, run_message
-from flatplank_control.recording.bag_writer import RESERVE_NAME, bag_file_name
+from flatplank_control.recording.bag_writer import (
+    METADATA,
+    RESERVE_NAME,
+    bag_file_name,
+    finish_bag,
+)
 from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
 from flatplank_control.recording.bus_cycles import CycleCount, read_bus_image
 from flatplank_control.recording.mcap_file import McapFile
 from flatplank_control.recording.mcap_scan import Scan, scan, stored_messages
+from flatplank_control.recording.topics import RUN_TOPIC, run_message
 from flatplank_control.recording.typestore import typestore
 from flatplank_data import run_record
 from flatplank_data.errors import RecordingError
@@ -87,23 +92,20 @@ def _finish(
     for message in found.rest:
         file.add(*message)
     file.flush()
-    channel = _channel_of(found, run_message.TOPIC.name)
+    channel = _channel_of(found, RUN_TOPIC.name)
     if record is not None and channel is not None and not is_final:
         stamp_ns = file.index.end_ns
-        file.add(channel, stamp_ns, run_message.run_message(record, stamp_ns))
+        file.add(channel, stamp_ns, run_message(record, stamp_ns))
         file.flush()
     custom = {"status": "interrupted"}
     if record is not None:
         custom = {"status": record.status, "uuid": record.uuid, "tire": record.tire}
-    content = metadata.bag_information(file.index, bag_file_name(path.name), custom)
-    file.add_metadata("rosbag2", {"serialized_metadata": metadata.text(content)})
-    file.finish()
-    metadata.write(path, content)
+    finish_bag(file, path, custom)
 
 
 def _is_whole(path: Path) -> bool:
     """Closed: the metadata are written last but for the run record."""
-    if not (path / metadata.FILE_NAME).is_file():
+    if not (path / METADATA).is_file():
         return False
     run = path / run_record.FILE_NAME
     status = _STATUS.search(run.read_text(encoding="utf-8")) if run.is_file() else None
@@ -111,7 +113,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _readable_record(path: Path, found: Scan) -> tuple[RunRecord | None, bool, str]:
-    """The messages are worth saving even when the run record cannot be read."""
+    """Messages are saved even when the run record cannot be read."""
     try:
         return *_record(path, found), ""
     except (RecordingError, SerdeError) as error:
@@ -123,7 +125,7 @@ def _record(path: Path, found: Scan) -> tuple[RunRecord | None, bool]:
 
     The last message on /run is newer than the file beside it.
     """
-    run, bus = (_channel_of(found, topic) for topic in (run_message.TOPIC.name, BUS_TOPIC))
+    run, bus = (_channel_of(found, topic) for topic in (RUN_TOPIC.name, BUS_TOPIC))
     said: list[bytes] = []
     cycles = CycleCount()
     stored = stored_messages(path / bag_file_name(path.name), found.index)
@@ -133,7 +135,7 @@ def _record(path: Path, found: Scan) -> tuple[RunRecord | None, bool]:
         elif message.channel == run:
             said.append(message.data)
     if said:
-        message = typestore().deserialize_cdr(said[-1], run_message.TOPIC.type)
+        message = typestore().deserialize_cdr(said[-1], RUN_TOPIC.type)
         record = run_record.record_from_yaml(message.record, str(path))
     elif (path / run_record.FILE_NAME).is_file():
         record = run_record.load_record(path)

@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flatplank_control.recording import run_message
-from flatplank_control.recording.bag_writer import BagWriter, TopicSpec
+from flatplank_control.recording.bag_writer import BagWriter
+from flatplank_control.recording.blocks import TopicBlock, unroll
 from flatplank_control.recording.bus_cycles import TOPIC as BUS_TOPIC
 from flatplank_control.recording.bus_cycles import BusImage, CycleCount, read_bus_image
-from flatplank_control.recording.merge import TopicBlock, unroll
+from flatplank_control.recording.topics import RUN_TOPIC, TopicSpec, run_message
 from flatplank_data.errors import RecordingError
 from flatplank_data.naming import free_name
 from flatplank_data.run_record import RunRecord
@@ -72,7 +72,7 @@ class RecordingSession:
         """of the running or the last measurement"""
         self.path: Path | None = None
         self.cycles = CycleCount()
-        self._topics = [*(t for t in topics if t.name != run_message.TOPIC.name)]
+        self._topics = [*(t for t in topics if t.name != RUN_TOPIC.name)]
         self._names = {topic.name for topic in self._topics}
         self._latched = {
             topic.name: b"" for topic in self._topics if topic.qos.durability == "transient_local"
@@ -101,7 +101,7 @@ class RecordingSession:
         target = Path(folder).expanduser().absolute() if folder else self.folder
         self._check_folder(target)
         record = record.with_changes(name=free_name(target, record.name), status="armed")
-        bag = self._open_bag(target, record.name, [run_message.TOPIC, *self._topics])
+        bag = self._open_bag(target, record.name, [RUN_TOPIC, *self._topics])
         self._bag, self.path, self.record = bag, bag.path, record
         self.cycles = CycleCount()
         self._clear_ring()
@@ -109,7 +109,7 @@ class RecordingSession:
         self.state = State.ARMED
         try:
             record.save(bag.path)
-            bag.write(run_message.TOPIC.name, run_message.run_message(record, stamp_ns), stamp_ns)
+            bag.write(RUN_TOPIC.name, run_message(record, stamp_ns), stamp_ns)
             bag.flush()
         except (OSError, RecordingError) as error:
             self._finish("failed", str(error), "")
@@ -276,9 +276,9 @@ class RecordingSession:
         self._clear_ring()
         self.record = record = self._closed(status, reason, ended)
         if bag.error is None:
-            message = run_message.run_message(record, self._bus_ns)
+            message = run_message(record, self._bus_ns)
             try:
-                bag.write(run_message.TOPIC.name, message, self._bus_ns)
+                bag.write(RUN_TOPIC.name, message, self._bus_ns)
             except RecordingError as error:
                 self.record = record = self._closed("failed", str(error), ended)
         try:

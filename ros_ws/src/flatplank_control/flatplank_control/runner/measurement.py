@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from typing import Any
 
 from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_control.steering_hold.profiles import PROFILES
+from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS, RECORDED, Limit
 from flatplank_data.machine import FAST as SPEED
 from flatplank_data.machine import ROAD_LENGTH, SLOW, USUAL_RADIUS
@@ -109,83 +109,60 @@ class Measurement:
     """room temperature, paper batch and what else the plan says of the day"""
 
     def __post_init__(self) -> None:
-        found = self._refuse()
-        if found:
-            key, reason = found
+        for key, reason in self._problems():
             text = f"measurement {self.name or self.measurement}: {reason}"
             raise MeasurementError(text, key, reason)
 
-    def _refuse(self) -> tuple[str, str] | None:
-        """Key at fault and reason."""
+    def _problems(self) -> Iterator[tuple[str, str]]:
+        """Key at fault and reason; those that come later take for granted that there are none."""
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, float) and not math.isfinite(value):
-                return f.name, f"{f.name} is {value}, must be finite"
+                yield f.name, f"{f.name} is {value}, must be finite"
         for name, limit in SETTINGS.items():
             value = getattr(self, name)
             if value is not None and (reason := limit.refusal(name, value)):
-                return name, reason
-        found = self._refuse_camber() or self._refuse_motion()
-        if found:
-            return found
-        if self.start not in START_ANGLES:
-            return "start", f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
-        if self.waveform not in WAVEFORMS:
-            return "waveform", f"waveform is '{self.waveform}'{nearest(self.waveform, WAVEFORMS)}"
-        if self.measurement in PROFILED:
-            found = self._refuse_profile()
-            if found:
-                return found
-        for name, value in self.rim().items():
-            try:
-                from_params(HubParameters, {name: value}, "rim")
-            except ParameterError as error:
-                return name, str(error)
-        if self.measurement in ON_THE_ROAD and self.end_position <= self.step_position:
-            return "end_position", (
-                f"end_position {self.end_position:g} m is not behind step_position "
-                f"{self.step_position:g} m: the slip would never be given"
-            )
-        return None
-
-    def _refuse_camber(self) -> tuple[str, str] | None:
-        """The road takes what the hub does not."""
-        hub = self.wheel_camber_deg or 0.0
-        name = "gamma_deg"
+                yield name, reason
+        # the road takes the camber that the hub does not
+        hub, name = self.wheel_camber_deg or 0.0, "gamma_deg"
         if hub:
             name = f"gamma_deg is {self.gamma_deg:g} with {hub:g} at the hub: the road's camber"
-        reason = LIMITS["camber_deg"].refusal(name, self.gamma_deg - hub)
-        return ("gamma_deg", reason) if reason else None
+        if reason := LIMITS["camber_deg"].refusal(name, self.gamma_deg - hub):
+            yield "gamma_deg", reason
+        yield from self._problems_of_motion()
+        if self.start not in START_ANGLES:
+            yield "start", f"start is {self.start}, must be 1, 2 or 3 (0, 120, 240 deg)"
+        if self.waveform not in WAVEFORMS:
+            yield "waveform", f"waveform is '{self.waveform}'{nearest(self.waveform, WAVEFORMS)}"
+        profiled = self.measurement in PROFILED
+        if profiled and self.profile not in PROFILES:
+            yield "profile", f"profile is '{self.profile}'{nearest(self.profile, PROFILES)}"
+        name = "profile_parameters"
+        try:
+            if profiled:
+                from_params(PROFILES[self.profile], self.profile_parameters, name)
+            for name, value in self.rim().items():
+                from_params(HubParameters, {name: value}, "rim")
+        except ParameterError as error:
+            yield name, str(error)
+        if self.measurement in ON_THE_ROAD and self.end_position <= self.step_position:
+            both = f"{self.end_position:g} m is not behind step_position {self.step_position:g} m"
+            yield "end_position", f"end_position {both}: the slip would never be given"
 
-    def _refuse_motion(self) -> tuple[str, str] | None:
+    def _problems_of_motion(self) -> Iterator[tuple[str, str]]:
         """Of the plank and of the coupling to the wheel's drive."""
         if min(abs(self.speed - v) for v in (SPEED, SLOW)) > 1e-6:
             known = f"{SPEED:g} and {SLOW:g}"
-            return "speed", f"speed is {self.speed:g} m/s; the plank has {known} m/s"
+            yield "speed", f"speed is {self.speed:g} m/s; the plank has {known} m/s"
         if self.direction not in DIRECTIONS:
-            return "direction", f"direction is '{self.direction}', must be forward or reverse"
+            yield "direction", f"direction is '{self.direction}', must be forward or reverse"
         if self.direction == "reverse" and self.measurement not in DRAGGED:
-            held = ", ".join(DRAGGED)
-            return "direction", (
-                "direction is reverse: a rolling run begins at the motion trigger, at the front "
-                f"end of the road; only a held wheel goes back ({held})"
-            )
+            reason = "a rolling run begins at the motion trigger, at the front end of the road"
+            held = f"only a held wheel goes back ({', '.join(DRAGGED)})"
+            yield "direction", f"direction is reverse: {reason}; {held}"
         if not self.flexplates and self.measurement != "free_rolling":
-            return "flexplates", (
-                f"flexplates is false: a wheel without its drive can only roll freely, not "
-                f"{self.measurement}"
-            )
-        return None
-
-    def _refuse_profile(self) -> tuple[str, str] | None:
-        kind = PROFILES.get(self.profile)
-        if kind is None:
-            return "profile", f"profile is '{self.profile}'{nearest(self.profile, PROFILES)}"
-        try:
-            from_params(kind, self.profile_parameters, "profile_parameters")
-        except ParameterError as error:
-            return "profile_parameters", str(error)
-        return None
+            reason = f"a wheel without its drive can only roll freely, not {self.measurement}"
+            yield "flexplates", f"flexplates is false: {reason}"
 
     def slip_parameters(self) -> dict[str, float]:
         """Parameters of the waveform; a step takes the run's own slip."""
@@ -255,15 +232,12 @@ def from_mapping(data: Mapping[str, Any], where: str) -> Measurement:
     try:
         for key, value in data.items():
             if key not in known:
-                raise _wrong(key, f"unknown key '{key}'{nearest(key, known)}")
+                reason = f"unknown key '{key}'{nearest(key, known)}"
+                raise MeasurementError(reason, key)
             values[key] = _typed(key, value, known[key].default)
         return Measurement(**values)
     except MeasurementError as error:
         raise MeasurementError(f"{where}: {error}", error.key, error.reason) from None
-
-
-def _wrong(key: str, reason: str) -> MeasurementError:
-    return MeasurementError(reason, key, reason)
 
 
 _TYPES: dict[type, tuple[tuple[type, ...], str]] = {
@@ -283,7 +257,7 @@ def _typed(key: str, value: Any, default: Any) -> Any:
     kind = dict if default is MISSING else float if default is None else type(default)
     allowed, words = _TYPES[kind]
     if not isinstance(value, allowed) or (isinstance(value, bool) and kind is not bool):
-        raise _wrong(key, f"{key} is {value!r}, must be {words}")
+        raise MeasurementError(f"{key} is {value!r}, must be {words}", key)
     if kind is float and abs(value) > sys.float_info.max:
-        raise _wrong(key, f"{key} is {value}, must be finite")
+        raise MeasurementError(f"{key} is {value}, must be finite", key)
     return float(value) if kind is float else value

@@ -7,27 +7,10 @@ import math
 from collections.abc import Iterator, Sequence
 
 from flatplank_control.runner import conditions as when
+from flatplank_control.runner import steps as S
 from flatplank_control.runner.measurement import SLOW, SPEED, Measurement
-from flatplank_control.runner.steps import (
-    Arm,
-    Constants,
-    Enable,
-    HoldLoad,
-    Manual,
-    Mode,
-    MoveTo,
-    Plank,
-    Quick,
-    Record,
-    Say,
-    SlipWaveform,
-    Step,
-    StopRecord,
-    Trigger,
-    Wait,
-)
 
-Plan = Iterator[Step]
+Plan = Iterator[S.Step]
 QUICK = 10
 """cycles per message while nothing is measured, 40 ms at 250 Hz; at a lower rate fewer"""
 ENOUGH = "enough: ended here by the operator"
@@ -37,108 +20,101 @@ ENOUGH = "enough: ended here by the operator"
 def mounted(m: Measurement) -> Plan:
     """The hub reckons with the rim of the plan; one that the plan does not name stays."""
     if rim := m.rim():
-        yield Constants(rim)
+        yield S.Constants(rim)
 
 
 def at_speed(m: Measurement) -> Plan:
     """The slip sequencer reckons with the plank speed of the plan."""
-    yield Constants({"commanded_speed": m.speed}, "slip_sequencer")
+    yield S.Constants({"commanded_speed": m.speed}, "slip_sequencer")
 
 
-def by_drive(step: Plank) -> Plan:
+def by_drive(step: S.Plank) -> Plan:
     """What the switch asks for, done by the plank's own drive with its ramps."""
     if step.direction == 0:
-        yield Enable(False, "plank")
+        yield S.Enable(False, "plank")
         return
-    yield Mode("velocity", 0.0, "plank")
-    yield Enable(True, "plank")
-    yield Wait("the plank drive has answered", lambda _s: True, 2.0, 0.5)
+    yield S.Mode("velocity", 0.0, "plank")
+    yield S.Enable(True, "plank")
+    yield S.Wait("the plank drive has answered", lambda _s: True, 2.0, 0.5)
     if math.isfinite(step.stop_at):
         # positions must come with every cycle, a speed may hold for a batch
-        yield Quick(1)
-        yield Mode("position", step.stop_at, "plank")
+        yield S.Quick(1)
+        yield S.Mode("position", step.stop_at, "plank")
         return
     fast = step.fast or step.direction < 0
-    yield Mode("velocity", step.direction * (SPEED if fast else SLOW), "plank")
+    yield S.Mode("velocity", step.direction * (SPEED if fast else SLOW), "plank")
+
+
+def to_rest() -> Plan:
+    """Stop the plank."""
+    yield S.Plank(0)
+    yield S.Wait("the plank rests", when.plank_rests(), 10.0)
 
 
 def back_unloaded(m: Measurement) -> Plan:
     """Unload, return the plank, set pressure and angles, turn the wheel to its start."""
-    yield Say("unload, return the plank, turn the wheel, load")
+    yield S.Say("unload, return the plank, turn the wheel, load")
     yield from mounted(m)
-    yield Quick(QUICK)
-    yield Plank(0)
-    yield Wait("the plank rests", when.plank_rests(), 10.0)
-    yield Manual("unload", 0.0)
-    yield Plank(-1)
-    yield Wait("the plank is back", when.plank_rests(), 200.0, at_least=1.0)
-    yield Plank(0)
-    yield Manual("pressure_bar", m.pressure)
-    yield Manual("steer_deg", m.alpha_deg)
+    yield S.Quick(QUICK)
+    yield from to_rest()
+    yield S.Manual("unload", 0.0)
+    yield S.Plank(-1)
+    yield S.Wait("the plank is back", when.plank_rests(), 200.0, at_least=1.0)
+    yield S.Plank(0)
+    yield S.Manual("pressure_bar", m.pressure)
+    yield S.Manual("steer_deg", m.alpha_deg)
     if m.wheel_camber_deg is not None:
-        yield Manual("wheel_camber_deg", m.wheel_camber_deg)
-    yield Manual("road_camber_deg", m.gamma_deg - (m.wheel_camber_deg or 0.0))
+        yield S.Manual("wheel_camber_deg", m.wheel_camber_deg)
+    yield S.Manual("road_camber_deg", m.gamma_deg - (m.wheel_camber_deg or 0.0))
     yield from turn(m.start_angle)
 
 
 def go_back(m: Measurement) -> Plan:
     """`back_unloaded`, then load."""
     yield from back_unloaded(m)
-    yield Manual("load", m.fz)
+    yield S.Manual("load", m.fz)
 
 
 def turn(angle_deg: float) -> Plan:
     """Turn the unloaded wheel to an angle."""
-    yield Mode("position", math.radians(angle_deg))
-    yield Enable(True)
-    yield Wait("the wheel drive is enabled", when.enabled(), 2.0)
-    yield MoveTo(angle_deg)
-    yield Wait(f"the wheel is at {angle_deg:g} deg", when.wheel_at(angle_deg), 200.0)
+    yield S.Mode("position", math.radians(angle_deg))
+    yield S.Enable(True)
+    yield S.Wait("the wheel drive is enabled", when.enabled(), 2.0)
+    yield S.MoveTo(angle_deg)
+    yield S.Wait(f"the wheel is at {angle_deg:g} deg", when.wheel_at(angle_deg), 200.0)
 
 
-def to_rest() -> Plan:
-    """Stop the plank."""
-    yield Plank(0)
-    yield Wait("the plank rests", when.plank_rests(), 10.0)
-
-
-def over_the_road(
-    m: Measurement, record: dict, at: float = math.nan, then: Sequence[Step] = ()
-) -> Plan:
+def over_the_road(m: Measurement, at: float = math.nan, then: Sequence[S.Step] = ()) -> Plan:
     """Record while the plank goes from the trigger to the end position; at a position [m] do
     `then`."""
-    yield Quick(1)
+    yield S.Quick(1)
     if m.hold_load:
-        yield HoldLoad(m.fz)
+        yield S.HoldLoad(m.fz)
     if m.optical_trigger > 0.0:
-        yield Trigger(m.optical_trigger)
-    yield Arm()
-    yield Record(record)
-    yield Plank(1, fast=m.fast)
-    yield Wait("the plank moves", when.plank_moves(), 5.0)
+        yield S.Trigger(m.optical_trigger)
+    yield S.Arm()
+    yield S.Record(m.record())
+    yield S.Plank(1, fast=m.fast)
+    yield S.Wait("the plank moves", when.plank_moves(), 5.0)
     if then:
         patience = 1.5 * at / m.speed + 20.0
-        yield Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience)
+        yield S.Wait(f"the plank is at {at:g} m", when.plank_beyond(at), patience)
         yield from then
     at_the_end = when.Remembered(when.plank_beyond(m.end_position))
-    yield Wait(
-        f"the plank is at {m.end_position:g} m",
-        at_the_end,
-        1.5 * m.end_position / m.speed + 20.0,
-        may_end_early=True,
-    )
+    patience = 1.5 * m.end_position / m.speed + 20.0
+    yield S.Wait(f"the plank is at {m.end_position:g} m", at_the_end, patience, may_end_early=True)
     yield from to_rest()
-    yield StopRecord("complete", "" if at_the_end.held else ENOUGH)
+    yield S.StopRecord("complete", "" if at_the_end.held else ENOUGH)
     if m.optical_trigger > 0.0:
-        yield Trigger(-1.0)
+        yield S.Trigger(-1.0)
     if m.hold_load:
-        yield HoldLoad(math.nan)
+        yield S.HoldLoad(math.nan)
 
 
 def rolling_freely(m: Measurement) -> Plan:
     """The wheel turns with the road at no slip."""
     at = m.step_position
     yield from at_speed(m)
-    yield SlipWaveform("constant", {"kappa": 0.0}, at, m.effective_rolling_radius)
-    yield Mode("slip")
-    yield Say(f"{m.measurement}: rolling without slip")
+    yield S.SlipWaveform("constant", {"kappa": 0.0}, at, m.effective_rolling_radius)
+    yield S.Mode("slip")
+    yield S.Say(f"{m.measurement}: rolling without slip")

@@ -1,125 +1,194 @@
 # SPDX-License-Identifier: Apache-2.0
 """How each kind of measurement is made: generators of steps, run dry, in the twin or on the
-graph.
-"""
+graph."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 from flatplank_control.runner import conditions as when
-from flatplank_control.runner import standing
-from flatplank_control.runner.measurement import Measurement
-from flatplank_control.runner.moves import (
-    QUICK,
-    SPEED,
-    Plan,
-    at_speed,
-    back_unloaded,
-    go_back,
-    mounted,
-    over_the_road,
-    turn,
-)
-from flatplank_control.runner.steps import (
-    AxisProfile,
-    Enable,
-    HoldLoad,
-    Manual,
-    Mode,
-    MoveTo,
-    Plank,
-    Record,
-    Say,
-    SlipWaveform,
-    StopRecord,
-    Wait,
-)
+from flatplank_control.runner import moves
+from flatplank_control.runner import steps as S
+from flatplank_control.runner.measurement import DIRECTIONS, SLOW, SPEED, Measurement, from_mapping
+from flatplank_control.runner.moves import Plan
+from flatplank_data.yaml_text import load_yaml
 
-__all__ = ["PLANS", "QUICK", "SPEED", "Plan", "plan_of", "safe_end"]
 THREE_TURNS = 1080.0
 """[deg], Appendix C"""
+STANDS_AT = 0.15
+"""machine position of a plank under a standing tire, behind the motion trigger [m]"""
+CLEAT_AT = 2.0
+"""machine position of the cleat [m]"""
+PAUSE = 0.5
+"""of rest before a standing tire is loaded sideways [s]"""
+EXAMPLE = "{measurement: slip, kappa: 0.05, effective_rolling_radius: 0.3108}"
+SAYS_WHAT = ("measurement", "kappa", "waveform")
+"""keys of which a goal must have one: the others only say how to measure"""
 
 
 def slip(m: Measurement) -> Plan:
     """A slip waveform over a rolling tire (section 6.2)."""
-    yield from go_back(m)
-    yield from at_speed(m)
-    yield SlipWaveform(
+    yield from moves.go_back(m)
+    yield from moves.at_speed(m)
+    yield S.SlipWaveform(
         m.waveform, m.slip_parameters(), m.step_position, m.effective_rolling_radius
     )
-    yield Mode("slip")
-    yield Say(f"slip {100 * m.kappa:+g} % at {m.step_position:g} m")
-    yield from over_the_road(m, m.record())
+    yield S.Mode("slip")
+    yield S.Say(f"slip {100 * m.kappa:+g} % at {m.step_position:g} m")
+    yield from moves.over_the_road(m)
 
 
 def free_rolling(m: Measurement) -> Plan:
-    """The controller keeps the longitudinal force, or the wheel is off its drive; gives r_e
-    by (5.22).
-    """
-    if not m.flexplates:
-        yield from _off_its_drive(m)
+    """The controller keeps the longitudinal force, or the wheel is off its drive and rolls
+    against its own resistance only; gives r_e by (5.22)."""
+    if m.flexplates:
+        yield from moves.go_back(m)
+        yield S.Mode("free_rolling")
+        yield S.Say("free rolling")
+        yield from moves.over_the_road(m)
         return
-    yield from go_back(m)
-    yield Mode("free_rolling")
-    yield Say("free rolling")
-    yield from over_the_road(m, m.record())
-
-
-def _off_its_drive(m: Measurement) -> Plan:
-    """Rolls against its own resistance only; the drive is connected again at the end."""
-    yield from back_unloaded(m)
-    yield Enable(False)
-    yield Manual("flexplates", 0.0)
-    yield Manual("load", m.fz)
-    yield Say("free rolling, flexplates off")
-    yield from over_the_road(m, m.record())
-    yield Manual("unload", 0.0)
-    yield Manual("flexplates", 1.0)
+    yield from moves.back_unloaded(m)
+    yield S.Enable(False)
+    yield S.Manual("flexplates", 0.0)
+    yield S.Manual("load", m.fz)
+    yield S.Say("free rolling, flexplates off")
+    yield from moves.over_the_road(m)
+    yield S.Manual("unload", 0.0)
+    yield S.Manual("flexplates", 1.0)
 
 
 def unloaded_turn(m: Measurement) -> Plan:
     """Three turns of the free wheel: the parasitic signal of the preloaded shaft (Appendix C)."""
-    yield from mounted(m)
-    yield Plank(0)
-    yield Wait("the plank rests", when.plank_rests(), 10.0)
-    yield Manual("unload", 0.0)
-    start = m.start_angle
-    yield from turn(start)
-    yield Record(m.record(), at_once=True)
-    yield Say("three turns of the unloaded wheel")
-    yield MoveTo(start + THREE_TURNS)
-    yield Wait("the wheel has made three turns", when.wheel_at(start + THREE_TURNS), 400.0)
-    yield StopRecord("complete")
+    yield from moves.mounted(m)
+    yield from moves.to_rest()
+    yield S.Manual("unload", 0.0)
+    yield from moves.turn(m.start_angle)
+    yield S.Record(m.record(), at_once=True)
+    yield S.Say("three turns of the unloaded wheel")
+    end = m.start_angle + THREE_TURNS
+    yield S.MoveTo(end)
+    yield S.Wait("the wheel has made three turns", when.wheel_at(end), 400.0)
+    yield S.StopRecord("complete")
+
+
+def _onto_the_road(m: Measurement, room: float = 0.0) -> Plan:
+    """The plank stands behind the trigger, so that all of the record is after it.
+
+    `room`: so much farther, for a road that goes back [m].
+    """
+    yield from moves.back_unloaded(m)
+    yield S.Arm()
+    yield S.Plank(1, stop_at=STANDS_AT + room)
+    yield S.Wait("the plank rests on the road", when.plank_rests(), 30.0, at_least=1.0)
+    yield S.Plank(0)
+
+
+def _pause() -> Plan:
+    yield S.Wait("the bench rests", lambda _s: True, 2.0 * PAUSE, at_least=PAUSE)
+
+
+def vertical(m: Measurement) -> Plan:
+    """Loading and unloading of the standing tire: C_z from Fz over the loaded radius (G.2)."""
+    yield from _onto_the_road(m)
+    yield S.Enable(False)
+    yield S.Quick(1)
+    yield S.Record(m.record(), at_once=True)
+    yield S.Say("vertical stiffness: load and unload")
+    yield S.Manual("load", m.fz)
+    yield from _pause()
+    yield S.Manual("unload", 0.0)
+    yield S.StopRecord("complete")
+
+
+def dragged(usual: float, fast: bool) -> Callable[[Measurement], Plan]:
+    """The road moves under the wheel that its drive holds, over `usual` [m] if the plan says
+    nothing else."""
+
+    def plan(m: Measurement) -> Plan:
+        way, distance = DIRECTIONS[m.direction], m.distance or usual
+        yield from _onto_the_road(m, distance if way < 0 else 0.0)
+        yield S.Manual("load", m.fz)
+        yield S.Quick(1)
+        yield S.Record(m.record(), at_once=True)
+        yield S.Say(f"{m.measurement}: the locked wheel over {1e3 * distance:g} mm")
+        yield from _pause()
+        yield S.Plank(way, fast=fast)
+        yield S.Wait("the plank moves", when.plank_moves(), 5.0)
+        patience = 2.0 * distance / (SPEED if fast else SLOW) + 10.0
+        dragged = when.travelled(distance)
+        yield S.Wait("the road was dragged", dragged, patience, may_end_early=True)
+        yield from moves.to_rest()
+        yield S.StopRecord("complete")
+
+    return plan
+
+
+def cleat(m: Measurement) -> Plan:
+    """The tire rolls freely, by its wheel's speed, over a cleat."""
+    yield from moves.back_unloaded(m)
+    yield S.Manual("cleat_mm", m.cleat_mm)
+    yield S.Manual("load", m.fz)
+    yield from moves.rolling_freely(m)
+    yield from moves.over_the_road(m)
+    yield S.Manual("unload", 0.0)
+    yield S.Manual("cleat_mm", 0.0)
+
+
+def parking(m: Measurement) -> Plan:
+    """The standing tire is steered to and fro; needs a driven steering axis."""
+    yield from _onto_the_road(m)
+    yield S.Manual("load", m.fz)
+    yield S.Enable(False)
+    yield S.Quick(1)
+    yield S.AxisProfile("steer")
+    yield S.Record(m.record(), at_once=True)
+    yield S.Say(f"{m.profile} on the steering axis")
+    yield from _pause()
+    yield S.AxisProfile("steer", m.profile, dict(m.profile_parameters))
+    time = m.profile_time
+    yield S.Wait("the profile is over", lambda _s: True, time + 5.0, time, may_end_early=True)
+    yield S.StopRecord("complete")
+    yield S.AxisProfile("steer", parameters=None)
+
+
+def turned(axis: str) -> Callable[[Measurement], Plan]:
+    """A profile of an axis under the rolling tire, from the step position on."""
+
+    def plan(m: Measurement) -> Plan:
+        yield from moves.go_back(m)
+        yield S.AxisProfile(axis)
+        yield from moves.rolling_freely(m)
+        profile = S.AxisProfile(axis, m.profile, dict(m.profile_parameters))
+        yield from moves.over_the_road(m, m.step_position, (profile,))
+        yield S.AxisProfile(axis, parameters=None)
+
+    return plan
 
 
 PLANS: dict[str, Callable[[Measurement], Plan]] = {
     "slip": slip,
     "free_rolling": free_rolling,
     "unloaded_turn": unloaded_turn,
-    "stiffness_vertical": standing.vertical,
-    "stiffness_longitudinal": standing.longitudinal,
-    "stiffness_lateral": standing.lateral,
-    "locked_wheel": standing.locked_wheel,
-    "cleat": standing.cleat,
-    "parking": standing.parking,
-    "turning": standing.turning,
-    "camber_sweep": standing.camber_sweep,
+    "stiffness_vertical": vertical,
+    # C_x: Fx over the travel of the road; C_y: the same with the wheel steered, Fy across it
+    "stiffness_longitudinal": dragged(0.006, fast=False),
+    "stiffness_lateral": dragged(0.008, fast=False),
+    # friction: until the locked wheel slides
+    "locked_wheel": dragged(0.3, fast=True),
+    "cleat": cleat,
+    "parking": parking,
+    # a short turn of the steering, the road's tilt
+    "turning": turned("steer"),
+    "camber_sweep": turned("camber"),
 }
 """kind of measurement -> its plan"""
-
 
 AXES: dict[str, tuple[str, ...]] = {
     "parking": ("steer",), "turning": ("steer",), "camber_sweep": ("camber",),
 }  # fmt: skip
 """kind of measurement -> driven axes that it needs"""
-
-
-def safe_end() -> Plan:
-    """Whatever happened: nothing moves, the bag is closed."""
-    yield Plank(0)
-    yield Enable(False)
 
 
 def plan_of(m: Measurement) -> Plan:
@@ -129,13 +198,44 @@ def plan_of(m: Measurement) -> Plan:
     return PLANS[m.measurement](m)
 
 
+def safe_end() -> Plan:
+    """Whatever happened: nothing moves, the bag is closed."""
+    yield S.Plank(0)
+    yield S.Enable(False)
+
+
 def let_go(axes: Iterable[str]) -> Plan:
     """Controllers of further axes leave them to the operator."""
     for axis in axes:
-        yield HoldLoad(math.nan) if axis == "vertical" else AxisProfile(axis, parameters=None)
+        yield S.HoldLoad(math.nan) if axis == "vertical" else S.AxisProfile(axis, parameters=None)
 
 
 def axes_of(m: Measurement) -> tuple[str, ...]:
     """Axes that must have a drive for it, beside the wheel."""
     held = ("vertical",) if m.hold_load else ()
     return held + AXES.get(m.measurement, ())
+
+
+class GoalError(ValueError):
+    """A goal that asks for nothing that can be made; one line."""
+
+
+def mapping_of(text: str) -> Mapping[str, Any]:
+    """What the YAML of a goal says; GoalError when it says nothing, or is no mapping."""
+    data = load_yaml(text, "plan")
+    if data is None or data == {}:
+        raise GoalError(f"plan: empty; say what to measure, for instance {EXAMPLE}")
+    if not isinstance(data, Mapping):
+        shown = " ".join(str(data).split())[:40]
+        raise GoalError(f"plan: '{shown}' is no plan; give keys and values like {EXAMPLE}")
+    return data
+
+
+def measurement_of(data: Mapping[str, Any]) -> Measurement:
+    """The single measurement of a goal that is no campaign; ValueError in one line."""
+    wanted = from_mapping(data, "plan")
+    if not any(key in data for key in SAYS_WHAT):
+        known = ", ".join(SAYS_WHAT)
+        raise GoalError(f"plan: says how, but not what to measure: add one of {known}")
+    plan_of(wanted)
+    return wanted

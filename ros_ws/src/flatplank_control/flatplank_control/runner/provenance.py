@@ -14,7 +14,7 @@ from typing import Any
 
 from flatplank_control.calibration.book import CALIBRATED, Book
 from flatplank_control.free_rolling import FreeRollingParameters
-from flatplank_control.runner.quantities import SET_UP
+from flatplank_control.runner.conditions import SET_UP
 from flatplank_control.sequencer import SequencerParameters
 from flatplank_data.params import describe
 from flatplank_data.run_record import RunRecord

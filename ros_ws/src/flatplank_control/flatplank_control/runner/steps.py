@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of measurement plans. A plan yields steps; a bench does them.
+"""The vocabulary of measurement plans: a plan yields steps, a bench performs them.
 
-A bench is the ROS graph, the in-process twin, or a dry run: each knows how to do every step.
-"""
+A bench is the ROS graph, the in-process twin, or a dry run: each knows how to do every step."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from flatplank_hw.drive.safety import REASONS, STOPS, is_latched
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample
+from flatplank_hw.troubles import TROUBLES
 
 LONGEST_BATCH_S = 0.04
 """less than the 42 ms after which a drive misses its inputs [s]"""
@@ -85,11 +87,6 @@ class SlipWaveform:
 @dataclass(frozen=True)
 class Arm:
     """The next motion trigger sets the plank position to zero."""
-
-
-@dataclass(frozen=True)
-class Tare:
-    """Zero the hub."""
 
 
 @dataclass(frozen=True)
@@ -175,10 +172,58 @@ class Say:
 
 
 Step = (
-    Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Tare | Record | StopRecord
+    Manual | Plank | Enable | Mode | MoveTo | SlipWaveform | Arm | Record | StopRecord
     | Quick | Wait | Say | Trigger | HoldLoad | AxisProfile | Constants
 )  # fmt: skip
 
 
 class PlanFailed(Exception):
     """A measurement could not be finished: why, and what to do."""
+
+
+CHUNK = 25
+"""a held bench is looked at every so many batches of cycles"""
+
+
+class StopWatch:
+    """Ends a plan when the wheel's drive is stopped on the way; a stop that was there before the
+    plan is the plan's to clear, and a plank that the plan itself stops is no trouble."""
+
+    def __init__(self) -> None:
+        self._ran = False
+        self._plank_rests = True
+
+    def asked(self, step: Plank) -> None:
+        """The plan moves or stops the plank."""
+        self._plank_rests = step.direction == 0 or math.isfinite(step.stop_at)
+
+    def look(self, drive: DriveSample) -> None:
+        """One sample; PlanFailed with the reason of a new stop."""
+        stopped = is_latched(drive.stop_reason)
+        fresh, self._ran = stopped and self._ran, not stopped
+        if not fresh or (self._plank_rests and STOPS[drive.stop_reason] == "plank_stopped"):
+            return
+        raise PlanFailed(f"the wheel was stopped: {TROUBLES[STOPS[drive.stop_reason]].line()}")
+
+
+class Patience:
+    """Decides, look by look, whether a Wait is over. Bench time [s] is an argument."""
+
+    def __init__(self, step: Wait, now: float) -> None:
+        self._step = step
+        self.start = now
+
+    def over(self, snapshot: Snapshot | None, now: float) -> bool:
+        """True when the plan can go on; PlanFailed when it took too long."""
+        elapsed = now - self.start
+        step = self._step
+        if snapshot is not None and elapsed >= step.at_least and step.until(snapshot):
+            return True
+        if elapsed > step.timeout:
+            stop = snapshot.drive.stop_reason if snapshot else 0
+            drive = f" (drive: {REASONS[stop]})" if stop else ""
+            raise PlanFailed(
+                f"waited {step.timeout:g} s of bench time and it is not true that {step.what}"
+                f"{drive}"
+            )
+        return False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the slip sequencer."""
+"""Parameters of the slip sequencer, and limits of following the travel of the road."""
 
 from __future__ import annotations
 
@@ -74,17 +74,17 @@ class SequencerParameters(Params):
         USABLE_ROAD, "usable travel of the plank", unit="m", bounds=(0.1, 100.0)
     )
     radius_min: float = param(
-        RADIUS.low,
-        "smallest effective rolling radius",
-        unit="m",
-        bounds=(0.01, 2.0),
+        RADIUS.low, "smallest effective rolling radius", unit="m", bounds=(0.01, 2.0)
     )
     radius_max: float = param(
-        RADIUS.high,
-        "largest effective rolling radius",
-        unit="m",
-        bounds=(0.01, 2.0),
+        RADIUS.high, "largest effective rolling radius", unit="m", bounds=(0.01, 2.0)
     )
 
     def check(self) -> str | None:
         return "radius_min is not below radius_max" if self.radius_min >= self.radius_max else None
+
+
+JUMP = 1e-3
+"""a longer way in one cycle is a new zero of the plank position [m]"""
+FASTEST = 1.5
+"""times the road's speed, while the wheel makes up travel: a faster one would stop too late"""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import zstandard
 
-from flatplank_data.bags.mcap import Block
+from flatplank_data.bags.storage import Block, blocks_of
 from flatplank_data.errors import FlatplankError
 
 SUFFIX = ".zstd"
@@ -79,7 +79,6 @@ def plain_blocks(blocks: Iterable[Block]) -> Iterator[Block]:
 
 
 def _unpacked(block: Block) -> Iterator[Block]:
-    """Blocks of one size each."""
     unpack = zstandard.ZstdDecompressor().decompress
     try:
         found = [unpack(payload.tobytes()) for payload in block.payloads]
@@ -87,8 +86,4 @@ def _unpacked(block: Block) -> Iterator[Block]:
         raise FlatplankError(
             f"a message cannot be unpacked ({error})", block.channel.topic, "the bag is damaged"
         ) from error
-    sizes = np.array([len(data) for data in found])
-    for size in np.unique(sizes):
-        same = np.flatnonzero(sizes == size)
-        matrix = np.frombuffer(b"".join(found[i] for i in same), dtype=np.uint8)
-        yield Block(block.channel, block.log_time[same], matrix.reshape(len(same), int(size)))
+    yield from blocks_of(block.channel, block.log_time, found)

@@ -2,14 +2,7 @@
 """Readers; importing this package registers them all."""
 
 from flatplank_data.readers import bag, csv, mat, parquet, tydex
-from flatplank_data.readers.base import (
-    Loaded,
-    Request,
-    describe,
-    reader,
-    reader_for,
-    suffixes,
-)
+from flatplank_data.readers.base import Loaded, Request, describe, reader, reader_for, suffixes
 
 __all__ = [
     "Loaded",

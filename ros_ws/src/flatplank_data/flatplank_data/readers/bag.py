@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_data.bags.cdr import decode_many, decode_one, layout_of
+from flatplank_data.bags.cdr import decode_many, decode_one, layout_of, parse_definition
 from flatplank_data.bags.compression import SUFFIX, CompressedFile, plain_blocks
-from flatplank_data.bags.definitions import parse_definition
-from flatplank_data.bags.mcap import McapFile
-from flatplank_data.bags.sqlite import SqliteFile
+from flatplank_data.bags.storage import McapFile, SqliteFile
 from flatplank_data.bags.topics import OWN, RUN_TOPIC, TopicMap, topic_map
 from flatplank_data.errors import FlatplankError, YamlError
 from flatplank_data.measured import measured_facts
@@ -186,7 +184,7 @@ def _join(path: Path, topics: TopicMap, series: dict[str, list]) -> dict[str, np
         sources = topics.sources[topic]
         stamp, values = _sorted(parts, [s.path for s in sources])
         if any(source.column in STANDARD_COLUMNS for source in sources):
-            whole &= _heard(base, stamp)
+            whole &= _received(base, stamp)
         for source in sources:
             column = values[source.path]
             if np.isnan(column).all():
@@ -211,7 +209,7 @@ def _sorted(parts: list, paths: list[str]) -> tuple[np.ndarray, dict[str, np.nda
     return stamp, values
 
 
-def _heard(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
+def _received(base: np.ndarray, stamp: np.ndarray) -> np.ndarray:
     """Cycles of the base that a topic has, too, or that lie outside of it; all of them when it
     follows another clock or another rate: then it is interpolated.
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One reader per file format, found by suffix."""
+"""One reader per file format, found by suffix; and what a mapping file says of foreign columns:
+their names, and whose sign is the other way round."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 from flatplank_data.params import alike
+from flatplank_data.run_record import RunRecord
 from flatplank_data.store import Store
 from flatplank_data.table import COLUMN_UNITS
 from flatplank_data.units import to_si
@@ -112,6 +115,23 @@ def column_of(
     return (f"{name} [{unit}]" if unit and not name.endswith("]") else name), values
 
 
+def columns_in_si(
+    names: Mapping[str, str],
+    request: Request,
+    values_of: Callable[[str], np.ndarray],
+    unit_of: Callable[[str], str | None],
+    kind: str = "column",
+) -> dict[str, np.ndarray]:
+    """The wanted columns by their name, in SI; names: file column -> our column. No unit: SI."""
+    columns = {}
+    for theirs, ours in names.items():
+        if request.wants(ours):
+            where = f"{request.name}, {kind} '{theirs}'"
+            name, values = column_of(values_of(theirs), unit_of(theirs), ours, where)
+            columns[name] = values
+    return columns
+
+
 def canonical_names(
     names: Iterable[str], mapping: Mapping[str, Any] | None, further: bool = False
 ) -> tuple[dict[str, str], list[str]]:
@@ -135,3 +155,39 @@ def canonical_names(
             continue
         remarks.append(f"column '{name}' is not known and was left out{hint}")
     return out, remarks
+
+
+SIGNED = ("kappa", "alpha_deg", "gamma_deg")
+"""keys of a run record that have a sign"""
+
+
+def turned_names(mapping: Mapping[str, Any] | None) -> tuple[str, ...]:
+    """Columns and keys of the run record whose sign is the other way round in somebody's files:
+    `mapping: {turn: [fy, alpha_deg]}`. FlatplankError names what is neither."""
+    names = (mapping or {}).get("turn") or ()
+    names = (names,) if isinstance(names, str) else tuple(str(n) for n in names)
+    for name in names:
+        if name not in SIGNED and name not in COLUMN_UNITS:
+            known = ", ".join([*SIGNED, *COLUMN_UNITS])
+            raise FlatplankError(f"no column or key '{name}'", "mapping, turn", f"known: {known}")
+    return names
+
+
+def turned_columns(
+    columns: Mapping[str, np.ndarray], mapping: Mapping[str, Any] | None
+) -> dict[str, np.ndarray]:
+    """The columns, some of them with the other sign."""
+    names = turned_names(mapping)
+    return {k: -v if k in names else v for k, v in columns.items()}
+
+
+def turned_facts(facts: Mapping[str, Any], mapping: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What a file says of its run, some keys with the other sign."""
+    names = [n for n in turned_names(mapping) if n in SIGNED and facts.get(n)]
+    return {**facts, **{n: -float(facts[n]) for n in names}}
+
+
+def turned_info(info: RunRecord, mapping: Mapping[str, Any] | None) -> RunRecord:
+    """The run record, some keys with the other sign."""
+    names = [n for n in turned_names(mapping) if n in SIGNED and getattr(info, n)]
+    return dataclasses.replace(info, **{n: -getattr(info, n) for n in names})

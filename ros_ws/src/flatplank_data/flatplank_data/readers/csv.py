@@ -11,13 +11,7 @@ import pyarrow as pa
 import pyarrow.csv as pc
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.readers.base import (
-    Loaded,
-    Request,
-    canonical_names,
-    column_of,
-    reader,
-)
+from flatplank_data.readers.base import Loaded, Request, canonical_names, columns_in_si, reader
 
 _BRACKETS = re.compile(r"^\s*(.*?)\s*[\[(]([^\])]*)[\])]\s*$")
 _SEPARATORS = (",", ";", "\t")
@@ -39,14 +33,8 @@ def read_csv(request: Request) -> Loaded:
     _check_units(names, units, request.name)
     table = _parse(text, separator, names, rows_before, request.name)
     ours, remarks = canonical_names(names, request.mapping, request.further)
-    columns = {}
-    for theirs, unit in zip(names, units, strict=True):
-        name = ours.get(theirs)
-        if name is None or not request.wants(name):
-            continue
-        where = f"{request.name}, column '{theirs}'"
-        name, values = column_of(table[theirs], unit or None, name, where)
-        columns[name] = values
+    unit_of = dict(zip(names, units, strict=True))
+    columns = columns_in_si(ours, request, table.__getitem__, lambda name: unit_of[name] or None)
     return Loaded(columns, {}, remarks)
 
 

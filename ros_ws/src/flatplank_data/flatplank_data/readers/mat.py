@@ -15,10 +15,9 @@ import numpy as np
 import scipy.io
 
 from flatplank_data.errors import FlatplankError
-from flatplank_data.readers.base import Loaded, Request, canonical_names, reader
+from flatplank_data.readers.base import Loaded, Request, canonical_names, columns_in_si, reader
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import COLUMN_UNITS
-from flatplank_data.units import to_si
 
 _FACTS = {item.name for item in dataclasses.fields(RunRecord)}
 _HDF5 = b"MATLAB 7.3"
@@ -32,20 +31,15 @@ def read_mat(request: Request) -> Loaded:
     units = values.pop("units", {})
     arrays = {k: v for k, v in values.items() if isinstance(v, np.ndarray) and v.ndim == 1}
     names, remarks = canonical_names(arrays, request.mapping)
-    columns = {}
-    for theirs, ours in names.items():
-        if request.wants(ours):
-            unit = units.get(theirs) if isinstance(units, dict) else None
-            if units and unit is None:
-                raise FlatplankError(
-                    f"column '{theirs}' has no unit while others have one",
-                    request.name,
-                    f"add units.{theirs}",
-                )
-            where = f"{request.name}, variable '{theirs}'"
-            columns[ours] = to_si(
-                arrays[theirs], unit or COLUMN_UNITS[ours], COLUMN_UNITS[ours], where
-            )
+
+    def unit_of(name: str) -> str | None:
+        unit = units.get(name) if isinstance(units, dict) else None
+        if units and unit is None:
+            what = f"column '{name}' has no unit while others have one"
+            raise FlatplankError(what, request.name, f"add units.{name}")
+        return unit or None
+
+    columns = columns_in_si(names, request, arrays.__getitem__, unit_of, "variable")
     facts = {k: v for k, v in values.items() if k in _FACTS and isinstance(v, (int, float, str))}
     return Loaded(columns, facts, remarks)
 

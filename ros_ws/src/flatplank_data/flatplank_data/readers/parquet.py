@@ -13,7 +13,7 @@ from flatplank_data.readers.base import (
     Loaded,
     Request,
     canonical_names,
-    column_of,
+    columns_in_si,
     describer,
     reader,
 )
@@ -38,12 +38,12 @@ def read_parquet(request: Request) -> Loaded:
             raise FlatplankError(
                 f"not a whole Parquet file ({error})", request.name, "export or copy it again"
             ) from error
-    columns = {}
-    for theirs, ours in wanted.items():
-        values = table.column(theirs).to_numpy()
-        where = f"{request.name}, column '{theirs}'"
-        name, values = column_of(values, _unit(schema.field(theirs)), ours, where)
-        columns[name] = values
+    columns = columns_in_si(
+        wanted,
+        request,
+        lambda name: table.column(name).to_numpy(),
+        lambda name: _unit(schema.field(name)),
+    )
     return Loaded(columns, _facts(schema.metadata), remarks)
 
 

@@ -1,16 +1,58 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counts by place, and the place that a share of them does not exceed."""
+"""Histograms in constant memory, for any length of run."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Any
 
 
 def percentile(counts: Sequence[int], share: float) -> int:
-    """Smallest place that `share` of all counts do not exceed; 0 when there are none."""
+    """Lowest bin that, with those below it, holds `share` of all counts; 0 when there are none."""
     wanted, seen = share * sum(counts), 0
     for place, count in enumerate(counts):
         seen += count
         if count and seen >= wanted:
             return place
     return 0
+
+
+FIRST_US = 10.0
+GROWTH = 1.25
+BINS = 50
+_LOG = math.log(GROWTH)
+
+
+class Histogram:
+    """Counts of durations given in ns; each bin is a quarter wider than the one before."""
+
+    def __init__(self) -> None:
+        self.counts = [0] * BINS
+        self.total = 0
+        self.largest_ns = 0
+
+    def add(self, duration_ns: int) -> None:
+        """One more."""
+        self.total += 1
+        if duration_ns > self.largest_ns:
+            self.largest_ns = duration_ns
+        ratio = duration_ns / (FIRST_US * 1e3)
+        place = 0 if ratio <= 1.0 else min(int(math.log(ratio) / _LOG) + 1, BINS - 1)
+        self.counts[place] += 1
+
+    def percentile_us(self, share: float) -> float:
+        """Upper edge of the bin that holds the share of all, at most the largest seen [us]."""
+        return min(FIRST_US * GROWTH ** percentile(self.counts, share), self.largest_ns / 1e3)
+
+    def report(self) -> dict[str, Any]:
+        """For diagnostics: upper edges of the used bins [us] with their counts, and
+        percentiles."""
+        used = {f"{FIRST_US * GROWTH**place:.0f}": n for place, n in enumerate(self.counts) if n}
+        return {
+            "count": self.total,
+            "p50_us": round(self.percentile_us(0.5), 1),
+            "p99_us": round(self.percentile_us(0.99), 1),
+            "max_us": round(self.largest_ns / 1e3, 1),
+            "bins_us": used,
+        }

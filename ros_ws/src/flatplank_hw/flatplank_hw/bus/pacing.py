@@ -72,10 +72,13 @@ class Pacer:
         """Whether lockstep waits for nobody."""
         return self.pace == "lockstep" and not self.missing
 
+    def _may_still_come(self, wall: float) -> bool:
+        patience = min(self.timeout, IMPATIENT) if self.absent else self.timeout
+        return wall - self._last < patience
+
     def given_up(self, wall: float) -> bool:
         """Held, and the answers to the last cycle do not come: they are no longer waited for."""
-        patience = self.timeout if not self.absent else min(self.timeout, IMPATIENT)
-        if self.pace != "hold" or not self.missing or wall - self._last < patience:
+        if self.pace != "hold" or not self.missing or self._may_still_come(wall):
             return False
         self.absent = True
         self.missing.clear()
@@ -86,8 +89,7 @@ class Pacer:
         if self.pace == "lockstep":
             if self.free() and self.cycle >= 0:
                 return 0
-            patience = self.timeout if not self.absent else min(self.timeout, IMPATIENT)
-            if wall - self._last < patience:
+            if self._may_still_come(wall):
                 return 0
             self.absent = self.cycle >= 0
             return 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One drive of the bench: arbiter of its references, guard of its limits, speaker of CiA 402."""
+"""One drive of the bench: whose reference counts, the safety rules, and the CiA 402 states."""
 
 from __future__ import annotations
 

@@ -6,11 +6,53 @@ from __future__ import annotations
 import math
 from typing import ClassVar, NamedTuple
 
-from flatplank_hw.cia402 import CiaMode
-from flatplank_hw.drive.motion import Move
+from flatplank_hw.bus.image import AxisInputs
+from flatplank_hw.cia402 import (
+    ENABLE_OPERATION,
+    HOMING_ATTAINED,
+    HOMING_ERROR,
+    HOMING_START,
+    CiaMode,
+)
 from flatplank_hw.drive.params import DriveParameters
 
+NS = 1_000_000_000
 _NAN = math.nan
+_ANSWER_CYCLES = 4
+"""A command is answered at the earliest after the delay of the loop."""
+
+
+class Move:
+    """Position and velocity on the way to `target`, all in units of the output."""
+
+    __slots__ = ("acceleration", "position", "speed", "target", "velocity")
+
+    def __init__(self, speed: float, acceleration: float) -> None:
+        self.speed = speed
+        self.acceleration = acceleration
+        self.position = self.target = self.velocity = 0.0
+
+    def stand(self, position: float) -> None:
+        """Be at rest at a position."""
+        self.position = self.target = position
+        self.velocity = 0.0
+
+    def step(self, dt: float) -> None:
+        """Go on by dt [s]; ends exactly on the target."""
+        left = self.target - self.position
+        change = self.acceleration * dt
+        if left == 0.0 and self.velocity == 0.0:
+            return
+        if abs(left) <= change * dt and abs(self.velocity) <= 2.0 * change:
+            self.stand(self.target)
+            return
+        # the speed from which the rest of the way is just enough to stop, a step ahead
+        allowed = (
+            math.sqrt((0.5 * change) ** 2 + 2.0 * self.acceleration * abs(left)) - 0.5 * change
+        )
+        wanted = math.copysign(min(self.speed, allowed), left)
+        self.velocity += min(max(wanted - self.velocity, -change), change)
+        self.position += self.velocity * dt
 
 
 class SetPoint(NamedTuple):
@@ -67,14 +109,20 @@ def _refuse(what: str, value: float, unit: str, low: float, high: float) -> str 
     return None
 
 
-class Slip(Mode):
-    """Follow the wheel speed of the slip sequencer."""
+class Follow(Mode):
+    """Follow the speed of a controller of this axis: load, steering angle, road camber."""
 
-    name, code, source = "slip", 1, "slip"
+    name, code, source = "follow", 7, "follow"
 
     def step(self, reference: float, position: float, dt: float) -> SetPoint:
         velocity = _limited(reference, self.p.speed_limit)
         return SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, velocity, _NAN)
+
+
+class Slip(Follow):
+    """Follow the wheel speed of the slip sequencer."""
+
+    name, code, source = "slip", 1, "slip"
 
 
 class Position(Mode):
@@ -158,16 +206,6 @@ class FreeRolling(Mode):
         return SetPoint(CiaMode.CYCLIC_TORQUE, _NAN, _NAN, torque)
 
 
-class Follow(Mode):
-    """Follow the speed of a controller of this axis: load, steering angle, road camber."""
-
-    name, code, source = "follow", 7, "follow"
-
-    def step(self, reference: float, position: float, dt: float) -> SetPoint:
-        velocity = _limited(reference, self.p.speed_limit)
-        return SetPoint(CiaMode.CYCLIC_VELOCITY, _NAN, velocity, _NAN)
-
-
 class Homing(Mode):
     """Make the present position zero; the axis goes through the drive's own homing and then to
     position."""
@@ -181,3 +219,41 @@ class Homing(Mode):
 MODES: dict[str, type[Mode]] = {
     mode.name: mode for mode in (Slip, Position, Velocity, Torque, FreeRolling, Homing, Follow)
 }
+
+
+class Homer:
+    """Homing where the axis stands (CiA 402 method 37): the counter is set to zero, nothing moves.
+
+    Homing mode, rising edge of bit 4, wait for "attained".
+    """
+
+    __slots__ = ("_asked", "_p", "_started", "running")
+
+    def __init__(self, p: DriveParameters) -> None:
+        self._p = p
+        self.running = False
+        self._started = 0
+        self._asked = 0
+
+    def start(self, now: int) -> None:
+        """Begin at bench time `now` [ns]."""
+        self.running, self._started, self._asked = True, now, 0
+
+    def step(self, axis: AxisInputs, now: int) -> tuple[int, bool, bool]:
+        """Control word, done, failed."""
+        if not self._p.home_in_drive:
+            return self._end(done=True)
+        if now - self._started > self._p.start_timeout * NS:
+            return self._end(done=False)
+        if axis.mode_display != CiaMode.HOMING:
+            return ENABLE_OPERATION, False, False
+        self._asked += 1
+        # the bit of an earlier homing may still be set: only the edge after our start counts
+        settled = self._asked > 1 + _ANSWER_CYCLES
+        if settled and axis.status_word & (HOMING_ERROR | HOMING_ATTAINED):
+            return self._end(done=not axis.status_word & HOMING_ERROR)
+        return ENABLE_OPERATION | HOMING_START, False, False
+
+    def _end(self, done: bool) -> tuple[int, bool, bool]:
+        self.running = False
+        return ENABLE_OPERATION, done, not done

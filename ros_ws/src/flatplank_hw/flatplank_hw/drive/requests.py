@@ -5,21 +5,19 @@ once."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from flatplank_data.params import nearest
 from flatplank_hw.answers import Agenda, Answer, refused
-from flatplank_hw.cia402 import State
+from flatplank_hw.cia402 import State, error_words
 from flatplank_hw.drive import safety
-from flatplank_hw.drive.details import detail
-from flatplank_hw.drive.homing import Homer
-from flatplank_hw.drive.modes import MODES, Mode, Position
+from flatplank_hw.drive.modes import MODES, Homer, Mode, Position
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.road_trigger import RoadTrigger
-from flatplank_hw.drive.safety import RULES
+from flatplank_hw.drive.safety import RULES, detail
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.drive.watch import Watch
 from flatplank_hw.troubles import TROUBLES
-from flatplank_hw.troubles.drive import error_words
 
 LASTING = ("inputs", "samples", "emergency_stop")
 """rules whose cause must be gone before a reset can do anything: sent earlier it would be lost"""
@@ -231,18 +229,9 @@ class DriveRequests:
         situation = self._watch.situation
         return situation.moving or safety.unloaded(situation, self.parameters)
 
-    # effects, by the cycle
-    def _enable(self) -> None:
-        raise TypeError("a drive without a cycle")
-
-    def _reset(self) -> None:
-        raise TypeError("a drive without a cycle")
-
-    def _stop_with(self, code: int) -> None:
-        raise TypeError("a drive without a cycle")
-
-    def _start_homing(self) -> None:
-        raise TypeError("a drive without a cycle")
-
-    def _change(self, mode: Mode) -> None:
-        raise TypeError("a drive without a cycle")
+    # effects of requests, which `AxisDrive` has
+    _enable: Callable[[], None]
+    _reset: Callable[[], None]
+    _stop_with: Callable[[int], None]
+    _start_homing: Callable[[], None]
+    _change: Callable[[Mode], None]

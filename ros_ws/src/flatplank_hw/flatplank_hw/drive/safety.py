@@ -92,56 +92,8 @@ def may_turn(s: Situation, p: DriveParameters) -> bool:
     return s.moving or (not s.follows_plank and unloaded(s, p))
 
 
-def inputs_bad(s: Situation, p: DriveParameters) -> bool:
-    return s.health >= _STALE or s.gap_ns > p.input_timeout * NS
-
-
-def samples_old(s: Situation, p: DriveParameters) -> bool:
-    return s.sample_age_ns > p.input_timeout * NS
-
-
-def drive_fault(s: Situation, p: DriveParameters) -> bool:
-    return s.state >= State.FAULT_REACTION_ACTIVE
-
-
-def emergency_stop(s: Situation, p: DriveParameters) -> bool:
-    return not s.digital & _EMERGENCY_OK
-
-
 def heartbeat_gone(s: Situation, p: DriveParameters) -> bool:
     return s.claimed and s.heartbeat_age_ns > p.heartbeat_timeout * NS
-
-
-def too_fast(s: Situation, p: DriveParameters) -> bool:
-    return not -p.speed_trip <= s.speed <= p.speed_trip
-
-
-def torque_high(s: Situation, p: DriveParameters) -> bool:
-    return s.torque_high_ns > p.trip_time * NS
-
-
-def fz_high(s: Situation, p: DriveParameters) -> bool:
-    return s.fz_high_ns > p.trip_time * NS
-
-
-def road_end(s: Situation, p: DriveParameters) -> bool:
-    return not s.plank_position <= p.road_length and not unloaded(s, p)
-
-
-def steered_too_far(s: Situation, p: DriveParameters) -> bool:
-    return not abs(s.steer_angle) <= math.radians(p.steering_limit_deg)
-
-
-def plank_stopped(s: Situation, p: DriveParameters) -> bool:
-    return s.turning and not may_turn(s, p)
-
-
-def plank_stands(s: Situation, p: DriveParameters) -> bool:
-    return not may_turn(s, p)
-
-
-def plank_reverses(s: Situation, p: DriveParameters) -> bool:
-    return s.follows_plank and not s.plank_velocity >= REVERSE_SPEED
 
 
 def reference_gone(s: Situation, p: DriveParameters) -> bool:
@@ -149,34 +101,35 @@ def reference_gone(s: Situation, p: DriveParameters) -> bool:
     return s.follows_plank and s.reference_age_ns > p.reference_timeout * NS
 
 
-def reference_old(s: Situation, p: DriveParameters) -> bool:
-    """For the wheel, whose reference is due only while the plank moves."""
-    return s.moving and reference_gone(s, p)
-
-
-def wheel_stopped(s: Situation, p: DriveParameters) -> bool:
-    """For the plank: a wheel that was stopped does not turn with the road any more."""
-    return s.wheel_left and not unloaded(s, p)
-
-
 _RULES = (
-    Rule(1, "inputs", True, inputs_bad),
-    Rule(2, "samples", True, samples_old),
-    Rule(3, "drive_fault", True, drive_fault),
-    Rule(4, "emergency_stop", True, emergency_stop),
+    Rule(1, "inputs", True, lambda s, p: s.health >= _STALE or s.gap_ns > p.input_timeout * NS),
+    Rule(2, "samples", True, lambda s, p: s.sample_age_ns > p.input_timeout * NS),
+    Rule(3, "drive_fault", True, lambda s, p: s.state >= State.FAULT_REACTION_ACTIVE),
+    Rule(4, "emergency_stop", True, lambda s, p: not s.digital & _EMERGENCY_OK),
     Rule(5, "heartbeat", True, heartbeat_gone),
-    Rule(6, "speed", True, too_fast),
-    Rule(7, "torque", True, torque_high),
-    Rule(8, "fz", True, fz_high),
-    Rule(9, "road_end", True, road_end),
-    Rule(10, "steering", True, steered_too_far),
-    Rule(11, "plank_stopped", True, plank_stopped),
-    Rule(12, "plank_stands", False, plank_stands),
-    Rule(13, "plank_reverses", False, plank_reverses),
-    Rule(14, "reference", True, reference_old),
+    Rule(6, "speed", True, lambda s, p: not -p.speed_trip <= s.speed <= p.speed_trip),
+    Rule(7, "torque", True, lambda s, p: s.torque_high_ns > p.trip_time * NS),
+    Rule(8, "fz", True, lambda s, p: s.fz_high_ns > p.trip_time * NS),
+    Rule(
+        9, "road_end", True,
+        lambda s, p: not s.plank_position <= p.road_length and not unloaded(s, p),
+    ),
+    Rule(
+        10, "steering", True,
+        lambda s, p: not abs(s.steer_angle) <= math.radians(p.steering_limit_deg),
+    ),
+    Rule(11, "plank_stopped", True, lambda s, p: s.turning and not may_turn(s, p)),
+    Rule(12, "plank_stands", False, lambda s, p: not may_turn(s, p)),
+    Rule(
+        13, "plank_reverses", False,
+        lambda s, p: s.follows_plank and not s.plank_velocity >= REVERSE_SPEED,
+    ),
+    # for the wheel, whose reference is due only while the plank moves
+    Rule(14, "reference", True, lambda s, p: s.moving and reference_gone(s, p)),
     Rule(15, "reference_gone", True, reference_gone),
-    Rule(16, "wheel_stopped", True, wheel_stopped),
-)
+    # for the plank: a wheel that was stopped does not turn with the road any more
+    Rule(16, "wheel_stopped", True, lambda s, p: s.wheel_left and not unloaded(s, p)),
+)  # fmt: skip
 
 RULES: dict[str, Rule] = {rule.name: rule for rule in _RULES}
 
@@ -210,3 +163,43 @@ def first_stop(rules: tuple[Rule, ...], s: Situation, p: DriveParameters) -> Rul
         if rule.check(s, p):
             return rule
     return None
+
+
+MS = 1e-6
+"""[ms/ns]"""
+
+
+def _inputs(s: Situation, p: DriveParameters) -> str:
+    health = Health(s.health).name.lower().replace("_", " ")
+    return f"bus {health}, {s.gap_ns * MS:.0f} ms since the inputs before"
+
+
+def _road(s: Situation, p: DriveParameters) -> str:
+    return f"plank at {s.plank_position:.3f} m of {p.road_length:g} m"
+
+
+DETAILS: dict[str, Callable[[Situation, DriveParameters], str]] = {
+    "inputs": _inputs,
+    "samples": lambda s, p: f"the older one is {s.sample_age_ns * MS:.0f} ms old",
+    "heartbeat": lambda s, p: f"for {s.heartbeat_age_ns * MS:.0f} ms",
+    "speed": lambda s, p: f"{s.speed:.3g} {p.unit}/s, limit {p.speed_trip:g} {p.unit}/s",
+    "torque": lambda s, p: f"limit {p.torque_trip:g} N m at the motor",
+    "fz": lambda s, p: f"{s.fz:.0f} N, limit {p.fz_trip:.0f} N",
+    "road_end": _road,
+    "steering": lambda s, p: (
+        f"{math.degrees(s.steer_angle):.1f} deg, limit {p.steering_limit_deg:g} deg"
+    ),
+    "plank_stopped": _road,
+    "reference": lambda s, p: f"{s.reference_age_ns * MS:.0f} ms old",
+    "reference_gone": lambda s, p: f"for {s.reference_age_ns * MS:.0f} ms",
+    "drag": lambda s, p: (
+        f"Fz {s.fz:.0f} N, plank at {s.plank_position:.3f} m and {1e3 * s.plank_velocity:.1f} mm/s"
+    ),
+}
+"""trouble -> its numbers; a trouble without any is not here"""
+
+
+def detail(name: str, s: Situation, p: DriveParameters) -> str:
+    """The numbers of a trouble; empty when it has none."""
+    say = DETAILS.get(name)
+    return say(s, p) if say else ""

@@ -5,11 +5,42 @@ from __future__ import annotations
 
 from flatplank_hw.bus.image import AXES, BusInputs
 from flatplank_hw.cia402 import State, decode
-from flatplank_hw.drive.operator import Charge
 from flatplank_hw.drive.params import DriveParameters
 from flatplank_hw.drive.safety import Situation
 from flatplank_hw.drive.shaft import Shaft
 from flatplank_hw.samples import EncoderSample, HubSample, Reference
+
+
+class Charge:
+    """The claim of one client. Times are bench times [ns]; a beat counts from the cycle that sees
+    it."""
+
+    __slots__ = ("_beat_at", "_heard", "client")
+
+    def __init__(self) -> None:
+        self.client = ""
+        self._beat_at = 0
+        self._heard = False
+
+    def claim(self, client: str) -> None:
+        """Take charge; the claim is the first beat, its renewal by the same client is none."""
+        self._heard |= client != self.client
+        self.client = client
+
+    def release(self) -> None:
+        """Give it back; nobody is in charge."""
+        self.client = ""
+
+    def beat(self) -> None:
+        """The client was heard of."""
+        self._heard = True
+
+    def age(self, now: int) -> int:
+        """Time since the last beat [ns]."""
+        if self._heard:
+            self._heard, self._beat_at = False, now
+        return now - self._beat_at
+
 
 WHEEL = AXES.index("wheel")
 

@@ -8,14 +8,13 @@ import math
 from flatplank_data.params import only_these
 from flatplank_hw.answers import Agenda, Answer
 from flatplank_hw.bus.image import BusInputs, Digital
+from flatplank_hw.cia402 import CiaMode
 from flatplank_hw.encoders.counter import SlopeCounter, turns_between
 from flatplank_hw.encoders.params import SETUP_CONSTANTS, EncoderParameters
 from flatplank_hw.samples import EncoderSample
 
 _TURN = 2.0 * math.pi
 _TRIGGER = int(Digital.TRIGGER)
-_NAN = float("nan")
-_HOMING = 6
 _MAX_GAP = 50
 _RATE_TOLERANCE = 0.02
 
@@ -63,10 +62,7 @@ class Encoders:
 
     def arm(self, at_cycle: int | None = None) -> Answer:
         """Let the next motion trigger set the plank position to zero."""
-        return self._agenda.accept(self._arm, at_cycle)
-
-    def _arm(self) -> None:
-        self._armed = True
+        return self._agenda.accept(lambda: setattr(self, "_armed", True), at_cycle)
 
     def step(self, inputs: BusInputs) -> EncoderSample:
         """One cycle; about 5 us."""
@@ -86,15 +82,16 @@ class Encoders:
         wheel.update(inputs.wheel_counts)
         motor_axis = inputs.axes[0]
         # a drive that homes where it stands sets its counter anew: that is not motion
-        if motor_axis.mode_display == _HOMING:
+        if motor_axis.mode_display == CiaMode.HOMING:
             motor.rezero(motor_axis.position)
         motor.update(motor_axis.position)
         moving = self._watch_plank(plank)
         trigger = bool(inputs.digital & _TRIGGER)
-        road_position = self._update_road(inputs.road_counts)
+        fitted = self.parameters.road_encoder_fitted
+        if fitted:
+            self._road.update(inputs.road_counts)
         if trigger != self._level:
             self._on_trigger(trigger)
-            road_position = self._road_position()
 
         rate = self._rate
         wheel_angle = wheel.counts * self._per_wheel
@@ -111,7 +108,7 @@ class Encoders:
             wheel.slope * rate * self._per_wheel,
             inputs.steer_counts * self._per_steer + self._steer_offset,
             inputs.camber_counts * self._per_camber,
-            road_position,
+            (self._road.counts - self._road_zero) * self._per_road if fitted else math.nan,
             motor_angle,
             motor.slope * rate * self._per_motor,
             moving,
@@ -135,17 +132,6 @@ class Encoders:
             self._plank_zero, self._road_zero = self._plank.counts, self._road.counts
             self._armed = False
         self._level = level
-
-    def _update_road(self, raw: int) -> float:
-        if not self.parameters.road_encoder_fitted:
-            return _NAN
-        self._road.update(raw)
-        return self._road_position()
-
-    def _road_position(self) -> float:
-        if not self.parameters.road_encoder_fitted:
-            return _NAN
-        return (self._road.counts - self._road_zero) * self._per_road
 
     def _check_rate(self, period_ns: int) -> None:
         # the period of the bus counts, not its jitter

@@ -4,14 +4,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO
 from flatplank_data.params import Params, param
 
-_COUNTS = (-(2**31), 2**31)
 _WINDOW = (0.001, 5.0)
 SETUP_CONSTANTS = ("slip_angle_offset_deg",)
 """What the operator changes while the bench runs."""
+
+
+def counts(note: str, default: int = COUNTS_PER_TURN, placeholder: bool = False) -> Any:
+    """A parameter with the counts of one turn; negative ones turn the sign."""
+    bounds = (-(2**31), 2**31)
+    return param(default, note, unit="counts/turn", bounds=bounds, placeholder=placeholder)
 
 
 @dataclass(frozen=True)
@@ -19,44 +25,22 @@ class EncoderParameters(Params):
     """Negative counts per turn turn the sign."""
 
     rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
-    plank_counts_per_turn: int = param(
-        COUNTS_PER_TURN, "pinion encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
-    )
+    plank_counts_per_turn: int = counts("pinion encoder, chapter 3")
     pinion_pitch_radius: float = param(
         0.05, "of the plank drive's pinion", unit="m", bounds=(0.001, 1.0), placeholder=True
     )
-    wheel_counts_per_turn: int = param(
-        COUNTS_PER_TURN, "wheel encoder, chapter 3", unit="counts/turn", bounds=_COUNTS
-    )
-    motor_counts_per_turn: int = param(
-        2**23, "wheel drive motor, 23 bit", unit="counts/turn", bounds=_COUNTS
-    )
+    wheel_counts_per_turn: int = counts("wheel encoder, chapter 3")
+    motor_counts_per_turn: int = counts("wheel drive motor, 23 bit", 2**23)
     gear_ratio: float = param(GEAR_RATIO, "motor to wheel, 30.32 * 47", bounds=(1.0, 1e6))
-    steer_counts_per_turn: int = param(
-        COUNTS_PER_TURN,
-        "steering encoder, counts per turn of the turntable",
-        unit="counts/turn",
-        bounds=_COUNTS,
-        placeholder=True,
+    steer_counts_per_turn: int = counts(
+        "steering encoder, counts per turn of the turntable", placeholder=True
     )
     slip_angle_offset_deg: float = param(
         0.0, "added to the measured steering angle", unit="deg", bounds=(-90.0, 90.0)
     )
-    camber_counts_per_turn: int = param(
-        COUNTS_PER_TURN,
-        "road camber encoder",
-        unit="counts/turn",
-        bounds=_COUNTS,
-        placeholder=True,
-    )
+    camber_counts_per_turn: int = counts("road camber encoder", placeholder=True)
     road_encoder_fitted: bool = param(False, "a second encoder rolls on the road itself")
-    road_counts_per_turn: int = param(
-        COUNTS_PER_TURN,
-        "second road encoder",
-        unit="counts/turn",
-        bounds=_COUNTS,
-        placeholder=True,
-    )
+    road_counts_per_turn: int = counts("second road encoder", placeholder=True)
     road_encoder_radius: float = param(
         0.05, "of its measuring wheel", unit="m", bounds=(0.001, 1.0), placeholder=True
     )

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from flatplank_hw.bus.image import AXES, Digital
+
 FORMAT = "flatplank-bus/1"
 
 
@@ -23,7 +25,7 @@ class Entry:
     bits: int
     name: str = ""
     channel: str = ""
-    """what it is to the bench, see `channels.INPUTS` and `channels.OUTPUTS`"""
+    """what it is to the bench, see `INPUTS` and `OUTPUTS`"""
     full_scale_volts: float = 0.0
     """analogue terminals: volts at `full_scale_counts` [V]"""
     full_scale_counts: int = 0
@@ -165,3 +167,28 @@ class BusFile:
     def slave(self, name: str) -> Slave:
         """Slave by name."""
         return next(s for s in self.slaves if s.name == name)
+
+
+VOLTS = ("C1", "C2", "C3", "C4", "C5", "C6", "lvdt")
+"""analogue inputs [V]: the six bridges and the axle height"""
+
+COUNTS = ("plank_counts", "wheel_counts", "steer_counts", "camber_counts", "road_counts")
+"""encoder terminals [counts]; narrower counters than 32 bits are continued by the master"""
+
+DIGITAL = {
+    "trigger": Digital.TRIGGER,
+    "emergency_stop_ok": Digital.EMERGENCY_STOP_OK,
+    "limit_front": Digital.LIMIT_FRONT,
+    "limit_rear": Digital.LIMIT_REAR,
+}
+
+AXIS_INPUTS = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
+AXIS_OUTPUTS = ("control_word", "mode", "target_position", "target_velocity", "target_torque")
+TORQUES = ("torque", "target_torque")
+
+DIGITAL_OUTPUTS = "digital_outputs"
+ECHO = "echo"
+"""a padding byte of the outputs that no slave reads: the master counts cycles in it"""
+
+INPUTS = frozenset([*VOLTS, *COUNTS, *DIGITAL, *(f"{a}.{w}" for a in AXES for w in AXIS_INPUTS)])
+OUTPUTS = frozenset([DIGITAL_OUTPUTS, ECHO, *(f"{a}.{w}" for a in AXES for w in AXIS_OUTPUTS)])

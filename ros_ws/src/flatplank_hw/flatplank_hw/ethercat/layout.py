@@ -8,12 +8,7 @@ from collections.abc import Sequence
 
 TYPES: dict[str, tuple[int, str, bool]] = {
     "bool": (1, "", False),
-    "bit2": (2, "", False),
-    "bit3": (3, "", False),
-    "bit4": (4, "", False),
-    "bit5": (5, "", False),
-    "bit6": (6, "", False),
-    "bit7": (7, "", False),
+    **{f"bit{bits}": (bits, "", False) for bits in range(2, 8)},
     "bit8": (8, "B", False),
     "uint8": (8, "B", False),
     "int8": (8, "b", True),
@@ -48,7 +43,7 @@ class Layout:
         self.bits = sum(bits for _, bits in entries)
         self.size = (self.bits + 7) // 8
         self._struct: struct.Struct | None = None
-        codes = ["B" if not kind and bits == 8 else _code(kind) for kind, bits in entries]
+        codes = [TYPES[kind][1] if kind else "B" * (bits == 8) for kind, bits in entries]
         if all(codes):
             self._struct = struct.Struct("<" + "".join(codes))
 
@@ -75,7 +70,3 @@ class Layout:
             values.append(value)
             word >>= bits
         return tuple(values)
-
-
-def _code(kind: str) -> str:
-    return TYPES[kind][1] if kind else ""

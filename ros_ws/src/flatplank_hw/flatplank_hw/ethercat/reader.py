@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from flatplank_data.params import nearest
 from flatplank_data.yaml_text import load_yaml
-from flatplank_hw.ethercat import channels
+from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import (
     FORMAT,
     BusFile,
@@ -21,55 +22,58 @@ from flatplank_hw.ethercat.busfile import (
     SyncManagers,
 )
 from flatplank_hw.ethercat.layout import TYPES
-from flatplank_hw.ethercat.strict import (
-    BusFileError,
-    check_keys,
-    integer,
-    mapping,
-    number,
-    sequence,
-)
 
 DEVICES = (
-    "coupler",
-    "drive",
-    "analogue_input",
-    "encoder",
-    "digital_input",
-    "digital_output",
-    "generic",
-)
-_BUS_KEYS = ("format", "name", "rate_hz", "watchdog_ms", "command_timeout_ms", "slaves")
-_SLAVE_KEYS = [
-    "name",
-    "device",
-    "vendor",
-    "product",
-    "revision",
-    "check_revision",
-    "serial",
-    "placeholder",
-    "axis",
-    "dc",
-    "mailbox",
-    "sync_managers",
-    "outputs",
-    "inputs",
-    "write_assignment",
-    "write_mapping",
-    "sdos",
-    "objects",
-]
-_ENTRY_KEYS = [
-    "object",
-    "type",
-    "pad",
-    "name",
-    "channel",
-    "full_scale_volts",
-    "full_scale_counts",
-    "unit_nm",
-]
+    "coupler", "drive", "analogue_input", "encoder", "digital_input", "digital_output", "generic",
+)  # fmt: skip
+_FACTS = ("full_scale_volts", "full_scale_counts", "unit_nm")
+
+
+class BusFileError(ValueError):
+    """A bus file that cannot be used: one line saying what, where and what to do."""
+
+
+def mapping(
+    value: Any, where: str, known: Iterable[str], required: Iterable[str] = ()
+) -> Mapping[str, Any]:
+    """The value itself when it is a mapping with known keys only, and with the required ones."""
+    if not isinstance(value, Mapping):
+        raise BusFileError(f"{where}: expected a mapping, found {type(value).__name__}")
+    for key in value:
+        if key not in known:
+            raise BusFileError(f"{where}: unknown key '{key}'{nearest(key, known)}")
+    for key in required:
+        if key not in value:
+            raise BusFileError(f"{where}: key '{key}' is missing")
+    return value
+
+
+def sequence(value: Any, where: str) -> list[tuple[str, Any]]:
+    """The items of a list (nothing: an empty one), each with its place."""
+    if not isinstance(value, list | None):
+        raise BusFileError(f"{where}: expected a list, found {type(value).__name__}")
+    return [(f"{where}[{i}]", item) for i, item in enumerate(value or ())]
+
+
+def integer(value: Any, where: str, low: int = 0, high: int = 0xFFFFFFFF) -> int:
+    """An integer (decimal or 0x...) in a range."""
+    if isinstance(value, str):
+        try:
+            value = int(value, 0)
+        except ValueError:
+            raise BusFileError(f"{where}: '{value}' is not a whole number") from None
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise BusFileError(f"{where}: {value!r} is not a whole number")
+    if not low <= value <= high:
+        raise BusFileError(f"{where}: {value} is outside {low}..{high}")
+    return value
+
+
+def number(value: Any, where: str) -> float:
+    """A finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or value - value != 0:
+        raise BusFileError(f"{where}: {value!r} is not a number")
+    return float(value)
 
 
 def read_bus_file(path: str | Path) -> BusFile:
@@ -86,54 +90,54 @@ def read_bus_file(path: str | Path) -> BusFile:
 
 def parse_bus(raw: Any, path: str = "bus file") -> BusFile:
     """Check a parsed bus file; `path` names it in errors."""
-    top = mapping(raw, path)
-    check_keys(top, _BUS_KEYS, path, required=("format", "name", "slaves"))
+    keys = ("format", "name", "rate_hz", "watchdog_ms", "command_timeout_ms", "slaves")
+    top = mapping(raw, path, keys, required=("format", "name", "slaves"))
     if top["format"] != FORMAT:
         raise BusFileError(f"{path}: format is '{top['format']}'; this version reads '{FORMAT}'")
     slaves = tuple(
-        _slave(mapping(item, f"{path}: slaves[{i}]"), f"{path}: slaves[{i}]")
-        for i, item in enumerate(sequence(top["slaves"], f"{path}: slaves"))
+        _slave(item, where) for where, item in sequence(top["slaves"], f"{path}: slaves")
     )
     if not slaves:
         raise BusFileError(f"{path}: no slaves; list them in the order of the wire")
-    bus = BusFile(
-        name=str(top["name"]),
-        slaves=slaves,
-        rate_hz=integer(top.get("rate_hz", 250), f"{path}: rate_hz", 50, 2000),
-        watchdog_ms=integer(top.get("watchdog_ms", 40), f"{path}: watchdog_ms", 5, 1000),
-        command_timeout_ms=integer(
-            top.get("command_timeout_ms", 44), f"{path}: command_timeout_ms", 5, 1000
-        ),
-        path=path,
-    )
+    ranges = {"rate_hz": (50, 2000), "watchdog_ms": (5, 1000), "command_timeout_ms": (5, 1000)}
+    numbers = {k: integer(top[k], f"{path}: {k}", *r) for k, r in ranges.items() if k in top}
+    bus = BusFile(name=str(top["name"]), slaves=slaves, path=path, **numbers)
     _check_channels(bus, path)
     return bus
 
 
-def _slave(raw: Mapping[str, Any], where: str) -> Slave:
+def _simple(
+    cls: type, raw: Mapping[str, Any], where: str, most: int = 0xFFFFFFFF
+) -> dict[str, Any]:
+    """The fields of a dataclass that a mapping has and that are flags, texts or numbers; `most`:
+    the largest whole number."""
+    readers: dict[Any, Callable[[Any, str], Any]] = {
+        "bool": lambda value, _: bool(value),
+        "str": lambda value, _: str(value),
+        "int": lambda value, at: integer(value, at, 0, most),
+        "float": number,
+    }
+    return {
+        f.name: readers[f.type](raw[f.name], f"{where}: {f.name}")
+        for f in fields(cls)
+        if f.name in raw and f.type in readers
+    }
+
+
+def _slave(raw: Any, where: str) -> Slave:
     required = ("name", "device", "vendor", "product", "revision")
-    check_keys(raw, _SLAVE_KEYS, where, required=required)
-    name = str(raw["name"])
-    where = f"{where} ({name})"
+    raw = mapping(raw, where, Slave.__dataclass_fields__, required)
+    where = f"{where} ({raw['name']})"
     if raw["device"] not in DEVICES:
         raise BusFileError(
             f"{where}: unknown device '{raw['device']}'{nearest(raw['device'], DEVICES)}"
         )
     return Slave(
-        name=name,
-        device=raw["device"],
-        **{key: integer(raw[key], f"{where}: {key}") for key in required[2:]},
-        check_revision=bool(raw.get("check_revision", False)),
-        serial=integer(raw.get("serial", 0), f"{where}: serial"),
-        placeholder=str(raw.get("placeholder", "")),
-        axis=str(raw.get("axis", "")),
-        dc=bool(raw.get("dc", False)),
+        **_simple(Slave, raw, where),
         mailbox=_mailbox(raw.get("mailbox"), f"{where}: mailbox"),
         sync_managers=_sync_managers(raw.get("sync_managers"), f"{where}: sync_managers"),
-        outputs=_pdos(raw.get("outputs"), f"{where}: outputs", channels.OUTPUTS),
-        inputs=_pdos(raw.get("inputs"), f"{where}: inputs", channels.INPUTS),
-        write_assignment=bool(raw.get("write_assignment", False)),
-        write_mapping=bool(raw.get("write_mapping", False)),
+        outputs=_pdos(raw.get("outputs"), f"{where}: outputs", busfile.OUTPUTS),
+        inputs=_pdos(raw.get("inputs"), f"{where}: inputs", busfile.INPUTS),
         sdos=_sdos(raw.get("sdos"), f"{where}: sdos"),
         objects=_sdos(raw.get("objects"), f"{where}: objects"),
     )
@@ -142,82 +146,58 @@ def _slave(raw: Mapping[str, Any], where: str) -> Slave:
 def _mailbox(raw: Any, where: str) -> Mailbox | None:
     if raw is None or raw is False:
         return None
-    if raw is True:
-        return Mailbox()
-    raw = mapping(raw, where)
-    check_keys(raw, Mailbox.__dataclass_fields__, where)
-    flags = ("complete_access", "sdo_info")
-    values = {
-        k: bool(v) if k in flags else integer(v, f"{where}: {k}", 0, 0xFFFF)
-        for k, v in raw.items()
-    }
-    return Mailbox(**values)
+    raw = {} if raw is True else mapping(raw, where, Mailbox.__dataclass_fields__)
+    return Mailbox(**_simple(Mailbox, raw, where, 0xFFFF))
 
 
 def _sync_managers(raw: Any, where: str) -> SyncManagers | None:
     if raw is None:
         return None
-    raw = mapping(raw, where)
-    fields = SyncManagers.__dataclass_fields__
-    check_keys(raw, fields, where, required=fields)
-    return SyncManagers(**{k: integer(v, f"{where}: {k}", 0, 0xFFFF) for k, v in raw.items()})
+    names = SyncManagers.__dataclass_fields__
+    return SyncManagers(**_simple(SyncManagers, mapping(raw, where, names, names), where, 0xFFFF))
 
 
 def _pdos(raw: Any, where: str, known: frozenset[str]) -> tuple[Pdo, ...]:
     pdos = []
-    for i, item in enumerate(sequence(raw, where)):
-        here = f"{where}[{i}]"
-        item = mapping(item, here)
-        check_keys(item, ("pdo", "name", "assigned", "entries"), here, required=("pdo", "entries"))
-        entries = tuple(
-            _entry(mapping(e, f"{here}.entries[{k}]"), f"{here}.entries[{k}]", known)
-            for k, e in enumerate(sequence(item["entries"], f"{here}.entries"))
+    for here, item in sequence(raw, where):
+        mapping(item, here, ("pdo", "name", "assigned", "entries"), required=("pdo", "entries"))
+        entries = sequence(item["entries"], f"{here}.entries")
+        pdos.append(
+            Pdo(
+                entries=tuple(_entry(entry, at, known) for at, entry in entries),
+                index=integer(item["pdo"], f"{here}: pdo", 0x1600, 0x1BFF),
+                **_simple(Pdo, item, here),
+            )
         )
-        index = integer(item["pdo"], f"{here}: pdo", 0x1600, 0x1BFF)
-        assigned = bool(item.get("assigned", True))
-        pdos.append(Pdo(index, entries, str(item.get("name", "")), assigned))
     return tuple(pdos)
 
 
-def _entry(raw: Mapping[str, Any], where: str, known: frozenset[str]) -> Entry:
-    check_keys(raw, _ENTRY_KEYS, where)
+def _entry(raw: Any, where: str, known: frozenset[str]) -> Entry:
+    keys = ("object", "type", "pad", "name", "channel", *_FACTS)
+    mapping(raw, where, keys)
     channel = str(raw.get("channel", ""))
     if channel and channel not in known:
         raise BusFileError(f"{where}: unknown channel '{channel}'{nearest(channel, known)}")
     if "pad" in raw:
         bits = integer(raw["pad"], f"{where}: pad", 1, 64)
         return Entry(0, 0, "", bits, name="padding", channel=channel)
-    check_keys(raw, _ENTRY_KEYS, where, required=("object", "type"))
-    index, subindex = parse_object(raw["object"], where)
+    mapping(raw, where, keys, required=("object", "type"))
+    place = parse_object(raw["object"], where)
     kind = str(raw["type"])
     if kind not in TYPES:
         raise BusFileError(f"{where}: unknown type '{kind}'{nearest(kind, TYPES)}")
-    entry = Entry(
-        index,
-        subindex,
-        kind,
-        TYPES[kind][0],
-        name=str(raw.get("name", "")),
-        channel=channel,
-        full_scale_volts=number(raw.get("full_scale_volts", 0), f"{where}: full_scale_volts"),
-        full_scale_counts=integer(
-            raw.get("full_scale_counts", 0), f"{where}: full_scale_counts", 0, 2**31
-        ),
-        unit_nm=number(raw.get("unit_nm", 0), f"{where}: unit_nm"),
-    )
+    entry = Entry(*place, kind, TYPES[kind][0], **_simple(Entry, raw, where, 2**31))
     _check_facts(entry, where)
     return entry
 
 
 def _check_facts(entry: Entry, where: str) -> None:
     """A channel with a unit needs the raw facts that give it."""
-    if entry.channel in channels.VOLTS and not (
-        entry.full_scale_volts and entry.full_scale_counts
-    ):
+    if entry.channel in busfile.VOLTS and not (entry.full_scale_volts and entry.full_scale_counts):
         raise BusFileError(
             f"{where}: channel '{entry.channel}' needs full_scale_volts and full_scale_counts"
         )
-    if entry.channel.rpartition(".")[2] in channels.TORQUES and not entry.unit_nm:
+    if entry.channel.rpartition(".")[2] in busfile.TORQUES and not entry.unit_nm:
         raise BusFileError(
             f"{where}: channel '{entry.channel}' needs unit_nm, the torque of one count"
         )
@@ -234,23 +214,20 @@ def parse_object(text: Any, where: str) -> tuple[int, int]:
 
 def _sdos(raw: Any, where: str) -> tuple[SdoValue, ...]:
     values = []
-    for i, item in enumerate(sequence(raw, where)):
-        here = f"{where}[{i}]"
-        item = mapping(item, here)
-        check_keys(
-            item, ("object", "type", "value", "name"), here, required=("object", "type", "value")
-        )
+    for here, item in sequence(raw, where):
+        required = ("object", "type", "value")
+        mapping(item, here, (*required, "name"), required)
         kind = str(item["type"])
         if kind not in TYPES and kind != "string":
             raise BusFileError(f"{here}: unknown type '{kind}'{nearest(kind, [*TYPES, 'string'])}")
+        value = item["value"]
         value = (
-            str(item["value"])
+            str(value)
             if kind == "string"
-            else integer(item["value"], f"{here}: value", -(2**63), 2**64 - 1)
+            else integer(value, f"{here}: value", -(2**63), 2**64 - 1)
         )
-        values.append(
-            SdoValue(*parse_object(item["object"], here), kind, value, str(item.get("name", "")))
-        )
+        place = parse_object(item["object"], here)
+        values.append(SdoValue(*place, kind, value, str(item.get("name", ""))))
     return tuple(values)
 
 

@@ -50,11 +50,10 @@ def slave_mapping(slave: Slave) -> dict[str, Any]:
     out: dict[str, Any] = {"name": slave.name, "device": slave.device}
     for key in ("vendor", "product", "revision"):
         out[key] = Hex(getattr(slave, key))
-    for key in ("check_revision", "placeholder", "axis", "dc", "write_assignment"):
+    flags = ("write_assignment", "write_mapping")
+    for key in ("check_revision", "placeholder", "axis", "dc", *flags):
         if getattr(slave, key):
             out[key] = getattr(slave, key)
-    if slave.write_mapping:
-        out["write_mapping"] = True
     if slave.serial:
         out["serial"] = Hex(slave.serial)
     if slave.mailbox is not None:

@@ -7,12 +7,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
+from flatplank_hw.bus.image import BusInputs
+from flatplank_hw.cia402 import TORQUE_UNIT
 from flatplank_hw.samples import Wrench
 
 if TYPE_CHECKING:
     from flatplank_hw.hub.params import HubParameters
+
 
 OUTER_ARM = 0.3475
 """Arm of the bridges Fx1 and Fz1 of (A.1d, A.1e) before ET value and adapter [m]."""
@@ -76,3 +80,21 @@ def contact_from_wheel(wheel: Wrench, loaded_radius: float, cos: float, sin: flo
         cos * spin - sin * mz,
         sin * spin + cos * mz,
     )
+
+
+def force_balance(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
+    """M_yc = -r_l Fx: all of the drive moment goes into Fx, rolling resistance is left out."""
+    return -loaded_radius * fx
+
+
+def motor_torque(inputs: BusInputs, fx: float, loaded_radius: float, p: HubParameters) -> float:
+    """M_yc = -eta i (M_M - M_F); only for a driven wheel, the self-locking gear hides braking
+    (5.3)."""
+    torque = inputs.axes[0].torque * TORQUE_UNIT
+    return -p.efficiency * p.gear_ratio * max(torque - p.friction_torque, 0.0)
+
+
+SOURCES: dict[str, Callable[[BusInputs, float, float, HubParameters], float]] = {
+    "force_balance": force_balance,
+    "motor_torque": motor_torque,
+}

@@ -7,9 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_data.limits import LIMITS
-from flatplank_data.machine import COUNTS_PER_TURN, GEAR_RATIO
+from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.params import Params, param
-from flatplank_hw.hub.drive_moment import SOURCES
+from flatplank_hw.encoders.params import counts
+from flatplank_hw.hub.appendix_a import SOURCES
 
 _GAIN = (1.0, 1e5)
 _BRIDGE = (0.01, 100.0)
@@ -46,19 +47,9 @@ class HubParameters(Params):
     road_camber_offset_deg: float = param(
         0.0, "added to the measured road camber", unit="deg", bounds=LIMITS["camber_deg"].bounds
     )
-    camber_counts_per_turn: int = param(
-        COUNTS_PER_TURN,
-        "road camber encoder",
-        unit="counts/turn",
-        bounds=(-(2**31), 2**31),
-        placeholder=True,
-    )
-    wheel_counts_per_turn: int = param(
-        COUNTS_PER_TURN, "wheel encoder, chapter 3", unit="counts/turn", bounds=(-(2**31), 2**31)
-    )
-    plank_counts_per_turn: int = param(
-        COUNTS_PER_TURN, "pinion encoder, chapter 3", unit="counts/turn", bounds=(-(2**31), 2**31)
-    )
+    camber_counts_per_turn: int = counts("road camber encoder", placeholder=True)
+    wheel_counts_per_turn: int = counts("wheel encoder, chapter 3")
+    plank_counts_per_turn: int = counts("pinion encoder, chapter 3")
 
     lvdt_gain: float = param(
         0.02, "axle height over LVDT volts", unit="m/V", bounds=(-1.0, 1.0), placeholder=True

@@ -41,13 +41,6 @@ class Sine(NamedTuple):
     """of the fit [V]"""
 
 
-FIELDS = {
-    "amplitude_v": "amplitude",
-    "frequency": "frequency",
-    "phase_rad": "phase",
-    "offset_v": "offset",
-    "residual_rms_v": "residual_rms",
-}
 LIMITS: dict[str, tuple[float, float]] = {
     "amplitude_v": (0.0, 10.0),
     "frequency": (0.1, 10.0),
@@ -55,6 +48,7 @@ LIMITS: dict[str, tuple[float, float]] = {
     "offset_v": (-10.0, 10.0),
     "residual_rms_v": (0.0, 10.0),
 }
+"""key in a file -> range, in the order of `Sine`"""
 
 
 @dataclass(frozen=True)
@@ -91,15 +85,10 @@ class ParasiticFit:
 def to_text(fit: ParasiticFit) -> str:
     """The YAML of one mounting."""
     channels = {
-        name: {key: float(getattr(sine, attr)) for key, attr in FIELDS.items()}
+        name: {key: float(value) for key, value in zip(LIMITS, sine, strict=True)}
         for name, sine in zip(CHANNELS, fit.sines, strict=True)
     }
-    content = {
-        "format": FORMAT,
-        "mounting": fit.mounting,
-        "date": fit.date,
-        "channels": channels,
-    }
+    content = {"format": FORMAT, "mounting": fit.mounting, "date": fit.date, "channels": channels}
     return yaml.safe_dump(content, sort_keys=False)
 
 
@@ -133,11 +122,11 @@ def _keys(mapping: dict[str, Any], wanted: set[str], where: str) -> None:
 
 def _sine(values: Any, where: str) -> Sine:
     if not isinstance(values, dict):
-        raise ValueError(f"{where}: expected {', '.join(FIELDS)}")
-    _keys(values, set(FIELDS), where)
+        raise ValueError(f"{where}: expected {', '.join(LIMITS)}")
+    _keys(values, set(LIMITS), where)
     for key, (low, high) in LIMITS.items():
         value = values[key]
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not number or not low <= value <= high:
             raise ValueError(f"{where}: {key} is {value!r}, must be within {low:g} .. {high:g}")
-    return Sine(**{attr: float(values[key]) for key, attr in FIELDS.items()})
+    return Sine(*(float(values[key]) for key in LIMITS))

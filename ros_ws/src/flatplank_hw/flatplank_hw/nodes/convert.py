@@ -7,20 +7,14 @@ import math
 from array import array
 from collections.abc import Sequence
 from struct import Struct
+from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Header
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
 from flatplank_hw.drive import REASONS
-from flatplank_hw.samples import (
-    SOURCES,
-    DriveSample,
-    EncoderSample,
-    HubSample,
-    Reference,
-    Wrench,
-)
+from flatplank_hw.samples import SOURCES, DriveSample, EncoderSample, HubSample, Reference, Wrench
 from flatplank_msgs.msg import BusInputs as BusInputsMsg
 from flatplank_msgs.msg import BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
@@ -29,6 +23,15 @@ NO_WRENCH = Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 CHANNELS = 6
 _AXES = len(AXES)
 _STAMP = Struct("<iI")
+_CYCLE_ARRAYS = {
+    "lvdt_volts": "d", "plank_counts": "i", "wheel_counts": "i", "steer_counts": "i",
+    "camber_counts": "i", "road_counts": "i", "digital": "B",
+}  # fmt: skip
+"""arrays of a message with a value per cycle, in the order of `BusInputs` -> type code"""
+_AXIS_ARRAYS = dict(zip(AxisInputs._fields, "HbiiiH", strict=True))
+"""arrays of a message with a value per cycle and axis -> type code"""
+_HUB, _ENCODERS, _DRIVE = HubSample._fields[4:], EncoderSample._fields[2:], DriveSample._fields[2:]
+"""fields that a message has, too, under the same name"""
 
 
 def set_stamp(header: Header, stamp_ns: int) -> None:
@@ -53,64 +56,47 @@ def inputs_to_msg(batch: Sequence[BusInputs], period_ns: int, msg: BusInputsMsg,
         last.cycle, period_ns, len(batch), last.health,
     )  # fmt: skip
     msg.bridge_volts = array("d", [v for s in batch for v in s.bridge_volts])
-    msg.lvdt_volts = array("d", [s.lvdt_volts for s in batch])
-    msg.plank_counts = array("i", [s.plank_counts for s in batch])
-    msg.wheel_counts = array("i", [s.wheel_counts for s in batch])
-    msg.steer_counts = array("i", [s.steer_counts for s in batch])
-    msg.camber_counts = array("i", [s.camber_counts for s in batch])
-    msg.road_counts = array("i", [s.road_counts for s in batch])
-    msg.digital = array("B", [s.digital for s in batch])
-    axes = [axis for s in batch for axis in s.axes]
-    msg.status_word = array("H", [a.status_word for a in axes])
-    msg.mode_display = array("b", [a.mode_display for a in axes])
-    msg.position = array("i", [a.position for a in axes])
-    msg.velocity = array("i", [a.velocity for a in axes])
-    msg.torque = array("i", [a.torque for a in axes])
-    msg.error_code = array("H", [a.error_code for a in axes])
+    for name, code in _CYCLE_ARRAYS.items():
+        setattr(msg, name, array(code, [getattr(s, name) for s in batch]))
+    columns = zip(*[axis for s in batch for axis in s.axes], strict=True)
+    for (name, code), column in zip(_AXIS_ARRAYS.items(), columns, strict=True):
+        setattr(msg, name, array(code, column))
 
 
 def inputs_from_msg(msg: BusInputsMsg) -> list[BusInputs]:
     """The cycles of a batch, oldest first."""
     n = msg.count
     stamp = stamp_ns(msg.header)
-    axes = [
-        AxisInputs(*row)
-        for row in zip(
-            msg.status_word, msg.mode_display, msg.position, msg.velocity, msg.torque,
-            msg.error_code, strict=True,
-        )
-    ]  # fmt: skip
+    rows = zip(*[getattr(msg, name) for name in _AXIS_ARRAYS], strict=True)
+    axes = [AxisInputs._make(row) for row in rows]
+    cycles = zip(*[getattr(msg, name) for name in _CYCLE_ARRAYS], strict=True)
     volts = msg.bridge_volts
-    return [
-        BusInputs(
-            msg.cycle - (n - 1 - k),
-            stamp - (n - 1 - k) * msg.period_ns,
-            tuple(volts[CHANNELS * k : CHANNELS * (k + 1)]),
-            msg.lvdt_volts[k],
-            msg.plank_counts[k],
-            msg.wheel_counts[k],
-            msg.steer_counts[k],
-            msg.camber_counts[k],
-            msg.road_counts[k],
-            msg.digital[k],
-            msg.health,
-            tuple(axes[_AXES * k : _AXES * (k + 1)]),
-        )
-        for k in range(n)
-    ]
+    batch = []
+    for k, values in enumerate(cycles):
+        back = n - 1 - k
+        bridges = tuple(volts[CHANNELS * k : CHANNELS * (k + 1)])
+        own = tuple(axes[_AXES * k : _AXES * (k + 1)])
+        head = (msg.cycle - back, stamp - back * msg.period_ns, bridges)
+        batch.append(BusInputs._make((*head, *values, msg.health, own)))
+    return batch
 
 
 def command_to_msg(command: AxisCommand, stamp: int, msg: BusOutputs) -> None:
     set_stamp(msg.header, stamp)
-    (msg.axis, msg.cycle, msg.control_word, msg.mode, msg.target_position, msg.target_velocity,
-     msg.target_torque, msg.digital_outputs) = command  # fmt: skip
+    for name, value in zip(AxisCommand._fields, command, strict=True):
+        setattr(msg, name, value)
 
 
 def command_from_msg(msg: BusOutputs) -> AxisCommand:
-    return AxisCommand(
-        msg.axis, msg.cycle, msg.control_word, msg.mode, msg.target_position, msg.target_velocity,
-        msg.target_torque, msg.digital_outputs,
-    )  # fmt: skip
+    return AxisCommand(*[getattr(msg, name) for name in AxisCommand._fields])
+
+
+def _to_msg(sample: Any, msg: Any, names: Sequence[str]) -> None:
+    """Stamp, cycle, and what has the same name in a sample and its message."""
+    set_stamp(msg.header, sample.stamp_ns)
+    msg.cycle = sample.cycle
+    for name in names:
+        setattr(msg, name, getattr(sample, name))
 
 
 def wrench_to_msg(wrench: Wrench, stamp: int, msg: WrenchStamped) -> None:
@@ -125,48 +111,30 @@ def wrench_from_msg(msg: WrenchStamped) -> Wrench:
 
 
 def hub_to_msg(sample: HubSample, msg: HubState) -> None:
-    set_stamp(msg.header, sample.stamp_ns)
-    msg.cycle, msg.loaded_radius = sample.cycle, sample.loaded_radius
-    msg.total_camber, msg.fz_filtered = sample.total_camber, sample.fz_filtered
-    msg.filter_on, msg.saturated = sample.filter_on, sample.saturated
+    _to_msg(sample, msg, _HUB)
 
 
 def hub_from_msg(msg: HubState) -> HubSample:
     """The state alone: the wrenches travel on topics of their own and are zero here."""
-    return HubSample(
-        msg.cycle, stamp_ns(msg.header), NO_WRENCH, NO_WRENCH, msg.loaded_radius, msg.total_camber,
-        msg.fz_filtered, msg.filter_on, msg.saturated,
-    )  # fmt: skip
+    values = [getattr(msg, name) for name in _HUB]
+    return HubSample(msg.cycle, stamp_ns(msg.header), NO_WRENCH, NO_WRENCH, *values)
 
 
 def hub_of_contact(contact: Wrench, encoders: EncoderSample) -> HubSample:
     """The contact wrench alone, for the free-rolling controller."""
+    nan = math.nan
     return HubSample(
-        encoders.cycle,
-        encoders.stamp_ns,
-        NO_WRENCH,
-        contact,
-        math.nan,
-        math.nan,
-        math.nan,
-        False,
-        0,
+        encoders.cycle, encoders.stamp_ns, NO_WRENCH, contact, nan, nan, nan, False, 0
     )
 
 
 def encoders_to_msg(sample: EncoderSample, msg: EncoderState) -> None:
-    set_stamp(msg.header, sample.stamp_ns)
-    (msg.cycle, _, msg.plank_position, msg.plank_velocity, msg.wheel_angle, msg.wheel_velocity,
-     msg.steer_angle, msg.road_camber, msg.road_position, msg.motor_angle, msg.motor_velocity,
-     msg.plank_moving, msg.trigger, msg.mismatch) = sample  # fmt: skip
+    _to_msg(sample, msg, _ENCODERS)
 
 
 def encoders_from_msg(msg: EncoderState) -> EncoderSample:
-    return EncoderSample(
-        msg.cycle, stamp_ns(msg.header), msg.plank_position, msg.plank_velocity, msg.wheel_angle,
-        msg.wheel_velocity, msg.steer_angle, msg.road_camber, msg.road_position, msg.motor_angle,
-        msg.motor_velocity, msg.plank_moving, msg.trigger, msg.mismatch,
-    )  # fmt: skip
+    values = [getattr(msg, name) for name in _ENCODERS]
+    return EncoderSample(msg.cycle, stamp_ns(msg.header), *values)
 
 
 def reference_to_msg(reference: Reference, msg: ReferenceMsg) -> None:
@@ -180,16 +148,9 @@ def reference_from_msg(msg: ReferenceMsg) -> Reference:
 
 
 def drive_to_msg(sample: DriveSample, msg: DriveStatus) -> None:
-    set_stamp(msg.header, sample.stamp_ns)
-    (msg.cycle, _, msg.state, msg.mode, msg.position, msg.velocity, msg.torque,
-     msg.reference_position, msg.reference_velocity, msg.reference_torque, msg.stop_reason,
-     msg.error_code) = sample  # fmt: skip
+    _to_msg(sample, msg, _DRIVE)
     msg.stop_text = REASONS[sample.stop_reason]
 
 
 def drive_from_msg(msg: DriveStatus) -> DriveSample:
-    return DriveSample(
-        msg.cycle, stamp_ns(msg.header), msg.state, msg.mode, msg.position, msg.velocity,
-        msg.torque, msg.reference_position, msg.reference_velocity, msg.reference_torque,
-        msg.stop_reason, msg.error_code,
-    )  # fmt: skip
+    return DriveSample(msg.cycle, stamp_ns(msg.header), *[getattr(msg, name) for name in _DRIVE])

@@ -11,7 +11,7 @@ from std_srvs.srv import Trigger
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.nodes.support import BenchNode, run
 from flatplank_msgs.msg import BusInputs, EncoderState
 
 JOINTS = ("plank", "wheel", "steer", "road_camber")
@@ -38,7 +38,7 @@ class EncodersNode(BenchNode):
         self.publish_state = self.add_publisher(EncoderState, "~/state", STREAM, needed=True)
         self.publish_joints = self.add_publisher(JointState, "~/joint_states", STREAM)
         self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
-        self.add_service(Trigger, "~/arm", self.on_arm)
+        self.add_request(Trigger, "~/arm", lambda _: self.encoders.arm())
 
     def on_inputs(self, msg: BusInputs) -> None:
         for inputs in convert.inputs_from_msg(msg):
@@ -56,18 +56,8 @@ class EncodersNode(BenchNode):
         apart = abs(sample.mismatch) > self.parameters.mismatch_limit
         if apart != self.apart:
             self.apart = apart
-            self.tell(apart, sample.mismatch)
-
-    def tell(self, apart: bool, mismatch: float) -> None:
-        """Motor and wheel encoder no longer agree, or do again."""
-        if apart:
-            limit = self.parameters.mismatch_limit
-            self.troubles.begin("cross_check", f"{mismatch:+.4f} rad, limit {limit:g} rad")
-        else:
-            self.troubles.end("cross_check")
-
-    def on_arm(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return answer(response, *self.encoders.arm())
+            detail = f"{sample.mismatch:+.4f} rad, limit {self.parameters.mismatch_limit:g} rad"
+            self.troubles.now({"cross_check": detail} if apart else {}, ("cross_check",))
 
 
 def main(args: list[str] | None = None) -> int:

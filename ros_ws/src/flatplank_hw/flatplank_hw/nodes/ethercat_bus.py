@@ -18,13 +18,13 @@ from rclpy.task import Future
 from flatplank_data.params import Params, param
 from flatplank_hw.bus.image import BusInputs as Image
 from flatplank_hw.bus.image import Health
+from flatplank_hw.cia402 import error_words
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
 from flatplank_hw.share import config_file
-from flatplank_hw.troubles.bus import OF_HEALTH
-from flatplank_hw.troubles.drive import error_words
+from flatplank_hw.troubles import OF_HEALTH
 from flatplank_msgs.msg import BusInputs, BusOutputs
 from flatplank_msgs.srv import SdoRead, SdoWrite
 
@@ -158,10 +158,9 @@ class EthercatBus(BenchNode):
     async def on_sdo_read(
         self, request: SdoRead.Request, response: SdoRead.Response
     ) -> SdoRead.Response:
+        place = (request.slave, request.index, request.subindex)
         try:
-            data = await self.aside(
-                self.client.sdo_read, request.slave, request.index, request.subindex
-            )
+            data = await self.aside(self.client.sdo_read, *place)
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "", data=list(data))
@@ -169,14 +168,9 @@ class EthercatBus(BenchNode):
     async def on_sdo_write(
         self, request: SdoWrite.Request, response: SdoWrite.Response
     ) -> SdoWrite.Response:
+        place = (request.slave, request.index, request.subindex)
         try:
-            await self.aside(
-                self.client.sdo_write,
-                request.slave,
-                request.index,
-                request.subindex,
-                bytes(request.data),
-            )
+            await self.aside(self.client.sdo_write, *place, bytes(request.data))
         except LookupError as error:
             return answer(response, False, str(error))
         return answer(response, True, "")

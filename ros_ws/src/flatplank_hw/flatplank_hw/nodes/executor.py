@@ -23,11 +23,8 @@ MOST_AT_ONCE = 50
 
 
 def _never() -> bool:
+    """One object for all rounds: rclpy forgets what is ready when it is asked with another."""
     return False
-
-
-def _itself(waitable):
-    return waitable
 
 
 class _Watch:
@@ -40,7 +37,7 @@ class _Watch:
         self.clients = self._hold(chain.from_iterable(n.clients for n in nodes))
         self.services = self._hold(chain.from_iterable(n.services for n in nodes))
         self.guards = self._hold([*chain.from_iterable(n.guards for n in nodes), *guards])
-        self.waitables = self._hold(chain.from_iterable(n.waitables for n in nodes), _itself)
+        self.waitables = self._hold(chain.from_iterable(n.waitables for n in nodes), lambda w: w)
         extra = [w.get_num_entities() for w in self.waitables]
         self.keep.enter_context(context.handle)
         self.set = _rclpy.WaitSet(
@@ -116,10 +113,8 @@ class StreamExecutor(SingleThreadedExecutor):
             self.forget()
             self._spin_everything()
             return
-        timers, messages = (
-            watch.set.get_ready_entities("timer"),
-            watch.set.get_ready_entities("subscription"),
-        )
+        timers = watch.set.get_ready_entities("timer")
+        messages = watch.set.get_ready_entities("subscription")
         if timers:
             for timer in watch.timers:
                 if timer.handle.pointer in timers and timer.handle.is_timer_ready():

@@ -9,7 +9,7 @@ from std_srvs.srv import SetBool, Trigger
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import STREAM
-from flatplank_hw.nodes.support import BenchNode, answer, run
+from flatplank_hw.nodes.support import BenchNode, run
 from flatplank_msgs.msg import BusInputs, HubState
 from flatplank_msgs.srv import LoadParasiticFit
 
@@ -40,9 +40,10 @@ class MeasurementHubNode(BenchNode):
         )
         self.publish_state = self.add_publisher(HubState, "~/state", STREAM, needed=True)
         self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
-        self.add_service(Trigger, "~/tare", self.on_tare)
-        self.add_service(SetBool, "~/set_parasitic_filter", self.on_filter)
-        self.add_service(LoadParasiticFit, "~/load_parasitic_fit", self.on_load)
+        hub = self.hub
+        self.add_request(Trigger, "~/tare", lambda _: hub.tare())
+        self.add_request(SetBool, "~/set_parasitic_filter", lambda r: hub.set_filter(r.data))
+        self.add_request(LoadParasiticFit, "~/load_parasitic_fit", lambda r: hub.load_fit(r.file))
 
     def on_inputs(self, msg: BusInputs) -> None:
         saturated = 0
@@ -57,30 +58,13 @@ class MeasurementHubNode(BenchNode):
         self.publish_wheel(self.wheel)
         if saturated != self.told:
             self.told = saturated
-            self.tell_saturation(saturated)
+            names = [f"C{i + 1}" for i in range(convert.CHANNELS) if saturated >> i & 1]
+            self.troubles.now({"saturated": ", ".join(names)} if names else {}, ("saturated",))
         reason = self.hub.tare_status.reason
         if reason != self.told_of_tare:
             self.told_of_tare = reason
             if reason:
                 self.troubles.happened("tare_given_up", reason)
-
-    def tell_saturation(self, channels: int) -> None:
-        if channels:
-            names = [f"C{i + 1}" for i in range(convert.CHANNELS) if channels >> i & 1]
-            self.troubles.begin("saturated", ", ".join(names))
-        else:
-            self.troubles.end("saturated")
-
-    def on_tare(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return answer(response, *self.hub.tare())
-
-    def on_filter(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return answer(response, *self.hub.set_filter(request.data))
-
-    def on_load(
-        self, request: LoadParasiticFit.Request, response: LoadParasiticFit.Response
-    ) -> LoadParasiticFit.Response:
-        return answer(response, *self.hub.load_fit(request.file))
 
 
 def main(args: list[str] | None = None) -> int:

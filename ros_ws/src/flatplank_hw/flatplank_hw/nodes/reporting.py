@@ -110,36 +110,36 @@ class Collector:
     """The latest of what nodes say of themselves, for one message with all of it."""
 
     SILENT = 10.0
-    """a node that has spoken and is not heard for so long is told [s]"""
+    """a node from which nothing has come for so long is told [s]"""
     FORGOTTEN = 300.0
     """[s]"""
 
     def __init__(self) -> None:
-        self._heard: dict[str, tuple[DiagnosticStatus, float]] = {}
+        self._latest: dict[str, tuple[DiagnosticStatus, float]] = {}
         self._lock = threading.Lock()
 
     def hear(self, message: DiagnosticArray) -> None:
         now = time.monotonic()
         with self._lock:
-            self._heard.update({status.name: (status, now) for status in message.status})
+            self._latest.update({status.name: (status, now) for status in message.status})
 
     def silent(self) -> dict[str, bool]:
-        """Every node that has spoken, and whether it is silent now."""
+        """Every node that has published, and whether it is silent now."""
         now = time.monotonic()
         with self._lock:
-            found = {name: now - at > self.SILENT for name, (_, at) in self._heard.items()}
-            for name, (status, at) in tuple(self._heard.items()):
+            found = {name: now - at > self.SILENT for name, (_, at) in self._latest.items()}
+            for name, (status, at) in tuple(self._latest.items()):
                 if found[name]:
                     status.level, status.message, status.values = DiagnosticStatus.STALE, "", []
                 if now - at > self.FORGOTTEN:
-                    del self._heard[name]
+                    del self._latest[name]
                     found[name] = False
         return found
 
     def statuses(self) -> list[DiagnosticStatus]:
-        """Of every node that has spoken."""
+        """Of every node that has published."""
         with self._lock:
-            return [status for _, (status, _) in sorted(self._heard.items())]
+            return [status for _, (status, _) in sorted(self._latest.items())]
 
 
 def telling(reporter: Reporter, name: str, callback: Callable) -> Callable:

@@ -26,17 +26,15 @@ from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
 from flatplank_data.params import SHELL_KEYS
-from flatplank_hw.ending import end_within
 from flatplank_hw.nodes.executor import StreamExecutor
 from flatplank_hw.nodes.parameters import declare, read, refuse_unknown
 from flatplank_hw.nodes.reporting import OF_NODES, Collector, Reporter, telling
-from flatplank_hw.parent import end_with_parent, tell_started
-from flatplank_hw.realtime import prepare_threads
+from flatplank_hw.process import end_with_parent, end_within, prepare_threads, tell_started
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 
 LOOK_AT_SIGNALS = 0.1
-"""a node that hears nothing looks so often whether it shall end [s]"""
+"""a node that receives nothing looks so often whether it shall end [s]"""
 
 TO_END = 4.0
 """the middleware has so long to say goodbye, when all work of the node is done [s]"""
@@ -77,9 +75,9 @@ class BenchNode(LifecycleNode):
             ),
         )
         self.add_on_set_parameters_callback(self._check)
-        self.troubles = Reporter(name, self.get_logger(), self._say_troubles)
+        self.troubles = Reporter(name, self.get_logger(), self._publish_troubles)
         self._collector = Collector()
-        self._say: Callable[[DiagnosticArray], None] | None = None
+        self._publish_status: Callable[[DiagnosticArray], None] | None = None
         self._links: list[tuple[Callable[[], int], str]] = []
         self._teardown: list[Callable[[], None]] = []
         self.create_service(Trigger, "~/connected", self._connected)
@@ -138,6 +136,12 @@ class BenchNode(LifecycleNode):
         service = self.create_service(srv_type, name, told, callback_group=group)
         self._teardown.append(lambda: self.destroy_service(service))
 
+    def add_request(
+        self, srv_type: type, name: str, ask: Callable[[Any], tuple[bool, str, int]]
+    ) -> None:
+        """A service that a core answers at once: `ask` takes the request."""
+        self.add_service(srv_type, name, lambda request, response: answer(response, *ask(request)))
+
     def every(self, period: float, callback: Callable):
         timer = self.create_timer(period, callback)
         self._teardown.append(lambda: self.destroy_timer(timer))
@@ -160,7 +164,7 @@ class BenchNode(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        self._speak_of_troubles()
+        self._open_diagnostics()
         self.connect()
         return super().on_activate(state)
 
@@ -168,7 +172,7 @@ class BenchNode(LifecycleNode):
         while self._teardown:
             self._teardown.pop()()
         self._links.clear()
-        self._say = None
+        self._publish_status = None
         return super().on_deactivate(state)
 
     def _check(self, parameters) -> SetParametersResult:
@@ -188,16 +192,16 @@ class BenchNode(LifecycleNode):
             )
 
     # troubles
-    def _speak_of_troubles(self) -> None:
+    def _open_diagnostics(self) -> None:
         everybody = self.add_publisher(DiagnosticArray, "/diagnostics", 10)
         if self.OWNS_BUS:
-            self._say = everybody
+            self._publish_status = everybody
             hear = self._collector.hear
             self.add_subscription(DiagnosticArray, OF_NODES, hear, 100, needed=False)
         else:
             owner = self.add_publisher(DiagnosticArray, OF_NODES, 10)
             heard = partial(self.count_subscribers, OF_NODES)
-            self._say = lambda message: (owner if heard() else everybody)(message)
+            self._publish_status = lambda message: (owner if heard() else everybody)(message)
         self._missed_from = time.monotonic() + TO_COME
         self.every(1.0, self._look)
 
@@ -214,15 +218,15 @@ class BenchNode(LifecycleNode):
                 self.troubles.begin("node_silent", name, of=name)
             else:
                 self.troubles.end("node_silent", of=name)
-        self._say_troubles()
+        self._publish_troubles()
 
-    def _say_troubles(self) -> None:
-        if self._say is None:
+    def _publish_troubles(self) -> None:
+        if self._publish_status is None:
             return
         own = self.troubles.status(self.numbers())
         message = DiagnosticArray(status=[own, *self._collector.statuses()])
         message.header.stamp = self.get_clock().now().to_msg()
-        self._say(message)
+        self._publish_status(message)
 
     def _missing(self) -> list[str]:
         return sorted({topic for count, topic in self._links if count() == 0})
@@ -305,9 +309,7 @@ def _live(make: Callable[[], Any], told_to_end: list[int]) -> int:
             failed = getattr(node, "ended", False)
     finally:
         executor.forget()
-        finish = getattr(node, "finish", None)
-        if finish is not None:
-            finish()
+        getattr(node, "finish", lambda: None)()
     code = 1 if failed else 0
     end_within(TO_END, code)
     return code

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
@@ -21,7 +22,7 @@ from flatplank_hw.joining import CycleJoin
 from flatplank_hw.nodes import convert
 from flatplank_hw.nodes.qos import LATCHED, REFERENCE, STREAM
 from flatplank_hw.nodes.support import BenchNode, answer, run
-from flatplank_hw.troubles.drive import DRIVE
+from flatplank_hw.troubles import DRIVE
 from flatplank_msgs.msg import BusInputs, BusOutputs, DriveStatus, EncoderState, HubState
 from flatplank_msgs.msg import Reference as ReferenceMsg
 from flatplank_msgs.srv import Claim, MoveTo, SetOperationMode, SetValue
@@ -53,24 +54,22 @@ class DriveNode(BenchNode):
         self.publish_mode = self.add_publisher(String, "~/mode", LATCHED)
         self.say_mode(self.drive.mode)
         self.add_subscription(BusInputs, "/bus/inputs", self.on_inputs, STREAM)
-        self.add_subscription(HubState, "/measurement_hub/state", self.on_hub, STREAM)
-        self.add_subscription(EncoderState, "/encoders/state", self.on_encoders, STREAM)
+        self.join_topic("hub", HubState, "/measurement_hub/state", convert.hub_from_msg)
+        self.join_topic("encoders", EncoderState, "/encoders/state", convert.encoders_from_msg)
         led = not REFERENCES.isdisjoint(self.parameters.rules)
-        self.add_subscription(
-            ReferenceMsg, "~/reference", self.on_reference, REFERENCE, needed=led
+        self.join_topic(
+            "reference", ReferenceMsg, "~/reference", convert.reference_from_msg, REFERENCE, led
         )
+        drive = self.drive
         self.add_service(SetOperationMode, "~/set_operation_mode", self.on_mode)
-        self.add_service(SetBool, "~/enable", self.on_enable)
         self.add_service(MoveTo, "~/move_to", self.on_move)
-        self.add_service(SetValue, "~/set_trigger", self.on_trigger)
-        for name, ask in {
-            "reset_fault": self.drive.reset_fault,
-            "home": self.drive.home,
-            "quick_stop": self.drive.quick_stop,
-        }.items():
-            self.add_service(
-                Trigger, f"~/{name}", lambda _, response, ask=ask: answer(response, *ask())
-            )
+        self.add_request(
+            SetBool, "~/enable", lambda r: drive.enable() if r.data else drive.disable()
+        )
+        self.add_request(SetValue, "~/set_trigger", lambda r: drive.set_trigger(r.value))
+        self.add_request(Trigger, "~/reset_fault", lambda _: drive.reset_fault())
+        self.add_request(Trigger, "~/home", lambda _: drive.home())
+        self.add_request(Trigger, "~/quick_stop", lambda _: drive.quick_stop())
         if axis == AXES[0]:
             # one service of this name: the wheel's drive answers, the others hear of it
             self.add_service(Claim, "/operator/claim", self.on_claim)
@@ -87,17 +86,22 @@ class DriveNode(BenchNode):
         inputs = convert.inputs_from_msg(msg)[-1]
         self.join.put("inputs", inputs.stamp_ns, inputs)
 
-    def on_hub(self, msg: HubState) -> None:
-        sample = convert.hub_from_msg(msg)
-        self.join.put("hub", sample.stamp_ns, sample)
+    def join_topic(
+        self,
+        kind: str,
+        msg_type: type,
+        topic: str,
+        read: Callable[[Any], Any],
+        qos: QoSProfile = STREAM,
+        needed: bool = True,
+    ) -> None:
+        """Samples of a topic for the cycles that they belong to."""
 
-    def on_encoders(self, msg: EncoderState) -> None:
-        sample = convert.encoders_from_msg(msg)
-        self.join.put("encoders", sample.stamp_ns, sample)
+        def take(msg: Any) -> None:
+            sample = read(msg)
+            self.join.put(kind, sample.stamp_ns, sample)
 
-    def on_reference(self, msg: ReferenceMsg) -> None:
-        reference = convert.reference_from_msg(msg)
-        self.join.put("reference", reference.stamp_ns, reference)
+        self.add_subscription(msg_type, topic, take, qos, needed=needed)
 
     def on_cycle(self, _at: int, latest: Mapping[str, Any]) -> None:
         command, sample = self.drive.step(
@@ -135,20 +139,12 @@ class DriveNode(BenchNode):
             self.say_mode(request.mode)
         return answer(response, *done)
 
-    def on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        return answer(response, *(self.drive.enable() if request.data else self.drive.disable()))
-
     def on_move(self, request: MoveTo.Request, response: MoveTo.Response) -> MoveTo.Response:
         target = request.angle_deg if self.linear else math.radians(request.angle_deg)
         done = self.drive.move_to(target, request.velocity)
         if done.accepted:
             self.say_mode("position")
         return answer(response, *done)
-
-    def on_trigger(
-        self, request: SetValue.Request, response: SetValue.Response
-    ) -> SetValue.Response:
-        return answer(response, *self.drive.set_trigger(request.value))
 
     def on_claim(self, request: Claim.Request, response: Claim.Response) -> Claim.Response:
         client = request.client

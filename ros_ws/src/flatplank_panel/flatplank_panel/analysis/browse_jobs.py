@@ -1,24 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns, their runs and curves of them: quick, nothing is fitted."""
+"""Campaigns, their runs with verdicts and curves, unloaded turns: quick, no tire is fitted."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from flatplank_control.calibration.parasitic import identify_turn, turn_of_bag
+from flatplank_control.runner.campaign import SUFFIX, read_lines
 from flatplank_data.campaign import CAMPAIGN_FILE, Campaign
 from flatplank_data.errors import FlatplankError
-from flatplank_panel.analysis.names import CHANNELS, OVER
-from flatplank_panel.analysis.stamp import Stamp, stamp_of
-from flatplank_panel.analysis.verdicts import verdicts_of
+from flatplank_data.readers import suffixes
+from flatplank_data.run_record import FILE_NAME
+from flatplank_panel.analysis.client import Progress
+from flatplank_panel.signals import CHANNELS, OVER
 
-Progress = Callable[[str, float], None]
+Line = Mapping[str, Any]
+Stamp = tuple[tuple[str, int, int], ...]
+"""name, time [ns] and size of files"""
 DEPTH = 3
 POINTS = 400
+UNLOADED_TURN = "\nmeasurement: unloaded_turn\n"
 
 
 def campaigns(_progress: Progress, root: str) -> list[dict[str, Any]]:
@@ -42,10 +48,6 @@ def _campaign(folder: str, _stamp: Stamp) -> Campaign:
     return Campaign.load(folder)
 
 
-def _load(folder: str) -> Campaign:
-    return _campaign(folder, stamp_of(folder))
-
-
 def _verdicts(campaign: Campaign) -> dict[str, str]:
     """File -> the campaign's own verdict and what is wrong with the file, or ok."""
     judged = verdicts_of(campaign.path)
@@ -58,30 +60,18 @@ def _verdicts(campaign: Campaign) -> dict[str, str]:
 
 def runs(_progress: Progress, folder: str) -> dict[str, Any]:
     """One row per run, and what is wrong with some."""
-    campaign = _load(folder)
+    campaign = _campaign(folder, stamp_of(folder))
     verdicts = _verdicts(campaign)
-    rows = []
-    for run in campaign.runs:
-        i = run.info
-        rows.append(
-            {
-                "file": i.file,
-                "tire": i.tire,
-                "measurement": i.measurement,
-                "condition": i.condition.label(),
-                "kappa_percent": round(100.0 * i.kappa, 3),
-                "fz": i.fz,
-                "pressure": i.pressure,
-                "alpha": i.alpha_deg,
-                "gamma": i.gamma_deg,
-                "start": i.start,
-                "order": i.run_index,
-                "status": i.status or "complete",
-                "lost": i.cycles_lost,
-                "notes": i.notes,
-                "verdict": verdicts[i.file],
-            }
-        )
+    rows = [
+        {
+            "file": i.file, "tire": i.tire, "measurement": i.measurement,
+            "condition": i.condition.label(), "kappa_percent": round(100.0 * i.kappa, 3),
+            "fz": i.fz, "pressure": i.pressure, "alpha": i.alpha_deg, "gamma": i.gamma_deg,
+            "start": i.start, "order": i.run_index, "status": i.status or "complete",
+            "lost": i.cycles_lost, "notes": i.notes, "verdict": verdicts[i.file],
+        }
+        for i in (run.info for run in campaign.runs)
+    ]  # fmt: skip
     problems = [str(p) for p in campaign.problems]
     return {"tire": campaign.tire, "rows": rows, "problems": problems}
 
@@ -94,7 +84,7 @@ def curves(
     if channel not in CHANNELS or over not in OVER:
         raise FlatplankError(f"no curve of {channel} over {over}", folder, "choose from the lists")
     wanted = set(files)
-    whole = _load(folder)
+    whole = _campaign(folder, stamp_of(folder))
     campaign = whole.where(lambda i: i.file in wanted)
     out = []
     for run in campaign.runs:
@@ -138,3 +128,60 @@ def _scatter(found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         spread = float(np.sqrt(np.sum(rest**2) / ((len(members) - 1) * len(grid))))
         out.append({"condition": label, "runs": len(members), "scatter": spread})
     return out
+
+
+def stamp_of(folder: str | Path) -> Stamp:
+    """Name, time [ns] and size of every file of a run, inside bags too; models are not runs."""
+    ends = (*suffixes(), CAMPAIGN_FILE, SUFFIX)
+    base = Path(folder)
+    tables = (p for p in base.iterdir() if p.name.lower().endswith(ends))
+    files = [p for p in (*tables, *base.glob("*/*")) if p.is_file()]
+    return tuple(sorted((str(p), p.stat().st_mtime_ns, p.stat().st_size) for p in files))
+
+
+def verdicts_of(folder: str | Path) -> dict[str, str]:
+    """File of a run -> what the campaign thought of it; runs that no journal knows are absent."""
+    found: dict[str, str] = {}
+    for path in sorted(Path(folder).glob(f"*{SUFFIX}")):
+        attempts: dict[str, list[Line]] = {}
+        for line in read_lines(path):
+            if line.get("event") == "end":
+                attempts.setdefault(line["run"], []).append(line)
+        for lines in attempts.values():
+            found |= {line["file"]: _text(lines, k) for k, line in enumerate(lines)}
+    return found
+
+
+def _text(lines: Sequence[Line], k: int) -> str:
+    """Of attempt `k` of a run."""
+    reasons = _reasons(lines[k].get("facts") or {})
+    if lines[k]["ok"]:
+        return reasons or "good"
+    later = f", made again as {lines[k + 1]['file']}" if k + 1 < len(lines) else ""
+    return f"rejected{later}: {reasons}"
+
+
+def _reasons(facts: Line) -> str:
+    """The journal's words; those of older versions have only numbers."""
+    numbers = (f"{name} {value:.3g}" for name, value in (facts.get("findings") or {}).items())
+    return str(facts.get("verdict") or "") or ", ".join(numbers)
+
+
+def turns(_progress: Progress, root: str) -> list[str]:
+    """Bags below `root` whose record says that the wheel was turned without load."""
+    base = Path(root)
+    return [
+        str(record.parent.relative_to(base))
+        for record in sorted(base.rglob(FILE_NAME))
+        if UNLOADED_TURN in record.read_text(encoding="utf-8")
+    ]
+
+
+def identify(
+    _progress: Progress, root: str, bag: str, mounting: str, date: str, target: str
+) -> dict[str, Any]:
+    """Write the fit of a mounting to `target`; `left`: once-per-turn force before, after [N]."""
+    if bag not in turns(_progress, root):
+        raise ValueError(f"{bag}: not a run of three unloaded turns; choose one of the list")
+    turn = turn_of_bag(Path(root) / bag)
+    return {"left": identify_turn(turn, mounting, date, Path(target))}

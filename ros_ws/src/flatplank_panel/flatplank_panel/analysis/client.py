@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from flatplank_hw.parent import END_WITH_PARENT
+from flatplank_hw.process import END_WITH_PARENT
 
 LINE = 64 * 1024 * 1024
 Progress = Callable[[str, float], None]
@@ -28,7 +28,7 @@ class Analysis:
 
     async def ask(self, job: str, progress: Progress | None = None, /, **arguments: Any) -> Any:
         """Result of a job; ValueError with the reason when it cannot be done."""
-        tell = progress or _nobody
+        tell = progress or (lambda _text, _share: None)
         if self._lock.locked():
             tell("waiting until other work is done", 0.0)
         async with self._lock:
@@ -65,21 +65,12 @@ class Analysis:
             errors = open(self._log, "ab") if self._log else None  # noqa: SIM115
             try:
                 self._process = await asyncio.create_subprocess_exec(
-                    sys.executable,
-                    "-m",
-                    "flatplank_panel.analysis.worker",
-                    stdin=asyncio.subprocess.PIPE,
-                    stdout=asyncio.subprocess.PIPE,
-                    stderr=errors,
-                    limit=LINE,
-                    start_new_session=True,
+                    sys.executable, "-m", "flatplank_panel.analysis.worker",
+                    stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=errors,
+                    limit=LINE, start_new_session=True,
                     env={**os.environ, END_WITH_PARENT: str(os.getpid())},
-                )
+                )  # fmt: skip
             finally:
                 if errors:
                     errors.close()
         return self._process
-
-
-def _nobody(_text: str, _share: float) -> None:
-    """Progress that nobody looks at."""

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop of discovery for the page: compare, diagnose, add, undo, report."""
+"""The loop of discovery for the page: simulate, compare, diagnose, add, undo, report."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,15 +17,18 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery import screen, verdict, where
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.modelfile import ModelFile, load_model, save_unchanged
-from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Step
-from flatplank_panel.analysis.proposal import runs_of
-from flatplank_panel.analysis.stamp import Stamp, stamp_of
+from flatplank_control.bench.simulator import simulator
+from flatplank_data.run_record import RunRecord
+from flatplank_panel.analysis.browse_jobs import Stamp, stamp_of
+from flatplank_panel.analysis.client import Progress
 
-Progress = Callable[[str, float], None]
 POINTS = 250
 MAPS = 4
 RANKED = 12
+CONSTANT = ("fz", "pressure", "alpha_deg", "gamma_deg")
+"""settings that a campaign may hold constant"""
 
 
 class _Open(NamedTuple):
@@ -134,19 +138,9 @@ def _ranked(step: Step) -> list[dict[str, Any]]:
     out = []
     for item in screen.best_per_effect(step.screen)[:RANKED]:
         effect = item.candidate.effect
-        out.append(
-            {
-                "name": effect.identifier,
-                "title": effect.title,
-                "kind": effect.kind,
-                "gain": item.gain,
-                "visible": item.visible,
-                "what": effect.what,
-                "check": effect.check,
-                "removes": effect.removes,
-                "coordinate": effect.coordinate,
-            }
-        )
+        row = {"name": effect.identifier, "gain": item.gain, "visible": item.visible}
+        words = ("title", "kind", "what", "check", "removes", "coordinate")
+        out.append(row | {word: getattr(effect, word) for word in words})
     return out
 
 
@@ -228,3 +222,48 @@ def report(progress: Progress, folder: str, model: str, target: str) -> dict[str
     progress("figures", 0.95)
     page = write_report(result, Path(target), at.session.campaign.path, at.model.history)
     return {"page": str(page)}
+
+
+def runs_of(session: Session, proposal: Mapping[str, Any]) -> dict[str, Any]:
+    """The proposal with `tire` and `runs`: a mapping of settings for every run that it means.
+
+    `conditions` among its settings are labels of the campaign; each becomes a run of its own.
+    """
+    settings = dict(proposal.get("settings") or {})
+    if not settings:
+        return dict(proposal)
+    infos = {run.info.name: run.info for run in session.campaign.runs}
+    runs = session.data.runs
+    known = {
+        label: infos[runs.names[rows[0]]]
+        for label, rows in zip(runs.condition_names, runs.groups, strict=True)
+    }
+    if "conditions" not in settings:
+        made = [_usual(list(known.values())) | settings]
+    else:
+        labels = settings.pop("conditions")
+        made = [_slip(known[label]) | settings for label in labels]
+    return {**proposal, "tire": next(iter(known.values())).tire, "runs": made}
+
+
+def _usual(infos: list[RunRecord]) -> dict[str, float]:
+    """Median of what the runs hold constant."""
+    values = {k: [getattr(i, k) for i in infos] for k in CONSTANT}
+    return _finite({k: float(np.median(v)) for k, v in values.items()})
+
+
+def _slip(info: RunRecord) -> dict[str, float]:
+    return _finite({k: float(getattr(info, k)) for k in ("kappa", *CONSTANT)})
+
+
+def _finite(values: Mapping[str, float]) -> dict[str, float]:
+    return {k: v for k, v in values.items() if math.isfinite(v)}
+
+
+def simulate(progress: Progress, folder: str, seed: int) -> dict[str, Any]:
+    """Nine slips from three starts in a new folder; the answer lies in it, sealed."""
+    progress("simulating the first run", 0.0)
+    simulator().make_challenge(
+        Path(folder), seed, lambda k, n, _name: progress(f"run {k} of {n} simulated", k / n)
+    )
+    return {"folder": folder}

@@ -6,7 +6,7 @@ All that counts is in the folder; between two steps only the last diagnosis is k
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +16,20 @@ from flatplank_analysis.investigation.evidence import times
 from flatplank_analysis.investigation.loop import Loop, decoy_words
 from flatplank_analysis.investigation.notebook import proposal_of, summary, verdict_of
 from flatplank_analysis.investigation.report import code_of, entries_of
-from flatplank_control.investigate.bench import Execute
-from flatplank_control.investigate.executors import made_elsewhere, on_twin
-from flatplank_control.investigate.journal import DiskLog
-from flatplank_control.investigate.opening import NOTEBOOK, keep, open_loop
-from flatplank_control.investigate.plans import batch_name
+from flatplank_control.investigate.bench import Execute, batch_name
+from flatplank_control.investigate.opening import (
+    NOTEBOOK,
+    DiskLog,
+    keep,
+    made_elsewhere,
+    on_twin,
+    open_loop,
+)
 from flatplank_control.runner.campaign import SUFFIX
 from flatplank_control.runner.steps import PlanFailed
 from flatplank_data.wording import sized
+from flatplank_panel.analysis.client import Progress
 
-Progress = Callable[[str, float], None]
 SHOWN = (
     "number", "what", "reason", "runs", "minutes", "until", "answer", "back", "evidence", "error",
     "error_alone", "floor", "so_far",

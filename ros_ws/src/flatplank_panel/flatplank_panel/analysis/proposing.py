@@ -21,7 +21,7 @@ from flatplank_analysis.proposal.writing import renamed
 from flatplank_data.errors import FlatplankError
 from flatplank_data.files import write_atomic
 from flatplank_panel.analysis import fit_jobs
-from flatplank_panel.analysis.fit_jobs import Progress
+from flatplank_panel.analysis.client import Progress
 
 _TEXTS: dict[str, str] = {}
 """by campaign folder the file of its last proposal"""

@@ -7,36 +7,21 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_hw.parent import end_with_parent
+from flatplank_hw.process import end_with_parent
+from flatplank_panel.analysis.client import Progress
 
-Progress = Callable[[str, float], None]
 JOBS = {
-    "campaigns": "browse_jobs",
-    "runs": "browse_jobs",
-    "curves": "browse_jobs",
-    "open": "fit_jobs",
-    "compare": "fit_jobs",
-    "diagnose": "fit_jobs",
-    "add": "fit_jobs",
-    "undo": "fit_jobs",
-    "propose": "proposing",
-    "accept": "proposing",
-    "rename": "proposing",
-    "confirm": "proposing",
-    "report": "fit_jobs",
-    "simulate": "simulating",
-    "investigation": "investigating",
-    "decide": "investigating",
-    "measure": "investigating",
-    "refuse": "investigating",
-    "turns": "identifying",
-    "identify": "identifying",
+    "browse_jobs": ("campaigns", "runs", "curves", "turns", "identify"),
+    "fit_jobs": ("open", "compare", "diagnose", "add", "undo", "report", "simulate"),
+    "proposing": ("propose", "accept", "rename", "confirm"),
+    "investigating": ("investigation", "decide", "measure", "refuse"),
 }
+MODULES = {job: module for module, jobs in JOBS.items() for job in jobs}
 """job -> module that does it, in a function of the same name (`open` is `open_`)"""
 
 
@@ -56,7 +41,7 @@ def plain(value: Any) -> Any:
 def do(request: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
     """Do one request; {"result": ...} or {"error": text}."""
     name = request["do"]
-    module = import_module(f"flatplank_panel.analysis.{JOBS[name]}")
+    module = import_module(f"flatplank_panel.analysis.{MODULES[name]}")
     job = getattr(module, "open_" if name == "open" else name)
     try:
         return {"result": plain(job(progress, **request.get("with", {})))}

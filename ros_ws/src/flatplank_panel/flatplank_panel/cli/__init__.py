@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The verb of the page, registered in setup.py."""
+"""The verb of the page, registered in setup.cfg."""

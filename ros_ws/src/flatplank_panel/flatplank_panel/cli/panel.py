@@ -11,7 +11,7 @@ from pathlib import Path
 
 from flatplank_analysis.cli import main as command
 from flatplank_data.arguments import Parser
-from flatplank_hw.parent import end_with_parent
+from flatplank_hw.process import end_with_parent
 from flatplank_panel.access import address, is_loopback
 
 

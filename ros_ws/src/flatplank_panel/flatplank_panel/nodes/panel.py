@@ -30,14 +30,7 @@ from flatplank_hw.nodes.qos import LATCHED
 from flatplank_msgs import srv
 from flatplank_msgs.action import RunMeasurement
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState, Run, SequencerState
-from flatplank_panel.bench_state import (
-    POLL_HZ,
-    BenchState,
-    Progress,
-    RunWord,
-    Samples,
-    Slip,
-)
+from flatplank_panel.bench_state import POLL_HZ, BenchState, Progress, RunWord, Samples, Slip
 from flatplank_panel.link import Reply
 
 GLANCE = QoSProfile(
@@ -163,9 +156,8 @@ class PanelNode:
         if "inputs" in m:
             samples.inputs = convert.inputs_from_msg(m["inputs"])[-1]
         if "hub" in m and "contact" in m:
-            samples.hub = convert.hub_from_msg(m["hub"])._replace(
-                contact=convert.wrench_from_msg(m["contact"])
-            )
+            contact = convert.wrench_from_msg(m["contact"])
+            samples.hub = convert.hub_from_msg(m["hub"])._replace(contact=contact)
         if "encoders" in m:
             samples.encoders = convert.encoders_from_msg(m["encoders"])
         if "drive" in m:

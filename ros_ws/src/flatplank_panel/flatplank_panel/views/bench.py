@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from flatplank_panel.views import drive, machine, measure, plots, ribbon, setup
+from flatplank_panel.signals import BY_KEY, RIBBON
+from flatplank_panel.views import drive, machine, measure, plots, setup
 from flatplank_panel.views.page import Page
 
 SIDES = {
@@ -16,9 +17,11 @@ SIDES = {
     "Bus": machine.build_bus,
 }
 
+WORDS = (("trigger", "Trigger"), ("run", "Recording"), ("filter", "Filter"))
+
 
 def build(page: Page) -> None:
-    ribbon.build()
+    _ribbon()
     with ui.element("div").classes("fp-main"):
         with ui.column().classes("fp-side"):
             with ui.tabs().props("dense no-caps align=left active-color=primary") as bar:
@@ -53,3 +56,28 @@ def _log(page: Page) -> None:
                 ui.label(f"{at}  {text}").classes("fp-log-line")
 
     ui.timer(0.3, refresh)
+
+
+def _ribbon() -> None:
+    """Cells are filled by the live data: `data-key` numbers, `data-word` words."""
+    with ui.element("section").classes("fp-ribbon").props('aria-label="Measured signals"'):
+        for title, names in RIBBON:
+            with ui.column().classes("fp-group"):
+                ui.label(title).classes("fp-group-name")
+                with ui.element("div").classes("fp-cells"):
+                    for key, name in names.items():
+                        _cell(key, name)
+        with ui.column().classes("fp-group"):
+            ui.label("Measurement").classes("fp-group-name")
+            with ui.element("div").classes("fp-cells"):
+                for word, title in WORDS:
+                    with ui.column().classes("fp-cell"):
+                        ui.label("–").classes("fp-word").props(f"data-word={word}")
+                        ui.label(title).classes("fp-unit")
+
+
+def _cell(key: str, name: str) -> None:
+    signal = BY_KEY[key]
+    with ui.column().classes("fp-cell"):
+        ui.label("–").classes("fp-value").props(f"data-key={key}")
+        ui.label(f"{name} [{signal.unit}]").classes("fp-unit")

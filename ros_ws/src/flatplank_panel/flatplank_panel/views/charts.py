@@ -8,20 +8,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flatplank_data.wording import with_unit
-from flatplank_panel.views.plots import ACTUAL, LINE, REFERENCE, SOFT
+from flatplank_panel.views.plots import ACTUAL, AXIS_LINE, REFERENCE, SOFT
 
 COLORS = [
-    "#1f5488",
-    "#c25700",
-    "#1f6f43",
-    "#7a3e9d",
-    "#8a5a00",
-    "#0f7c86",
-    "#a3315f",
-    "#55616f",
-    "#3f6bd1",
-    "#5b7a1e",
-]
+    "#1f5488", "#c25700", "#1f6f43", "#7a3e9d", "#8a5a00",
+    "#0f7c86", "#a3315f", "#55616f", "#3f6bd1", "#5b7a1e",
+]  # fmt: skip
 QUIET = {"color": SOFT, "fontSize": 11}
 LEGEND = {"top": 0, "right": 0, "left": 70, "align": "left", "textStyle": QUIET}
 DASHES = ("solid", "dashed", "dotted")
@@ -38,52 +30,44 @@ def short(conditions: Sequence[str]) -> list[str]:
     ]
 
 
+def _named(name: str, gap: int) -> dict[str, Any]:
+    """Name of an axis, beside it: above the y axis is the place of the legend."""
+    return {
+        "name": name, "nameLocation": "middle", "nameGap": gap, "nameTextStyle": QUIET,
+        "axisLabel": QUIET,
+    }  # fmt: skip
+
+
+def _categories(names: Sequence[str]) -> dict[str, Any]:
+    return {
+        "type": "category", "data": names, "axisLabel": QUIET, "axisTick": {"show": False},
+    }  # fmt: skip
+
+
 def axes(x: str, y: str) -> dict[str, Any]:
     """Two value axes with names."""
+    of_x = {"splitLine": {"show": False}, "axisLine": {"onZero": False, **AXIS_LINE}}
+    of_y = {"axisLine": {"show": False, "onZero": False}, "splitLine": AXIS_LINE}
     return {
         "animation": False,
         "color": COLORS,
         "tooltip": {"trigger": "item", "confine": True},
         "grid": {"left": 70, "right": 16, "top": 34, "bottom": 44},
-        "xAxis": {
-            "type": "value",
-            "name": x,
-            "nameLocation": "middle",
-            "nameGap": 28,
-            "scale": True,
-            "axisLabel": QUIET,
-            "splitLine": {"show": False},
-            "nameTextStyle": QUIET,
-            "axisLine": {"onZero": False, "lineStyle": {"color": LINE}},
-        },
+        "xAxis": {"type": "value", "scale": True, **_named(x, 28), **of_x},
         "yAxis": {
-            "type": "value",
-            "name": y,
-            # beside the axis: above it is the place of the legend
-            "nameLocation": "middle",
-            "nameRotate": 90,
-            "nameGap": 50,
-            "scale": True,
-            "axisLabel": QUIET,
-            "nameTextStyle": QUIET,
-            "splitNumber": 4,
-            "axisLine": {"show": False, "onZero": False},
-            "splitLine": {"lineStyle": {"color": LINE}},
+            "type": "value", "scale": True, "nameRotate": 90, "splitNumber": 4, **_named(y, 50),
+            **of_y,
         },
-    }
+    }  # fmt: skip
 
 
 def line(
     name: str, points: Sequence[Sequence[float]], color: str = "", **style: Any
 ) -> dict[str, Any]:
     made: dict[str, Any] = {
-        "type": "line",
-        "name": name,
-        "data": points,
-        "showSymbol": False,
-        "symbol": "none",
+        "type": "line", "name": name, "data": points, "showSymbol": False, "symbol": "none",
         "lineStyle": {"width": 1.4, **style},
-    }
+    }  # fmt: skip
     if color:
         made["lineStyle"]["color"] = color
         made["itemStyle"] = {"color": color}
@@ -95,7 +79,7 @@ def overlay(curves: Sequence[Mapping[str, Any]], x: str, y: str) -> dict[str, An
     condition one colour per run, and the name of each."""
     options = axes(x, y)
     labels = list(dict.fromkeys(c["condition"] for c in curves))
-    shown = dict(zip(labels, short(labels), strict=True)) if labels else {}
+    shown = dict(zip(labels, short(labels), strict=True))
     repeats = dict.fromkeys(labels, 0)
     options["series"] = []
     for k, c in enumerate(curves):
@@ -124,30 +108,25 @@ def measured_and_model(curve: Mapping[str, Any]) -> dict[str, Any]:
 
 def against_floor(conditions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Error of every condition as bars, the floor as a line."""
-    names = short([c["condition"] for c in conditions]) if conditions else []
+    names = short([c["condition"] for c in conditions])
     options = axes("RMS error of Fx [N]", "")
     options["xAxis"] |= {"min": 0, "scale": False}
-    options["yAxis"] = {
-        "type": "category",
-        "data": names,
-        "inverse": True,
-        "axisLabel": QUIET,
-        "axisTick": {"show": False},
-        "axisLine": {"lineStyle": {"color": LINE}},
-    }
+    options["yAxis"] = {**_categories(names), "inverse": True, "axisLine": AXIS_LINE}
     options["grid"] = {"left": 8, "right": 40, "top": 26, "bottom": 40, "containLabel": True}
-    errors = {
-        "type": "bar",
-        "data": [_round(c["rmse"]) for c in conditions],
-        "barMaxWidth": 14,
-        "itemStyle": {"color": ACTUAL},
-        "name": "error",
-    }
+    errors = _bars("error", [c["rmse"] for c in conditions], ACTUAL, 14)
     options["series"] = [errors] if conditions else []
     if conditions:
         floor = _round(conditions[0]["floor"])
         _draw_floor(errors, options["xAxis"], {"xAxis": floor}, floor, "start")
     return options
+
+
+def _bars(name: str, values: Sequence[float], color: str, width: int) -> dict[str, Any]:
+    """Bars of this width at most [px]."""
+    return {
+        "type": "bar", "name": name, "data": [_round(v) for v in values],
+        "itemStyle": {"color": color}, "barMaxWidth": width,
+    }  # fmt: skip
 
 
 def _draw_floor(
@@ -176,57 +155,27 @@ def residual_map(m: Mapping[str, Any], conditions: Sequence[str]) -> dict[str, A
         "animation": False,
         "tooltip": {"confine": True},
         "grid": {"left": 8, "right": 70, "top": 8, "bottom": 40, "containLabel": True},
-        "xAxis": {
-            "type": "category",
-            "data": middles,
-            "axisLabel": QUIET,
-            "axisTick": {"show": False},
-            "name": with_unit(m["coordinate"], m["unit"]),
-            "nameLocation": "middle",
-            "nameGap": 26,
-            "nameTextStyle": QUIET,
-        },
-        "yAxis": {
-            "type": "category",
-            "data": short(list(conditions)),
-            "inverse": True,
-            "axisLabel": QUIET,
-            "axisTick": {"show": False},
-        },
+        "xAxis": {**_categories(middles), **_named(with_unit(m["coordinate"], m["unit"]), 26)},
+        "yAxis": {**_categories(short(list(conditions))), "inverse": True},
         "visualMap": {
-            "min": -limit,
-            "max": limit,
-            "calculable": False,
-            "orient": "vertical",
-            "right": 0,
-            "top": "middle",
-            "itemHeight": 100,
-            "precision": 0,
-            "text": ["N", ""],
-            "inRange": {"color": ["#2a5d94", "#f4f5f7", "#b5482a"]},
-            "textStyle": QUIET,
+            "min": -limit, "max": limit, "calculable": False, "orient": "vertical", "right": 0,
+            "top": "middle", "itemHeight": 100, "precision": 0, "text": ["N", ""],
+            "inRange": {"color": ["#2a5d94", "#f4f5f7", "#b5482a"]}, "textStyle": QUIET,
         },
         "series": [{"type": "heatmap", "data": cells, "name": "measured minus model"}],
-    }
+    }  # fmt: skip
 
 
 def collapse(c: Mapping[str, Any]) -> dict[str, Any]:
     """What is left without the effect over the effect's own coordinate, and the effect."""
     options = axes(c["over"], "Fx [N]")
     options["series"] = []
-    names = short([s["condition"] for s in c["series"]]) if c["series"] else []
+    names = short([s["condition"] for s in c["series"]])
     for i, (s, name) in enumerate(zip(c["series"], names, strict=True)):
         color = COLORS[i % len(COLORS)]
-        options["series"].append(
-            {
-                "type": "scatter",
-                "name": name,
-                "data": s["left"],
-                "symbolSize": 2.5,
-                "itemStyle": {"color": color, "opacity": 0.6},
-            }
-        )
-        options["series"].append(line(name, s["effect"], color))
+        dots = {"type": "scatter", "name": name, "data": s["left"], "symbolSize": 2.5}
+        dots["itemStyle"] = {"color": color, "opacity": 0.6}
+        options["series"] += [dots, line(name, s["effect"], color)]
     options["legend"] = {**LEGEND, "type": "scroll"}
     return options
 
@@ -289,35 +238,17 @@ def waterfall(history: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     steps = [h for h in history if h.get("rmse") is not None]
     names = [_step_name(h) for h in steps]
     options = axes("", "RMS error of Fx [N]")
-    options["xAxis"] = {
-        "type": "category",
-        "data": names,
-        "axisLabel": {**QUIET, "interval": 0},
-        "axisTick": {"show": False},
-        "axisLine": {"lineStyle": {"color": LINE}},
-    }
+    options["xAxis"] = {**_categories(names), "axisLine": AXIS_LINE}
+    options["xAxis"]["axisLabel"] = {**QUIET, "interval": 0}
     options["yAxis"] |= {"min": 0, "scale": False}
-    shown = {"show": True, "position": "insideBottom", "fontSize": 11, "color": "#ffffff"}
-    options["series"] = [
-        {
-            "type": "bar",
-            "name": "fitted",
-            "data": [_round(h["rmse"]) for h in steps],
-            "itemStyle": {"color": ACTUAL},
-            "barMaxWidth": 34,
-            "label": shown,
-        },
-        {
-            "type": "bar",
-            "name": "held out",
-            "barMaxWidth": 34,
-            "itemStyle": {"color": "#a9b7c6"},
-            "data": [_round(h.get("held_out") or h["rmse"]) for h in steps],
-        },
-    ]
+    fitted = _bars("fitted", [h["rmse"] for h in steps], ACTUAL, 34)
+    fitted["label"] = {
+        "show": True, "position": "insideBottom", "fontSize": 11, "color": "#ffffff",
+    }  # fmt: skip
+    held_out = [h.get("held_out") or h["rmse"] for h in steps]
+    options["series"] = [fitted, _bars("held out", held_out, "#a9b7c6", 34)]
     if steps:
         floor = _round(steps[-1]["floor"])
-        fitted = options["series"][0]
         _draw_floor(fitted, options["yAxis"], {"yAxis": floor}, floor, "insideEndTop")
     else:
         # without a series a chart is drawn anew; with the same number it keeps its old floor

@@ -11,6 +11,7 @@ from nicegui import ui
 
 from flatplank_data.wording import sized, with_unit
 from flatplank_panel.service import PageAnalysis
+from flatplank_panel.signals import CHANNELS, OVER
 from flatplank_panel.views import charts
 from flatplank_panel.views.page import Page
 from flatplank_panel.views.proposal import ProposalCard
@@ -56,9 +57,7 @@ class _Discover:
         with page.card("Discover"):
             with page.row():
                 self.folder = page.select("Campaign", [], None)
-                ui.button(icon="refresh", on_click=page.act(self.list)).props(
-                    'flat dense round aria-label="Look for campaigns again"'
-                )
+                page.refresh("Look for campaigns again", self.list)
                 self.model = page.text("Model file (empty: model.yaml of the campaign)")
                 self.button("Open", self.open, strong=True)
                 self.button("Diagnose", self.diagnose)
@@ -70,19 +69,18 @@ class _Discover:
                 self.button(
                     "Simulate with a hidden effect", lambda: self.simulate(name.value, seed.value)
                 )
-            self.bar = ui.linear_progress(0.0, show_value=False).props(
-                "aria-label=Progress rounded"
-            )
+            self.bar = ui.linear_progress(0.0, show_value=False)
+            self.bar.props("aria-label=Progress rounded")
             self.status = ui.label("").classes("fp-quiet").props("role=status")
             self.say("Open a campaign.")
 
     def build_error(self) -> None:
         with self.page.card("Error against the floor"):
-            self.error_chart = ui.echart(charts.against_floor([])).style("height:260px;width:100%")
+            self.error_chart = self.page.chart(charts.against_floor([]), 260)
 
     def build_waterfall(self) -> None:
         with self.page.card("Waterfall: error after every step"):
-            self.fall_chart = ui.echart(charts.waterfall([])).style("height:260px;width:100%")
+            self.fall_chart = self.page.chart(charts.waterfall([]), 260)
             with self.page.row():
                 self.undo_button = self.button("Undo", self.undo)
                 self.in_model = ui.label("").classes("fp-quiet")
@@ -91,13 +89,13 @@ class _Discover:
         with self.page.card("Measured and model"):
             self.condition = self.page.select("Condition", [], None).classes("w-full")
             self.condition.on_value_change(self.draw_curve)
-            self.curve_chart = ui.echart(charts.axes("", "")).style("height:260px;width:100%")
+            self.curve_chart = self.page.chart(charts.axes("", ""), 260)
 
     def build_map(self) -> None:
         with self.page.card("Where the error is"):
             self.coordinate = self.page.select("Over", [], None).classes("w-full")
             self.coordinate.on_value_change(self.draw_map)
-            self.map_chart = ui.echart(charts.axes("", "")).style("height:240px;width:100%")
+            self.map_chart = self.page.chart(charts.axes("", ""), 240)
             self.map_text = ui.label("").classes("fp-quiet")
 
     def build_ranking(self) -> None:
@@ -113,13 +111,11 @@ class _Discover:
         with self.page.card("The effect"):
             self.effect_name = ui.label("").classes("fp-head")
             self.effect_text = ui.column().classes("w-full").style("gap:6px")
-            self.collapse_chart = ui.echart(charts.axes("", "")).style("height:280px;width:100%")
+            self.collapse_chart = self.page.chart(charts.axes("", ""), 280)
 
     # work
     async def list(self) -> None:
-        found = await self.service.campaigns()
-        options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
-        self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
+        await self.page.list_campaigns(self.folder)
 
     async def simulate(self, name: str, seed: Any) -> None:
         self.put_away()
@@ -148,18 +144,15 @@ class _Discover:
         rows = (await self.service.runs(folder))["rows"]
         files = [r["file"] for r in rows[:60]]
         found = await self.service.curves(folder, files, "fx", "plank_position")
-        self.page.draw(
-            self.curve_chart, charts.overlay(found["curves"], "road displacement [m]", "Fx [N]")
-        )
+        options = charts.overlay(found["curves"], OVER["plank_position"], CHANNELS["fx"])
+        self.page.draw(self.curve_chart, options)
 
     async def diagnose(self) -> None:
         self.found = await self.analysis.diagnose()
         self.ranked = self.found["ranked"]
         f = self.found
-        self.say(
-            f"{f['verdict']}: {f['reason']}"
-            + (f" ({f['seconds']:.0f} s)" if f.get("seconds") else "")
-        )
+        took = f" ({f['seconds']:.0f} s)" if f.get("seconds") else ""
+        self.say(f"{f['verdict']}: {f['reason']}{took}")
         self.verdict.set_text(f"Verdict: {f['verdict']}. {f['reason']}")
         self.draw_ranking()
         proposal = f.get("next_run") or {}
@@ -231,9 +224,8 @@ class _Discover:
         self.page.draw(self.error_chart, charts.against_floor(picture["conditions"]))
         names = [c["condition"] for c in picture["curves"]]
         worst = max(picture["conditions"], key=lambda c: c["unexplained"])["condition"]
-        self.condition.set_options(
-            names, value=self.condition.value if self.condition.value in names else worst
-        )
+        shown = self.condition.value if self.condition.value in names else worst
+        self.condition.set_options(names, value=shown)
         over = {m["coordinate"]: with_unit(m["coordinate"], m["unit"]) for m in picture["maps"]}
         self.coordinate.set_options(over, value=next(iter(over), None))
         self.draw_curve()
@@ -245,10 +237,8 @@ class _Discover:
         if not history and "rmse" in model:
             history = [{"action": "start", **{k: model[k] for k in ("rmse", "floor", "held_out")}}]
         self.page.draw(self.fall_chart, charts.waterfall(history))
-        names = [e["name"] for e in model["effects"]]
-        self.in_model.set_text(
-            f"In {Path(model['file']).name}: " + (", ".join(names) or "no effect yet")
-        )
+        names = ", ".join(e["name"] for e in model["effects"]) or "no effect yet"
+        self.in_model.set_text(f"In {Path(model['file']).name}: {names}")
         self.undo_button.set_enabled(len(model["history"]) > 1)
 
     def draw_curve(self) -> None:
@@ -270,16 +260,12 @@ class _Discover:
         with self.list_box:
             for row in rows[:8]:
                 with ui.element("div").classes("fp-rank"):
+                    name, why = row["name"], _words(row, accepted.get(row["name"]))
                     ui.label(row["title"]).classes("fp-rank-title")
-                    ui.label(_words(row, accepted.get(row["name"]))).classes(
-                        "fp-quiet fp-rank-why"
-                    )
-                    self.button("Show", partial(self.show, row["name"])).props(
-                        f'aria-label="Show {row["name"]}"'
-                    )
-                    self.button("Add", partial(self.add, row["name"])).props(
-                        f'aria-label="Add {row["name"]}"'
-                    )
+                    ui.label(why).classes("fp-quiet fp-rank-why")
+                    for word, work in (("Show", self.show), ("Add", self.add)):
+                        button = self.button(word, partial(work, name))
+                        button.props(f'aria-label="{word} {name}"')
 
     def show(self, name: str) -> None:
         row = next(r for r in self.ranked if r["name"] == name)

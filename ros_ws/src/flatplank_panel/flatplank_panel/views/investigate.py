@@ -64,9 +64,8 @@ class _Investigate:
                 self.look = self.button("Look", lambda: self.of.open(str(self.folder.value or "")))
                 self.halt = self.button("Stop safely", lambda: self.of.stop(page.id))
                 self.each = ui.switch("approve each batch", value=True)
-            self.bar = ui.linear_progress(0.0, show_value=False).props(
-                'instant-feedback rounded aria-label="Progress of the batch"'
-            )
+            self.bar = ui.linear_progress(0.0, show_value=False)
+            self.bar.props('instant-feedback rounded aria-label="Progress of the batch"')
             self.status = ui.label(ASK).classes("fp-quiet").props("role=status")
 
     def build_next(self) -> None:
@@ -94,13 +93,11 @@ class _Investigate:
 
     def build_error(self) -> None:
         with self.page.card("Error and floor"):
-            self.error_chart = ui.echart(charts.error_of_loop([]))
-            self.error_chart.style("height:240px;width:100%")
+            self.error_chart = self.page.chart(charts.error_of_loop([]), 240)
 
     def build_evidence(self) -> None:
         with self.page.card("Evidence against the tire alone"):
-            self.evidence_chart = ui.echart(charts.evidence_of_loop([], 1.0))
-            self.evidence_chart.style("height:240px;width:100%")
+            self.evidence_chart = self.page.chart(charts.evidence_of_loop([], 1.0), 240)
 
     def build_queue(self) -> None:
         with self.page.card("Notebook"):

@@ -13,13 +13,15 @@ from flatplank_panel.host import KINDS, PRESETS, TIRES, interfaces
 from flatplank_panel.operator import HANDS
 from flatplank_panel.views.page import Page
 
-START_VALUES = {
-    "load_to": 3700.0,
-    "pressure": 2.5,
-    "steer": 0.0,
-    "wheel_camber": 0.0,
-    "road_camber": 0.0,
-}
+START_VALUES = {"load_to": 3700.0, "pressure": 2.5}
+"""of the operator's hands; 0 for the others"""
+FACTS = {
+    "bench": "Bench", "health": "Health", "cycle": "Cycle", "estop": "Emergency stop",
+    "plank": "Plank", "saturated": "Saturated channels",
+}  # fmt: skip
+DRIVE_COLUMNS = {
+    "axis": "Axis", "state": "State", "word": "Status", "mode": "Mode", "error": "Error",
+}  # fmt: skip
 
 
 def build(page: Page) -> None:
@@ -36,14 +38,9 @@ def build(page: Page) -> None:
             interface = page.select("Network interface", interfaces(), None)
             bus_file = page.text("Bus file", "bench")
         fields = {
-            "kind": kind,
-            "rate": rate,
-            "tire": tire,
-            "preset": preset,
-            "seed": seed,
-            "interface": interface,
-            "bus_file": bus_file,
-        }
+            "kind": kind, "rate": rate, "tire": tire, "preset": preset, "seed": seed,
+            "interface": interface, "bus_file": bus_file,
+        }  # fmt: skip
         with page.row():
             page.button(
                 "Start bench",
@@ -68,7 +65,7 @@ def build(page: Page) -> None:
 
 def _hand(page: Page, what: str, label: str, unit: str) -> None:
     with page.row():
-        field = page.number(label, START_VALUES[what], unit).classes("grow")
+        field = page.number(label, START_VALUES.get(what, 0.0), unit).classes("grow")
         page.button("Set", lambda: page.operator.hand(page.id, what, field.value)).props(
             f'aria-label="Set {label}"'
         )
@@ -76,27 +73,12 @@ def _hand(page: Page, what: str, label: str, unit: str) -> None:
 
 def build_bus(page: Page) -> None:
     """State of the bus (R1.X)."""
-    with page.card("Bus"), ui.element("div").classes("fp-facts"):
-        for word, title in {
-            "bench": "Bench",
-            "health": "Health",
-            "cycle": "Cycle",
-            "estop": "Emergency stop",
-            "plank": "Plank",
-            "saturated": "Saturated channels",
-        }.items():
-            ui.label(title).classes("fp-quiet")
-            ui.label("–").classes("fp-word").props(f"data-word={word}")
+    with page.card("Bus"):
+        page.facts(FACTS)
     with page.card("Drives on the bus"):
         columns = [
             {"name": key, "label": title, "field": key, "align": "left"}
-            for key, title in {
-                "axis": "Axis",
-                "state": "State",
-                "word": "Status",
-                "mode": "Mode",
-                "error": "Error",
-            }.items()
+            for key, title in DRIVE_COLUMNS.items()
         ]
         table = ui.table(columns=columns, rows=[], row_key="axis").props(
             "flat dense hide-pagination"

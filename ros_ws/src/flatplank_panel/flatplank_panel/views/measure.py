@@ -12,10 +12,8 @@ from flatplank_panel.next_plan import plans_of
 from flatplank_panel.views.page import Page
 
 KINDS = {
-    "slip": "slip step",
-    "free_rolling": "free rolling",
-    "unloaded_turn": "three unloaded turns",
-}
+    "slip": "slip step", "free_rolling": "free rolling", "unloaded_turn": "three unloaded turns",
+}  # fmt: skip
 STARTS = {1: "1: 0°", 2: "2: 120°", 3: "3: 240°"}
 
 
@@ -44,9 +42,7 @@ def _recording(page: Page) -> Any:
             )
             page.button("Stop and save", lambda: op.save(page.id))
             page.button("Discard", lambda: op.discard(page.id))
-        with ui.element("div").classes("fp-facts"):
-            ui.label("Now").classes("fp-quiet")
-            ui.label("–").classes("fp-word").props("data-word=run")
+        page.facts({"run": "Now"})
     return folder
 
 
@@ -68,13 +64,10 @@ def _run(page: Page, folder: Any) -> None:
 
         def plan() -> dict[str, Any]:
             numbers = {
-                "kappa": float(slip.value or 0.0) / 100.0,
-                "fz": fz.value,
-                "pressure": pressure.value,
-                "effective_rolling_radius": radius.value,
-                "step_position": at.value,
-                "end_position": end.value,
-            }
+                "kappa": float(slip.value or 0.0) / 100.0, "fz": fz.value,
+                "pressure": pressure.value, "effective_rolling_radius": radius.value,
+                "step_position": at.value, "end_position": end.value,
+            }  # fmt: skip
             words = {"measurement": kind.value, "start": start.value, "tire": tire.value}
             return words | {k: float(v) for k, v in numbers.items() if v is not None}
 
@@ -88,9 +81,9 @@ def _campaign(page: Page, folder: Any) -> None:
     with page.card("Campaign"):
         with page.row():
             chosen = page.select("Plan", list(plans_of(op.data)), None)
-            ui.button(
-                icon="refresh", on_click=lambda: chosen.set_options(list(plans_of(op.data)))
-            ).props('flat dense round aria-label="Look for plans again"')
+            page.refresh(
+                "Look for plans again", lambda: chosen.set_options(list(plans_of(op.data)))
+            )
 
         def begin() -> Any:
             plan = plans_of(op.data).get(chosen.value)
@@ -104,9 +97,8 @@ def _campaign(page: Page, folder: Any) -> None:
 
 def _progress(page: Page) -> None:
     with page.card("Under way"):
-        bar = ui.linear_progress(0.0, show_value=False).props(
-            "instant-feedback aria-label=Progress"
-        )
+        bar = ui.linear_progress(0.0, show_value=False)
+        bar.props("instant-feedback aria-label=Progress")
         step = ui.label("nothing").classes("fp-quiet")
         prompt = ui.label("").classes("fp-prompt")
         with page.row():
@@ -116,8 +108,7 @@ def _progress(page: Page) -> None:
     def refresh() -> None:
         p = page.operator.link.state.progress
         count = f"{p.measurement} of {p.measurements}: " if p.measurements > 1 else ""
-        words = (f"{count}{p.step}" if p.active else p.message) or "nothing"
-        step.set_text(words)
+        step.set_text((f"{count}{p.step}" if p.active else p.message) or "nothing")
         bar.set_value(round(p.share, 3))
         prompt.set_text(p.prompt)
         prompt.set_visibility(bool(p.prompt))

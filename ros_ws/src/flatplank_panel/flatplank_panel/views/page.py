@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from nicegui import binding, ui
@@ -62,6 +62,30 @@ class Page:
         return ui.button(text, on_click=self.act(work)).props(
             f"{look} no-caps dense padding='4px 12px'"
         )
+
+    def refresh(self, label: str, work: Callable[[], Any]) -> None:
+        """A small button that looks again."""
+        button = ui.button(icon="refresh", on_click=self.act(work))
+        button.props(f'flat dense round aria-label="{label}"')
+
+    async def list_campaigns(self, field: Any) -> None:
+        """The campaigns there are now as options of a field, which keeps its choice."""
+        found = await self.service.campaigns()
+        options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
+        field.set_options(options, value=field.value or next(iter(options), None))
+
+    @staticmethod
+    def facts(titles: Mapping[str, str]) -> None:
+        """Words of the bench's state with their titles."""
+        with ui.element("div").classes("fp-facts"):
+            for word, title in titles.items():
+                ui.label(title).classes("fp-quiet")
+                ui.label("–").classes("fp-word").props(f"data-word={word}")
+
+    @staticmethod
+    def chart(options: dict[str, Any], height: int) -> ui.echart:
+        """A chart as wide as its card; the height in pixels."""
+        return ui.echart(options).style(f"height:{height}px;width:100%")
 
     @staticmethod
     def draw(chart: ui.echart, options: dict[str, Any]) -> None:

@@ -13,6 +13,8 @@ from flatplank_panel.signals import BY_KEY, DRIVE_PLOTS, FORCE_PLOTS
 from flatplank_panel.views.page import Page
 
 INK, SOFT, LINE = "#1c2530", "#55616f", "#e6eaef"
+AXIS_LINE = {"lineStyle": {"color": LINE}}
+TITLE = {"fontSize": 12.5, "fontWeight": 500, "color": INK, "fontFamily": "Roboto"}
 ACTUAL, REFERENCE = "#1f5488", "#c25700"
 AXES = {"t": "time [s]", "x": "road displacement [m]"}
 WINDOWS = {30: "30 s", 60: "1 min", 180: "3 min", 300: "5 min"}
@@ -24,79 +26,35 @@ def grid_options(panels: Sequence[Sequence[str]], columns: int) -> dict[str, Any
     wide, high = 100 / columns, 100 / rows
     options: dict[str, Any] = {
         "animation": False,
-        "grid": [],
-        "xAxis": [],
-        "yAxis": [],
-        "series": [],
-        "title": [],
         # as HTML it would touch the page with every drawing, and Tailwind look through all of it
         "tooltip": {"trigger": "axis", "confine": True, "renderMode": "richText"},
+        **{key: [] for key in ("grid", "xAxis", "yAxis", "series", "title")},
     }
     for i, keys in enumerate(panels):
         left, top = (i % columns) * wide, (i // columns) * high
+        title = f"{BY_KEY[keys[0]].label} [{BY_KEY[keys[0]].unit}]"
         options["title"].append(
-            {
-                "text": f"{BY_KEY[keys[0]].label} [{BY_KEY[keys[0]].unit}]",
-                "left": f"{left + 0.5}%",
-                "top": f"{top}%",
-                "textStyle": {
-                    "fontSize": 12.5,
-                    "fontWeight": 500,
-                    "color": INK,
-                    "fontFamily": "Roboto",
-                },
-            }
+            {"text": title, "left": f"{left + 0.5}%", "top": f"{top}%", "textStyle": TITLE}
         )
-        options["grid"].append(
-            {
-                "left": f"{left + 4.5}%",
-                "top": f"{top + 16 / rows}%",
-                "width": f"{wide - 6}%",
-                "height": f"{high - 32 / rows}%",
-                "containLabel": False,
-            }
-        )
-        quiet = {"color": SOFT, "fontSize": 11, "hideOverlap": True}
-        options["xAxis"].append(
-            {
-                "type": "value",
-                "gridIndex": i,
-                "axisLabel": quiet,
-                "splitLine": {"show": False},
-                "axisLine": {"onZero": False, "lineStyle": {"color": LINE}},
-                "axisTick": {"show": False},
-                "scale": True,
-            }
-        )
-        options["yAxis"].append(
-            {
-                "type": "value",
-                "gridIndex": i,
-                "axisLabel": quiet,
-                "scale": True,
-                "splitNumber": 3,
-                "axisLine": {"show": False},
-                "axisTick": {"show": False},
-                "splitLine": {"lineStyle": {"color": LINE}},
-            }
-        )
-        for k, key in enumerate(keys):
+        grid = {"left": left + 4.5, "top": top + 16 / rows, "width": wide - 6}
+        grid["height"] = high - 32 / rows
+        percent = {key: f"{value}%" for key, value in grid.items()}
+        options["grid"].append({**percent, "containLabel": False})
+        axis = {"type": "value", "gridIndex": i, "scale": True, "axisTick": {"show": False}}
+        axis["axisLabel"] = {"color": SOFT, "fontSize": 11, "hideOverlap": True}
+        of_x = {"splitLine": {"show": False}, "axisLine": {"onZero": False, **AXIS_LINE}}
+        of_y = {"splitNumber": 3, "axisLine": {"show": False}, "splitLine": AXIS_LINE}
+        options["xAxis"].append({**axis, **of_x})
+        options["yAxis"].append({**axis, **of_y})
+        styles = ((1.4, "solid", ACTUAL), (1.2, "dashed", REFERENCE))
+        for key, (width, dash, color) in zip(keys, styles, strict=False):
             options["series"].append(
                 {
-                    "type": "line",
-                    "name": BY_KEY[key].label,
-                    "xAxisIndex": i,
-                    "yAxisIndex": i,
-                    "showSymbol": False,
-                    "data": [],
-                    "lineStyle": {
-                        "width": 1.4 if k == 0 else 1.2,
-                        "type": "solid" if k == 0 else "dashed",
-                        "color": ACTUAL if k == 0 else REFERENCE,
-                    },
-                    "itemStyle": {"color": ACTUAL if k == 0 else REFERENCE},
+                    "type": "line", "name": BY_KEY[key].label, "xAxisIndex": i, "yAxisIndex": i,
+                    "showSymbol": False, "data": [], "itemStyle": {"color": color},
+                    "lineStyle": {"width": width, "type": dash, "color": color},
                 }
-            )
+            )  # fmt: skip
     return options
 
 

@@ -28,7 +28,7 @@ class ProposalCard:
                 button("Propose", self.propose)
                 self.words = ui.label(ASK).classes("fp-quiet grow").props("role=status")
             with ui.element("div").classes("fp-two"):
-                self.chart = ui.echart(charts.axes("", "")).style("height:420px;width:100%")
+                self.chart = page.chart(charts.axes("", ""), 420)
                 self.text = ui.label("").classes("fp-code")
                 self.text.props('tabindex=0 role=region aria-label="Effect file"')
             with page.row():

@@ -4,24 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from functools import partial
 from typing import Any
 
 from nicegui import ui
 
-from flatplank_panel.analysis.names import CHANNELS, OVER
+from flatplank_panel.signals import CHANNELS, OVER
 from flatplank_panel.views import charts
 from flatplank_panel.views.page import Page
 
 COLUMNS = {
-    "file": "Run",
-    "condition": "Condition",
-    "start": "Start",
-    "order": "Order",
-    "status": "Ended",
-    "lost": "Cycles lost",
-    "verdict": "Verdict",
-    "notes": "Notes",
-}
+    "file": "Run", "condition": "Condition", "start": "Start", "order": "Order",
+    "status": "Ended", "lost": "Cycles lost", "verdict": "Verdict", "notes": "Notes",
+}  # fmt: skip
 FIRST = 60
 """runs drawn when none is chosen"""
 
@@ -49,9 +44,7 @@ class _Runs:
                     self.folder = page.select("Campaign", [], None)
                     self.find = page.text("Filter")
                     self.find.props('clearable aria-label="Filter runs"')
-                    ui.button(icon="refresh", on_click=page.act(self.again)).props(
-                        'flat dense round aria-label="Look for campaigns again"'
-                    )
+                    page.refresh("Look for campaigns again", self.again)
                 columns = [
                     {"name": k, "label": t, "field": k, "align": "left", "sortable": True}
                     for k, t in COLUMNS.items()
@@ -69,24 +62,19 @@ class _Runs:
                 with page.row():
                     self.channel = page.select("Signal", CHANNELS, "fx")
                     self.over = page.select("Over", OVER, "plank_position")
-                self.chart = ui.echart(charts.overlay([], "", "")).style("height:380px;width:100%")
+                self.chart = page.chart(charts.overlay([], "", ""), 380)
                 self.scatter = ui.label("").classes("fp-quiet")
         self.folder.on_value_change(page.act(self.load))
         self.find.on_value_change(page.act(self.filter))
         self.table.on_select(page.act(self.draw))
         self.channel.on_value_change(page.act(self.draw))
         self.over.on_value_change(page.act(self.draw))
-        ui.timer(0.05, page.act(self.list), once=True)
-
-    async def list(self) -> None:
-        found = await self.service.campaigns()
-        options = {c["folder"]: f"{c['folder']} ({c['runs']} runs)" for c in found}
-        self.folder.set_options(options, value=self.folder.value or next(iter(options), None))
+        ui.timer(0.05, page.act(partial(page.list_campaigns, self.folder)), once=True)
 
     async def again(self) -> None:
         """Campaigns and the chosen one as they are now."""
         before = self.folder.value
-        await self.list()
+        await self.page.list_campaigns(self.folder)
         if self.folder.value == before:
             await self.load({row["file"] for row in self.table.selected})
 
@@ -113,10 +101,9 @@ class _Runs:
 
     async def filter(self) -> None:
         words = str(self.find.value or "").lower().split()
-        shown = [
+        self.table.rows = [
             r for r in self.rows if all(w in " ".join(map(str, r.values())).lower() for w in words)
         ]
-        self.table.rows = shown
         await self.draw()
 
     async def draw(self) -> None:
@@ -129,16 +116,11 @@ class _Runs:
         )
         self.remark(found["problems"])
         self.judge(found["verdicts"])
-        options = charts.overlay(
-            found["curves"], OVER[self.over.value], CHANNELS[self.channel.value]
-        )
-        self.page.draw(self.chart, options)
-        unit = CHANNELS[self.channel.value].partition("[")[2].rstrip("]")
-        names = (
-            charts.short([s["condition"] for s in found["scatter"]]) if found["scatter"] else []
-        )
+        over, channel = OVER[self.over.value], CHANNELS[self.channel.value]
+        self.page.draw(self.chart, charts.overlay(found["curves"], over, channel))
+        unit, scatter = channel.partition("[")[2].rstrip("]"), found["scatter"]
+        names = charts.short([s["condition"] for s in scatter])
         parts = [
-            f"{name}: {s['scatter']:.3g} {unit}"
-            for name, s in zip(names, found["scatter"], strict=True)
+            f"{name}: {s['scatter']:.3g} {unit}" for name, s in zip(names, scatter, strict=True)
         ]
         self.scatter.set_text("Scatter between repeats, " + "; ".join(parts) if parts else "")

@@ -7,17 +7,14 @@ from typing import Any
 
 from nicegui import ui
 
-from flatplank_panel.constants import CONSTANTS
 from flatplank_panel.service import FITS
+from flatplank_panel.validation import CONSTANTS
 from flatplank_panel.views.page import Page
 
 LABELS = {
-    "et_value": "ET value",
-    "adapter_thickness": "Adapter",
-    "wheel_camber_deg": "Wheel camber",
-    "road_camber_offset_deg": "Road camber offset",
-    "slip_angle_offset_deg": "Slip angle offset",
-}
+    "et_value": "ET value", "adapter_thickness": "Adapter", "wheel_camber_deg": "Wheel camber",
+    "road_camber_offset_deg": "Road camber offset", "slip_angle_offset_deg": "Slip angle offset",
+}  # fmt: skip
 FILES = "*.yaml"
 
 
@@ -77,9 +74,7 @@ def _filter(page: Page) -> None:
     with page.card("Parasitic filter"):
         with page.row():
             file = page.select("Fit of this mounting", fits(), None).props("clearable")
-            ui.button(icon="refresh", on_click=page.act(look)).props(
-                'flat dense round aria-label="Look for fits again"'
-            )
+            page.refresh("Look for fits again", look)
         with page.row():
             page.button("Load", lambda: op.load_fit(page.id, file.value))
             page.button("Filter on", lambda: op.set_filter(page.id, True))

@@ -6,12 +6,194 @@ effect.
 from __future__ import annotations
 
 import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Sequence
 from pathlib import Path
 
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.discovery.modelfile import ModelFile, save_model
+from flatplank_analysis.discovery.report.page import write_report
+from flatplank_analysis.report.analysis import analyse
+from flatplank_analysis.report.results import CampaignResult
+from flatplank_analysis.report_files.build import write
+from flatplank_analysis.steady.rolling_radius import radius_of_run
+from flatplank_control.bench.fast_dds import loopback
+from flatplank_control.bench.processes import BenchProcesses
+from flatplank_control.bench.results import write_campaign, write_tire
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.runner.campaign.tires import known_tires
+from flatplank_control.runner.measurement import Measurement
 from flatplank_data.arguments import Parser
-from flatplank_sim.demo import discover, evaluate
-from flatplank_sim.demo.measure import measure
-from flatplank_sim.demo.steps import Teller
+from flatplank_data.campaign import Campaign
+from flatplank_data.files import write_atomic
+from flatplank_data.wording import quantity
+from flatplank_sim.sealed.generate import make_challenge
+from flatplank_sim.sealed.score import DIAGNOSIS, score, text_of
+from flatplank_sim.sealed.seal import unseal
+from flatplank_sim.twin.campaign import SLIPS, matrix, simulate_many
+
+
+class Teller:
+    """Numbered steps, each with what is going on now and how long it took."""
+
+    def __init__(self, steps: int) -> None:
+        self._steps = steps
+        self._step = 0
+        self._begin = time.monotonic()
+        self._open = False
+        self._text = ""
+        self.took: list[tuple[str, float]] = []
+        """the steps that are over, and how long each took [s]"""
+
+    def step(self, text: str) -> None:
+        """A new step begins."""
+        self._finish()
+        self._step += 1
+        self._text = text
+        self._begin = time.monotonic()
+        print(f"[{self._step}/{self._steps}] {text}", flush=True)
+
+    def now(self, text: str) -> None:
+        """What is going on; on a terminal the line is written over."""
+        if sys.stdout.isatty():
+            print(f"\r\033[K      {text}", end="", flush=True)
+            self._open = True
+        else:
+            print(f"      {text}", flush=True)
+
+    def count(self, done: int, total: int, name: str) -> None:
+        """Progress of many alike."""
+        if sys.stdout.isatty() or done == total or done % 9 == 0:
+            self.now(f"{done}/{total} {name}")
+
+    def close(self, lines: Sequence[str]) -> None:
+        """The last words, with the times of the steps."""
+        self._finish()
+        print("\n" + "\n".join([*lines, *self._times()]), flush=True)
+
+    def _times(self) -> list[str]:
+        rows = [(f"[{i}] {text}", seconds) for i, (text, seconds) in enumerate(self.took, 1)]
+        rows.append(("all of the demo", sum(seconds for _, seconds in self.took)))
+        if (set_up := set_up_time()) is not None:
+            rows.append(("set-up before the first start (tools/setup)", set_up))
+        return ["times:", *(f"  {seconds:5.0f} s  {text}" for text, seconds in rows)]
+
+    def _finish(self) -> None:
+        if self._open:
+            print()
+            self._open = False
+        if self._step:
+            took = time.monotonic() - self._begin
+            self.took.append((self._text, took))
+            print(f"      {took:.0f} s", flush=True)
+
+
+def set_up_time() -> float | None:
+    """How long the set-up of this checkout took [s]; None where ./flatplank has not made it."""
+    file = Path(os.environ.get("FLATPLANK_ROOT", "."), ".cache", "setup-times.json")
+    try:
+        return float(json.loads(file.read_text(encoding="utf-8"))["set-up"])
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+FREE_ROLLING = Measurement(measurement="free_rolling", end_position=2.2, run_index=0)
+SLIP_ON_GRAPH = (0.05, 1)
+"""slip and start of the run that is made on the graph"""
+STARTS = (1, 2, 3)
+
+
+def measure(folder: Path, seed: int, jobs: int | None, teller: Teller) -> float:
+    """One free-rolling run and 27 slip steps, a bag each; the effective rolling radius [m]."""
+    from flatplank_control.nodes.client import BenchClient
+
+    setup = BenchSetup(pace="hold", seed=seed, data=str(folder))
+    teller.step("a free-rolling run on the twin: the effective rolling radius")
+    (path,) = simulate_many([FREE_ROLLING], setup, folder, bags=True, jobs=1)
+    (run,) = [r for r in Campaign.load(folder).runs if r.info.name == path.name]
+    radius = radius_of_run(run.table()).radius
+    teller.now(f"effective rolling radius by (5.22): {radius:.4f} m")
+    base = Measurement(effective_rolling_radius=radius, r_e_source="controller")
+    runs = matrix(base, SLIPS, STARTS)
+    (on_graph,) = [m for m in runs if (m.kappa, m.start) == SLIP_ON_GRAPH]
+    others = [m for m in runs if m is not on_graph]
+    teller.step("one slip step on the ROS graph, recorded in a bag")
+    for key, value in loopback().items():
+        os.environ.setdefault(key, value)
+    with BenchProcesses(setup, log=folder.parent / "nodes.log") as bench, BenchClient() as client:
+        client.wait_connected(bench, say=teller.now)
+        plan = {k: v for k, v in vars(on_graph).items() if v not in ("", {})}
+        bags = client.measure(plan, simulated=True, folder=str(folder), say=teller.now)
+    teller.step(f"the other {len(others)} slip steps on the twin, a bag each")
+    simulate_many(others, setup, folder, bags=True, jobs=jobs, progress=teller.count)
+    write_campaign(folder, base.tire, [(on_graph.record(), Path(bags[-1]).name)])
+    write_tire(folder, known_tires()[base.tire].record)
+    return radius
+
+
+def fit_and_report(
+    folder: Path, out: Path, jobs: int | None, teller: Teller
+) -> tuple[Path, list[str]]:
+    """The page, and what the fits found in words."""
+    teller.step("models fitted to the bags, figures and report")
+    campaign = Campaign.load(folder)
+    result = analyse(campaign, jobs=jobs)
+    page = write(result, out)
+    return page, [*_found(result), *(str(problem) for problem in campaign.problems)]
+
+
+def _found(result: CampaignResult) -> list[str]:
+    """Slip stiffness, relaxation length and errors of the models, in words."""
+    point = result.nominal()
+    if point is None:
+        return []
+    lines = []
+    small = min(
+        (c for c in point.conditions if c.condition.kappa > 0), key=lambda c: c.condition.kappa
+    )
+    fit = small.linear
+    lines.append(
+        f"linear model at {100 * small.condition.kappa:+g} %: relaxation length "
+        f"{fit.sigma.value:.3f} m, slip stiffness {fit.slip_stiffness.value / 1000:.1f} kN"
+    )
+    for model in point.models.values():
+        mean = sum(model.rmse.values()) / max(len(model.rmse), 1)
+        lines.append(
+            f"{model.title}: RMSE in the transient part {mean:.0f} N (mean over the slips)"
+        )
+    return lines
+
+
+def sealed_challenge(folder: Path, seed: int, teller: Teller) -> list[str]:
+    """Goes once around the loop; what was found, in words."""
+    teller.step("a sealed challenge: a campaign with something hidden")
+    make_challenge(folder, seed, teller.count)
+    teller.step("diagnose: where the model fails, and which effect is missing")
+    session = Session.open(folder, [])
+    result = session.diagnose(None, lambda text, share: teller.now(f"{share:4.0%} {text}"))
+    data = result.to_dict()
+    write_atomic(folder / DIAGNOSIS, json.dumps(data, indent=1) + "\n")
+    lines = [
+        f"challenge: verdict {data['verdict']}, error {data['rmse_before']:.1f} N, "
+        f"floor {data['floor_rmse']:.1f} N"
+    ]
+    teller.step("add what was found, watch the error fall, open the answer")
+    model = ModelFile(campaign=str(folder))
+    for effect in data["effects"]:
+        model, _, n = session.add(model, effect["name"])
+        save_model(model, folder / "model.yaml")
+        lines.append(
+            f"  + {effect['name']} {quantity(n['size'], n['unit'])}: error "
+            f"{n['rmse_before']:.1f} -> {n['rmse']:.1f} N (held out {n['held_out']:.1f} N)"
+        )
+        teller.now(lines[-1].strip())
+    page = write_report(result, folder / "report", session.campaign.path, model.history)
+    answer = unseal(folder)
+    lines += [f"  {line}" for line in text_of(answer, score(data, answer))]
+    return [*lines, f"diagnosis: {page}"]
 
 
 def parser() -> argparse.ArgumentParser:
@@ -30,8 +212,8 @@ def main(argv: list[str]) -> int:
     teller = Teller(steps=7)
     campaign = out / "campaign"
     radius = measure(campaign, o.seed, o.jobs, teller)
-    page, found = evaluate.fit_and_report(campaign, out / "report", o.jobs, teller)
-    challenge = discover.sealed_challenge(out / "challenge", o.hidden, teller)
+    page, found = fit_and_report(campaign, out / "report", o.jobs, teller)
+    challenge = sealed_challenge(out / "challenge", o.hidden, teller)
     teller.close(
         [
             f"effective rolling radius (free-rolling controller, Toyo, 3700 N): {radius:.4f} m",

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_data.arguments import Parser
-from flatplank_sim.sealed.score import score
+from flatplank_sim.sealed.score import DIAGNOSIS, score, text_of
 from flatplank_sim.sealed.seal import unseal
-from flatplank_sim.sealed.words import DIAGNOSIS, text_of
 
 
 def read_diagnosis(path: Path, folder: Path) -> dict[str, Any]:

@@ -1,3 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An EtherCAT segment in software: frames in, frames out; devices from a bus file, a plant behind
-them."""
+"""An EtherCAT segment in software: devices from a bus file, and a plant behind them."""

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m flatplank_sim.emulator --interface veth1 --bus bench.yaml [--control
-SOCKET]`"""
+"""`python -m flatplank_sim.emulator --interface veth1 --bus bench.yaml [--control PATH]`"""
 
 from __future__ import annotations
 
@@ -10,12 +9,10 @@ import sys
 from dataclasses import replace
 
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_sim.emulator.bench import EmulatedBench
+from flatplank_sim.emulator.bench import EmulatedBench, make_plant
 from flatplank_sim.emulator.control import ControlServer
 from flatplank_sim.emulator.faults import Rig
-from flatplank_sim.emulator.plants import make_plant
-from flatplank_sim.emulator.port import Port
-from flatplank_sim.emulator.runner import Runner
+from flatplank_sim.emulator.runner import Port, Runner
 from flatplank_sim.emulator.vocabulary import Vocabulary
 from flatplank_sim.emulator.wire import Wire
 

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The application layer state machine of a slave (ETG.1000.6): INIT, PREOP, SAFEOP, OP and
-errors."""
+"""The AL state machine of a slave (ETG.1000.6): INIT, PREOP, SAFEOP, OP and errors."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated bench: slaves, plant and bench time. Pure: frames and elapsed time come in as
-arguments."""
+"""The emulated bench: slaves, plant and bench time. Frames and elapsed time are arguments."""
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from flatplank_hw.bus.image import AxisCommand, BusInputs
 from flatplank_hw.ethercat.busfile import BusFile
@@ -23,8 +23,7 @@ class PlantLike(Protocol):
 
 
 class EmulatedBench:
-    """Bench time is one period per process data frame; in a silence the runner lets it follow the
-    wall."""
+    """One period of bench time per process data frame; in a silence the runner steps it."""
 
     def __init__(self, bus: BusFile, plant: PlantLike) -> None:
         self.bus = bus
@@ -82,3 +81,35 @@ class EmulatedBench:
             self._agenda = [item for item in self._agenda if item[0] > self.cycle]
             for action in due:
                 action()
+
+
+def make_plant(
+    spec: str, rate_hz: int, seed: int, options: dict[str, str], axes: Sequence[str]
+) -> PlantLike:
+    """'simulated' or 'module:function'; a factory is called with rate_hz, seed and the options.
+
+    axes: those that have a drive on the bus.
+    """
+    if spec == "simulated":
+        return _simulated(rate_hz, seed, options, axes)
+    module, _, name = spec.partition(":")
+    try:
+        factory: Any = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(
+            f"plant '{spec}': {error}; give 'simulated' or 'module:function'"
+        ) from None
+    return factory(rate_hz=rate_hz, seed=seed, **options)
+
+
+def _simulated(rate_hz: int, seed: int, options: dict[str, str], axes: Sequence[str]) -> PlantLike:
+    from flatplank_sim.plant import Plant, PlantConfig
+
+    tire = options.get("tire", "toyo")
+    config = PlantConfig.load(
+        tire,
+        preset=options.get("preset") or None,
+        file=options.get("config") or None,
+        overrides={"driven_axes": list(axes)},
+    )
+    return Plant(config, seed, rate_hz)

@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
 from flatplank_hw.cia402 import TORQUE_UNIT
-from flatplank_hw.ethercat import channels
+from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import Entry
 from flatplank_hw.ethercat.layout import limits
 from flatplank_sim.emulator.drive_firmware import IDLE, DriveFirmware
@@ -40,7 +39,7 @@ class Coupling:
             if not slave.operational or not slave.spec.outputs:
                 continue
             for entry, value in zip(slave.outputs.entries, slave.fetch_outputs(), strict=True):
-                if entry.channel == channels.DIGITAL_OUTPUTS:
+                if entry.channel == busfile.DIGITAL_OUTPUTS:
                     outputs = value
                 elif entry.unit_nm:
                     asked[entry.channel] = round(value * entry.unit_nm / TORQUE_UNIT)
@@ -49,7 +48,7 @@ class Coupling:
         commands = []
         for axis, drive in self.drives.items():
             name = AXES[axis]
-            words = tuple(asked.get(f"{name}.{word}", 0) for word in channels.AXIS_OUTPUTS)
+            words = tuple(asked.get(f"{name}.{word}", 0) for word in busfile.AXIS_OUTPUTS)
             self._asked[axis] = words
             command = drive.command(words, cycle, now)
             commands.append(command._replace(digital_outputs=outputs))
@@ -82,40 +81,23 @@ class Coupling:
 def _getter(entry: Entry) -> Getter | None:
     """How the raw value of an entry comes out of the plant's inputs; None: it stays zero."""
     name = entry.channel
-    if name in channels.VOLTS:
-        return _volts(entry)
-    if name in channels.COUNTS:
-        return partial(_count, name, *limits(entry.kind))
-    if name in channels.DIGITAL:
-        return partial(_bit, int(channels.DIGITAL[name]))
     axis, _, word = name.partition(".")
-    if word == "torque":
-        return partial(_torque, AXES.index(axis), TORQUE_UNIT / entry.unit_nm, *limits(entry.kind))
-    if word:
-        return partial(_axis_word, AXES.index(axis), AxisInputs._fields.index(word))
-    return None
-
-
-def _volts(entry: Entry) -> Getter:
-    scale = entry.full_scale_counts / entry.full_scale_volts
+    if name in busfile.DIGITAL:
+        mask = int(busfile.DIGITAL[name])
+        return lambda inputs: 1 if inputs.digital & mask else 0
+    if word and word != "torque":
+        k, place = AXES.index(axis), AxisInputs._fields.index(word)
+        return lambda inputs: inputs.axes[k][place]
+    if name not in busfile.VOLTS and name not in busfile.COUNTS and not word:
+        return None
     low, high = limits(entry.kind)
-    if entry.channel == "lvdt":
+    if name in busfile.COUNTS:
+        return lambda inputs: (getattr(inputs, name) - low) % (high - low + 1) + low
+    if word:
+        k, unit = AXES.index(axis), TORQUE_UNIT / entry.unit_nm
+        return lambda inputs: max(low, min(high, round(inputs.axes[k].torque * unit)))
+    scale = entry.full_scale_counts / entry.full_scale_volts
+    if name == "lvdt":
         return lambda inputs: max(low, min(high, round(inputs.lvdt_volts * scale)))
-    number = channels.VOLTS.index(entry.channel)
+    number = busfile.VOLTS.index(name)
     return lambda inputs: max(low, min(high, round(inputs.bridge_volts[number] * scale)))
-
-
-def _count(name: str, low: int, high: int, inputs: BusInputs) -> int:
-    return (getattr(inputs, name) - low) % (high - low + 1) + low
-
-
-def _bit(mask: int, inputs: BusInputs) -> int:
-    return 1 if inputs.digital & mask else 0
-
-
-def _torque(axis: int, scale: float, low: int, high: int, inputs: BusInputs) -> int:
-    return max(low, min(high, round(inputs.axes[axis].torque * scale)))
-
-
-def _axis_word(axis: int, word: int, inputs: BusInputs) -> int:
-    return inputs.axes[axis][word]

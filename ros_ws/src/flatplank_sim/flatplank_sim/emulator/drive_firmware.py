@@ -31,8 +31,7 @@ IDLE = (0, 0, 0, 0, 0)
 
 
 class DriveFirmware:
-    """One drive. Faults are latched and leave only by a rising reset bit once their cause is
-    gone."""
+    """One drive. A fault stays until a rising reset bit after its cause is gone."""
 
     def __init__(self, axis: int, slave: EmulatedSlave) -> None:
         self.axis = axis
@@ -63,8 +62,7 @@ class DriveFirmware:
                 self.slave.mailbox.emergency(code, 0x01)
 
     def command(self, asked: tuple[int, int, int, int, int], cycle: int, now: int) -> AxisCommand:
-        """asked: control word, mode, target position, velocity, torque as on the bus; to the
-        motor."""
+        """asked: control word, mode, target position, velocity, torque as on the bus."""
         if not self.slave.operational:
             if self._enabled and not self.fault:
                 self.trip(COMMUNICATION)

@@ -9,9 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from flatplank_sim.emulator import registers as reg
-from flatplank_sim.emulator.fmmu import READ, WRITE, read_fmmus
 from flatplank_sim.emulator.frame import Command
-from flatplank_sim.emulator.syncmanager import FULL, SyncManager, read_sync_managers
 
 _READS = {Command.APRD, Command.FPRD, Command.BRD, Command.APRW, Command.FPRW, Command.BRW}
 _WRITES = {Command.APWR, Command.FPWR, Command.BWR, Command.APRW, Command.FPRW, Command.BRW}
@@ -55,7 +53,7 @@ class SlaveController:
         self.put(reg.WATCHDOG_STATUS, 1)
         self.put(reg.PDI_CONTROL, 0x0C80)
         self.put(reg.SII_CONTROL, 0x0040)
-        self._managers: list[SyncManager] = []
+        self._managers: list[reg.SyncManager] = []
         self._fmmus: list = []
         self.process_data_on = False
 
@@ -67,7 +65,7 @@ class SlaveController:
         """Look at a register from inside."""
         return int.from_bytes(self.memory[address : address + size], "little")
 
-    def manager(self, number: int) -> SyncManager | None:
+    def manager(self, number: int) -> reg.SyncManager | None:
         """An enabled sync manager."""
         return next((m for m in self._managers if m.number == number), None)
 
@@ -133,7 +131,7 @@ class SlaveController:
         wrote = command != Command.LRD and self.latch_outputs(frame, start, length)
         read = False
         for unit in self._fmmus:
-            if unit.kind & READ and command != Command.LWR:
+            if unit.kind & reg.READ and command != Command.LWR:
                 read |= unit.copy_out(self.memory, frame, data, address, end)
         return read + wrote * (2 if command == Command.LRW else 1)
 
@@ -144,7 +142,7 @@ class SlaveController:
         address = int.from_bytes(frame[start + 2 : start + 6], "little")
         wrote = False
         for unit in self._fmmus:
-            if unit.kind & WRITE:
+            if unit.kind & reg.WRITE:
                 wrote |= unit.copy_in(self.memory, frame, start + 10, address, address + length)
         if wrote:
             self.last_outputs = self.now
@@ -199,7 +197,7 @@ class SlaveController:
             return True
         self.memory[offset:end] = data
         if offset < reg.FMMU_END and end > reg.FMMU:
-            self._fmmus = read_fmmus(self.memory[reg.FMMU : reg.FMMU_END])
+            self._fmmus = reg.read_fmmus(self.memory[reg.FMMU : reg.FMMU_END])
         return True
 
     # --- sync managers ---------------------------------------------------------------------
@@ -210,25 +208,25 @@ class SlaveController:
             if (offset + i) & 7 not in (5, 7):
                 self.memory[offset + i] = value
         before = {m.number: m for m in self._managers}
-        managers = read_sync_managers(self.memory[reg.SYNC_MANAGER : reg.SYNC_MANAGER_END])
+        managers = reg.read_sync_managers(self.memory[reg.SYNC_MANAGER : reg.SYNC_MANAGER_END])
         self._managers = [
             before[m.number].continued(m) if m.number in before else m for m in managers
         ]
         full = {m.number for m in self._managers if m.full}
         for number in range(SYNC_MANAGERS):
             if number not in full:
-                self.memory[reg.SYNC_MANAGER + 8 * number + 5] &= ~FULL
+                self.memory[reg.SYNC_MANAGER + 8 * number + 5] &= ~reg.FULL
         for manager in self._managers:
             if manager.repeat_asked(self.memory):
                 manager.repeat(self.memory)
 
-    def _mailbox_at(self, offset: int, end: int) -> SyncManager | None:
+    def _mailbox_at(self, offset: int, end: int) -> reg.SyncManager | None:
         for manager in self._managers:
             if manager.mailbox and offset < manager.end and end > manager.start:
                 return manager
         return None
 
-    def _read_mailbox(self, manager: SyncManager, offset: int, end: int) -> bytes | None:
+    def _read_mailbox(self, manager: reg.SyncManager, offset: int, end: int) -> bytes | None:
         if manager.written_by_master or offset != manager.start or not manager.full:
             return None
         found = bytes(self.memory[offset:end])
@@ -237,7 +235,7 @@ class SlaveController:
             self.mailbox_fetched()
         return found
 
-    def _write_mailbox(self, manager: SyncManager, offset: int, data: bytes) -> bool:
+    def _write_mailbox(self, manager: reg.SyncManager, offset: int, data: bytes) -> bool:
         if not manager.written_by_master or offset != manager.start or manager.full:
             return False
         self.memory[offset : offset + len(data)] = data

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of faults: every word of the control socket that breaks something, and how it is
-mended.
+"""The faults of the control socket, and how each is mended.
 
 A fault is a function on the rig; it returns what undoes it, or None when it is over by itself.
 """
@@ -12,7 +11,7 @@ from dataclasses import dataclass
 
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
-from flatplank_hw.ethercat import channels
+from flatplank_hw.ethercat import busfile
 from flatplank_sim.emulator.al import State
 from flatplank_sim.emulator.bench import EmulatedBench
 from flatplank_sim.emulator.drive_firmware import DriveFirmware
@@ -21,7 +20,7 @@ from flatplank_sim.emulator.sii import build_sii
 from flatplank_sim.emulator.slave import EmulatedSlave
 from flatplank_sim.emulator.wire import Wire
 
-Undo = Callable[[], None]
+Undo = Callable[[], object]
 
 
 @dataclass
@@ -55,30 +54,32 @@ class Rig:
         return box
 
 
+def _set(target: object, name: str, value: object, after: object) -> Undo:
+    """Set an attribute; `after` is its value without the fault."""
+    setattr(target, name, value)
+    return lambda: setattr(target, name, after)
+
+
 def lose_frames(rig: Rig, frames: int = 1) -> Undo:
     """So many process data frames never reach the slaves."""
-    rig.wire.lose_next = int(frames)
-    return lambda: setattr(rig.wire, "lose_next", 0)
+    return _set(rig.wire, "lose_next", int(frames), 0)
 
 
 def lose_answers(rig: Rig, frames: int = 1) -> Undo:
     """So many process data answers are lost on the way back."""
-    rig.wire.lose_answers = int(frames)
-    return lambda: setattr(rig.wire, "lose_answers", 0)
+    return _set(rig.wire, "lose_answers", int(frames), 0)
 
 
 def lose_share(rig: Rig, share: float) -> Undo:
     """A share of all frames is lost, at random with a fixed seed."""
     if not 0.0 <= share <= 1.0:
         raise ValueError(f"share is {share}, must be within 0..1")
-    rig.wire.lose_share = float(share)
-    return lambda: setattr(rig.wire, "lose_share", 0.0)
+    return _set(rig.wire, "lose_share", float(share), 0.0)
 
 
 def delay(rig: Rig, ms: float) -> Undo:
     """Process data answers come late."""
-    rig.wire.delay_ns = round(float(ms) * 1e6)
-    return lambda: setattr(rig.wire, "delay_ns", 0)
+    return _set(rig.wire, "delay_ns", round(float(ms) * 1e6), 0)
 
 
 def hold(rig: Rig) -> Undo:
@@ -89,8 +90,7 @@ def hold(rig: Rig) -> Undo:
 
 def wire_dead(rig: Rig) -> Undo:
     """Nothing passes between master and slaves, the link stays up."""
-    rig.wire.down = True
-    return lambda: setattr(rig.wire, "down", False)
+    return _set(rig.wire, "down", True, False)
 
 
 def link_down(rig: Rig) -> Undo:
@@ -101,8 +101,7 @@ def link_down(rig: Rig) -> Undo:
 
 def counter_offset(rig: Rig, offset: int) -> Undo:
     """The working counter of process data is wrong by so much."""
-    rig.bench.segment.counter_offset = int(offset)
-    return lambda: setattr(rig.bench.segment, "counter_offset", 0)
+    return _set(rig.bench.segment, "counter_offset", int(offset), 0)
 
 
 def cable_cut(rig: Rig, behind: str) -> Undo:
@@ -128,16 +127,11 @@ def al_refuse(rig: Rig, slave: str, state: str = "OP", code: int = 0x0020) -> Un
     """A slave refuses to go to a state."""
     refused = rig.slave(slave).al.refused
     refused[State[state]] = int(code)
-
-    def undo() -> None:
-        refused.pop(State[state], None)
-
-    return undo
+    return lambda: refused.pop(State[state], None)
 
 
 def power_off(rig: Rig, slave: str) -> Undo:
-    """A slave loses its power; those behind it are out of reach. It comes back as from the
-    factory."""
+    """A slave and those behind it lose power; it comes back as from the factory."""
     broken, segment = rig.slave(slave), rig.bench.segment
     broken.absent = True
     segment.show_topology()
@@ -156,8 +150,7 @@ def power_cycle(rig: Rig, slave: str) -> None:
 
 
 def identity(rig: Rig, slave: str, vendor: int = 0, product: int = 0, revision: int = 0) -> Undo:
-    """Another device sits in the place of a slave: its EEPROM tells another identity (0:
-    unchanged)."""
+    """Another device in the place of a slave: another identity in its EEPROM (0: unchanged)."""
     changed = rig.slave(slave)
     before = bytes(changed.sii)
     for word, value in ((8, vendor), (10, product), (12, revision)):
@@ -185,15 +178,13 @@ def mailbox_hang(rig: Rig, slave: str) -> Undo:
 def mailbox_abort(rig: Rig, slave: str, code: int = 0x08000000) -> Undo:
     """Every SDO request is refused with an abort code."""
     box = rig.mailbox(slave)
-    box.sdo.abort_all = int(code)
-    return lambda: setattr(box.sdo, "abort_all", 0)
+    return _set(box.sdo, "abort_all", int(code), 0)
 
 
 def mailbox_late(rig: Rig, slave: str, ms: float) -> Undo:
     """SDO answers come late (bench time)."""
     box = rig.mailbox(slave)
-    box.late_ns = round(float(ms) * 1e6)
-    return lambda: setattr(box, "late_ns", 0)
+    return _set(box, "late_ns", round(float(ms) * 1e6), 0)
 
 
 def emergency(rig: Rig, slave: str, code: int, register: int = 1) -> None:
@@ -215,47 +206,23 @@ def stuck_axis(rig: Rig, axis: str = "wheel") -> Undo:
     if stick is not None:
         stick(axis, True)
         return lambda: stick(axis, False)
-    drive.stuck = True
-    return lambda: setattr(drive, "stuck", False)
+    return _set(drive, "stuck", True, False)
 
 
 def channel(rig: Rig, name: str, value: int) -> Undo:
-    """An input shows a raw value of its own: a broken wire, a limit switch, an open emergency stop
-    contact."""
-    if name not in channels.INPUTS:
-        raise ValueError(f"no input channel '{name}'{nearest(name, channels.INPUTS)}")
+    """An input shows a raw value: a broken wire, a limit switch, an open emergency stop."""
+    if name not in busfile.INPUTS:
+        raise ValueError(f"no input channel '{name}'{nearest(name, busfile.INPUTS)}")
     overrides = rig.bench.coupling.overrides
     overrides[name] = int(value)
-
-    def undo() -> None:
-        overrides.pop(name, None)
-
-    return undo
+    return lambda: overrides.pop(name, None)
 
 
 FAULTS: dict[str, Callable[..., Undo | None]] = {
     f.__name__: f
     for f in (
-        lose_frames,
-        lose_answers,
-        lose_share,
-        delay,
-        hold,
-        wire_dead,
-        link_down,
-        counter_offset,
-        cable_cut,
-        al_drop,
-        al_refuse,
-        power_off,
-        power_cycle,
-        identity,
-        mailbox_hang,
-        mailbox_abort,
-        mailbox_late,
-        emergency,
-        drive_fault,
-        stuck_axis,
-        channel,
+        lose_frames, lose_answers, lose_share, delay, hold, wire_dead, link_down, counter_offset,
+        cable_cut, al_drop, al_refuse, power_off, power_cycle, identity, mailbox_hang,
+        mailbox_abort, mailbox_late, emergency, drive_fault, stuck_axis, channel,
     )
-}
+}  # fmt: skip

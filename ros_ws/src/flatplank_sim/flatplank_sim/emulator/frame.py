@@ -80,30 +80,3 @@ def split(frame: bytes | bytearray) -> list[Datagram]:
         datagrams.append(Datagram(frame[start], start, start + DATAGRAM_HEADER, length))
         start += DATAGRAM_HEADER + length + 2
     return datagrams
-
-
-def build(datagrams: list[tuple[int, int, int, bytes]], index: int = 0) -> bytearray:
-    """A frame from (command, address 16 low bits or whole, register offset, data); for tests and
-    tools.
-
-    For logical commands the second number is the 32-bit address and the third is ignored.
-    """
-    body = bytearray()
-    for position, (command, address, offset, data) in enumerate(datagrams):
-        logical = command in (Command.LRD, Command.LWR, Command.LRW)
-        word = address if logical else (address & 0xFFFF) | offset << 16
-        more = 0x8000 if position + 1 < len(datagrams) else 0
-        body += bytes([command, index]) + word.to_bytes(4, "little")
-        body += (len(data) | more).to_bytes(2, "little") + b"\0\0" + data + b"\0\0"
-    head = b"\xff" * 6 + b"\x01\x01\x01\x01\x01\x01" + b"\x88\xa4"
-    return bytearray(head + (len(body) | 0x1000).to_bytes(2, "little") + body)
-
-
-def results(frame: bytes | bytearray) -> list[tuple[bytes, int]]:
-    """(data, working counter) of each datagram of an answer."""
-    out = []
-    for datagram in split(frame):
-        counter = datagram.counter
-        data = bytes(frame[datagram.data : counter])
-        out.append((data, frame[counter] | frame[counter + 1] << 8))
-    return out

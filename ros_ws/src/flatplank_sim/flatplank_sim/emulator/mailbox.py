@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The mailbox of a slave: CoE requests in, responses and emergencies out, one message at a
-time."""
+"""Mailbox of a slave: CoE requests in, responses and emergencies out, one at a time."""
 
 from __future__ import annotations
 
@@ -8,8 +7,7 @@ from collections import deque
 from collections.abc import Callable
 
 from flatplank_sim.emulator.dictionary import Dictionary
-from flatplank_sim.emulator.sdo import SdoServer
-from flatplank_sim.emulator.sdo_info import SdoInfo
+from flatplank_sim.emulator.sdo import SdoInfo, SdoServer
 
 ERROR, COE = 0, 3
 EMERGENCY, SDO_REQUEST, SDO_RESPONSE, SDO_INFO = 1, 2, 3, 8

@@ -15,8 +15,7 @@ MOVING = 800
 
 
 class MotionMonitor:
-    """Remembers when each motor shaft last moved and how often each power stage was switched
-    on."""
+    """When each motor shaft last moved, and how often each power stage was switched on."""
 
     def __init__(self) -> None:
         self.last_moving = [-1] * len(AXES)
@@ -65,8 +64,7 @@ class MotionMonitor:
         self.last_fault = now
 
     def report(self) -> dict[str, Any]:
-        """Per axis: moving now, ms from the last fault to the last motion, enabled, times
-        enabled."""
+        """Per axis: moving now, ms from last fault to last motion, enabled, times enabled."""
         axes = {}
         for i, name in enumerate(AXES):
             ran_on = self.last_moving[i] - self.last_fault
@@ -79,9 +77,6 @@ class MotionMonitor:
                 "enables": self.enables[i],
             }
         return {
-            "now_ns": self.now,
-            "fault_ns": self.last_fault,
-            "last_frame_ns": self.last_frame,
-            "left_op_ns": self.left_op,
-            "axes": axes,
-        }
+            "now_ns": self.now, "fault_ns": self.last_fault, "last_frame_ns": self.last_frame,
+            "left_op_ns": self.left_op, "axes": axes,
+        }  # fmt: skip

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""PDO assignment and mapping of a slave: objects 0x1C12/0x1C13 and 0x16xx/0x1Axx, writable in
-PREOP."""
+"""PDO assignment (0x1C12, 0x1C13) and mapping (0x16xx, 0x1Axx), writable in PREOP."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from flatplank_hw.ethercat.busfile import Entry, Pdo
 from flatplank_hw.ethercat.layout import Layout
@@ -37,6 +37,8 @@ class PdoDirection:
         self.assign_index = assign_index
         self.known = known
         self.version = 0
+        self.values: tuple[int, ...] = ()
+        """of the assigned entries, as exchanged last"""
         self._in_preop = in_preop
         self._pdos = pdos
         self._free = free_mapping
@@ -54,34 +56,29 @@ class PdoDirection:
         self.layout = Layout([(e.kind, e.bits) for e in self.entries])
         self.version += 1
 
+    def current(self, index: int, subindex: int, item: Variable) -> bytes:
+        """Value from the process data when it is exchanged, else what was stored."""
+        if len(self.values) == len(self.entries):
+            for entry, value in zip(self.entries, self.values, strict=True):
+                if (entry.index, entry.subindex) == (index, subindex):
+                    return encode(entry.kind, value)
+        return item.value
+
     def add_objects(self, dictionary: Dictionary) -> None:
         """Put the assignment and the mapping objects."""
-        words = [index for index in self.assigned]
-        name = "RxPDO assign" if self.assign_index == 0x1C12 else "TxPDO assign"
-        self._add_list(dictionary, self.assign_index, name, "uint16", words, self._assign, True)
+        objects, assign = dictionary.objects, self.assign_index
+        name = "RxPDO assign" if assign == 0x1C12 else "TxPDO assign"
+        objects[assign] = self._list(name, "uint16", list(self.assigned), self._assign, True)
         for index, entries in self.mapped.items():
-            words = [e.mapping_word for e in entries]
-            apply = self._mapper(index)
-            self._add_list(
-                dictionary,
-                index,
-                self.names[index] or f"PDO {index:04X}",
-                "uint32",
-                words,
-                apply,
-                self._free,
+            words, name = [e.mapping_word for e in entries], self.names[index]
+            objects[index] = self._list(
+                name or f"PDO {index:04X}", "uint32", words, partial(self._map, index), self._free
             )
 
-    def _add_list(
-        self,
-        dictionary: Dictionary,
-        index: int,
-        name: str,
-        kind: str,
-        words: list[int],
-        apply: Callable[[list[int]], None],
+    def _list(
+        self, name: str, kind: str, words: list[int], apply: Callable[[list[int]], None],
         writable: bool,
-    ) -> None:
+    ) -> Object:  # fmt: skip
         """A counted list that is emptied, filled and then made valid by writing its count."""
         found = Object(name, 9)
         slots = SLOTS if writable else len(words)
@@ -104,7 +101,7 @@ class PdoDirection:
             found.subs[i + 1] = Variable(
                 kind, encode(kind, word), writable, "entry", wrote=slot_written
             )
-        dictionary.objects[index] = found
+        return found
 
     def _need_preop(self) -> None:
         if not self._in_preop():
@@ -119,12 +116,9 @@ class PdoDirection:
         self.assigned = items
         self._renew()
 
-    def _mapper(self, pdo: int) -> Callable[[list[int]], None]:
-        def apply(items: list[int]) -> None:
-            self.mapped[pdo] = [self._entry(word) for word in items]
-            self._renew()
-
-        return apply
+    def _map(self, pdo: int, items: list[int]) -> None:
+        self.mapped[pdo] = [self._entry(word) for word in items]
+        self._renew()
 
     def _entry(self, word: int) -> Entry:
         index, subindex, bits = word >> 16, word >> 8 & 0xFF, word & 0xFF

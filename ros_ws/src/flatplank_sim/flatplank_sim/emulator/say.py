@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m flatplank_sim.emulator.say SOCKET WORD [key=value ...]`: break and mend by
-hand."""
+"""`python -m flatplank_sim.emulator.say SOCKET WORD [key=value ...]`: break and mend a bus."""
 
 from __future__ import annotations
 

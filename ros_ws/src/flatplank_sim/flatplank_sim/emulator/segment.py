@@ -84,8 +84,7 @@ class Segment:
     def _exchange(
         self, frame: bytearray, datagrams: list[Datagram], line: list[EmulatedSlave]
     ) -> None:
-        """Hand the outputs of a process data frame to the devices first, so that its inputs answer
-        them."""
+        """Give the outputs of a process data frame to the devices before its inputs are read."""
         logical = [d for d in datagrams if d.command in _LOGICAL]
         for d in logical:
             if d.command != Command.LRD:

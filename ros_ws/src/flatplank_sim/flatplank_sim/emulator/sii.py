@@ -3,31 +3,17 @@
 
 from __future__ import annotations
 
+import struct
+
 from flatplank_hw.ethercat.busfile import Pdo, Slave
 
 STRINGS, GENERAL, FMMUS, SYNC_MANAGERS, TX_PDO, RX_PDO, END = 10, 30, 40, 41, 50, 51, 0xFFFF
 COE = 0x0004
 _TYPE_CODES = {
-    "bool": 0x01,
-    "int8": 0x02,
-    "int16": 0x03,
-    "int32": 0x04,
-    "uint8": 0x05,
-    "uint16": 0x06,
-    "uint32": 0x07,
-    "int24": 0x10,
-    "int64": 0x15,
-    "uint24": 0x16,
-    "uint64": 0x1B,
-    "bit2": 0x31,
-    "bit3": 0x32,
-    "bit4": 0x33,
-    "bit5": 0x34,
-    "bit6": 0x35,
-    "bit7": 0x36,
-    "bit8": 0x37,
-    "string": 0x09,
-}
+    "bool": 0x01, "int8": 0x02, "int16": 0x03, "int32": 0x04, "uint8": 0x05, "uint16": 0x06,
+    "uint32": 0x07, "string": 0x09, "int24": 0x10, "int64": 0x15, "uint24": 0x16, "uint64": 0x1B,
+    **{f"bit{n}": 0x2F + n for n in range(2, 9)},
+}  # fmt: skip
 
 
 def type_code(kind: str) -> int:
@@ -42,16 +28,11 @@ def build_sii(slave: Slave) -> bytes:
     for category, group in ((TX_PDO, slave.inputs), (RX_PDO, slave.outputs)):
         data = b"".join(_pdo(category, pdo, slave, names) for pdo in group)
         pdos += _category(category, data) if data else b""
-    body = b"".join(
-        [
-            names.category(),
-            _category(GENERAL, _general(slave)),
-            _category(FMMUS, bytes([1, 2, 3 if slave.mailbox else 0xFF, 0xFF])),
-            _category(SYNC_MANAGERS, _sync_managers(slave)),
-            pdos,
-            END.to_bytes(2, "little") * 2,
-        ]
-    )
+    body = names.category()
+    body += _category(GENERAL, _general(slave))
+    body += _category(FMMUS, bytes([1, 2, 3 if slave.mailbox else 0xFF, 0xFF]))
+    body += _category(SYNC_MANAGERS, _sync_managers(slave))
+    body += pdos + END.to_bytes(2, "little") * 2
     return _header(slave, 128 + len(body)) + body
 
 
@@ -59,19 +40,13 @@ def _header(slave: Slave, size: int) -> bytes:
     words = bytearray(128)
     words[0:4] = bytes([0x80, 0x0C, 0x00, 0x66])
     words[14] = _crc(words[:14])
-    for word, value in (
-        (8, slave.vendor),
-        (10, slave.product),
-        (12, slave.revision),
-        (14, slave.serial),
-    ):
-        words[2 * word : 2 * word + 4] = value.to_bytes(4, "little")
+    identity = (slave.vendor, slave.product, slave.revision, slave.serial)
+    words[16:32] = struct.pack("<4I", *identity)
     box = slave.mailbox
     if box is not None:
-        for word, value in enumerate(
-            (box.out_start, box.out_size, box.in_start, box.in_size, COE), 0x18
-        ):
-            words[2 * word : 2 * word + 2] = value.to_bytes(2, "little")
+        words[0x30:0x3A] = struct.pack(
+            "<5H", box.out_start, box.out_size, box.in_start, box.in_size, COE
+        )
     kilobits = (size * 8 + 1023) // 1024
     words[0x7C:0x7E] = (max(kilobits, 16) - 1).to_bytes(2, "little")
     words[0x7E:0x80] = (1).to_bytes(2, "little")
@@ -102,26 +77,17 @@ def _sync_managers(slave: Slave) -> bytes:
     ):
         if bits or box is not None:
             rows.append((start, (bits + 7) // 8, control, int(bits > 0), kind))
-    return b"".join(
-        start.to_bytes(2, "little")
-        + length.to_bytes(2, "little")
-        + bytes([control, 0, enable, kind])
-        for start, length, control, enable, kind in rows
-    )
+    return b"".join(struct.pack("<2HBxBB", *row) for row in rows)
 
 
 def _pdo(category: int, pdo: Pdo, slave: Slave, names: _Strings) -> bytes:
     number = output_manager(slave) if category == RX_PDO else input_manager(slave)
-    data = bytearray(pdo.index.to_bytes(2, "little"))
-    data += bytes(
-        [len(pdo.entries), number if pdo.assigned else 0xFF, 0, names.add(pdo.name), 0, 0]
-    )
-    for entry in pdo.entries:
-        data += entry.index.to_bytes(2, "little")
-        data += bytes(
-            [entry.subindex, names.add(entry.name), type_code(entry.kind), entry.bits, 0, 0]
-        )
-    return bytes(data)
+    manager = number if pdo.assigned else 0xFF
+    data = struct.pack("<HBBxB2x", pdo.index, len(pdo.entries), manager, names.add(pdo.name))
+    for e in pdo.entries:
+        words = (e.index, e.subindex, names.add(e.name), type_code(e.kind), e.bits)
+        data += struct.pack("<H4B2x", *words)
+    return data
 
 
 def output_manager(slave: Slave) -> int:

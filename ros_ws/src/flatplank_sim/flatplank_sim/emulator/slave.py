@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One emulated slave: controller, EEPROM, state machine, mailbox and process data of a bus file
-entry."""
+"""A slave of the bus file: controller, EEPROM, state machine, mailbox, process data."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from flatplank_hw.ethercat.busfile import Slave
 from flatplank_sim.emulator import registers as reg
 from flatplank_sim.emulator.al import Code, State, StateMachine
-from flatplank_sim.emulator.dictionary import Dictionary, Variable, encode, variable
+from flatplank_sim.emulator.dictionary import Dictionary, Variable, variable
 from flatplank_sim.emulator.esc import SlaveController
 from flatplank_sim.emulator.mailbox import Mailbox
 from flatplank_sim.emulator.pdo import PdoDirection, known_entries
@@ -35,23 +35,17 @@ class EmulatedSlave:
         self.inputs = PdoDirection(
             0x1C13, spec.inputs, known_entries(spec.inputs), spec.write_mapping, self._in_preop
         )
-        self.output_values: tuple[int, ...] = ()
-        self.input_values: tuple[int, ...] = ()
         self.state_hooks: list[Callable[[State, State], None]] = []
         self.reset_hooks: list[Callable[[], None]] = []
         self.dictionary = Dictionary()
         self.mailbox: Mailbox | None = None
         if spec.mailbox is not None:
             self.mailbox = Mailbox(self.dictionary, spec.mailbox.in_size, self.esc.offer_mailbox)
-        self._hook()
+        self.esc.al_control = self._al_control
+        self.esc.sii_command = self._sii_command
+        self.esc.mailbox_received = self._mail
+        self.esc.mailbox_fetched = self._fetched
         self.power_on()
-
-    def _hook(self) -> None:
-        esc = self.esc
-        esc.al_control = self._al_control
-        esc.sii_command = self._sii_command
-        esc.mailbox_received = self._mail
-        esc.mailbox_fetched = self._fetched
 
     def power_on(self) -> None:
         """Everything as after switching on."""
@@ -102,12 +96,12 @@ class EmulatedSlave:
         """Outputs from the memory, as numbers, in the order of the assigned entries."""
         start = self.spec.memory.outputs_start
         layout = self.outputs.layout
-        self.output_values = layout.unpack(self.esc.memory[start : start + layout.size])
-        return self.output_values
+        self.outputs.values = layout.unpack(self.esc.memory[start : start + layout.size])
+        return self.outputs.values
 
     def store_inputs(self, values: tuple[int, ...]) -> None:
         """Inputs into the memory."""
-        self.input_values = values
+        self.inputs.values = values
         start = self.spec.memory.inputs_start
         data = self.inputs.layout.pack(values)
         self.esc.memory[start : start + len(data)] = data
@@ -133,13 +127,11 @@ class EmulatedSlave:
             if not (good and (back.start, back.length) == (box.in_start, box.in_size)):
                 return Code.INVALID_MAILBOX
         if target == State.SAFEOP:
-            if not self._fits(
-                output_manager(self.spec), memory.outputs_start, self.outputs.layout.size
-            ):
+            size = self.outputs.layout.size
+            if not self._fits(output_manager(self.spec), memory.outputs_start, size):
                 return Code.INVALID_OUTPUTS
-            if not self._fits(
-                input_manager(self.spec), memory.inputs_start, self.inputs.layout.size
-            ):
+            size = self.inputs.layout.size
+            if not self._fits(input_manager(self.spec), memory.inputs_start, size):
                 return Code.INVALID_INPUTS
         return Code.NONE
 
@@ -182,11 +174,8 @@ class EmulatedSlave:
 
     def _fill_dictionary(self) -> None:
         spec, d = self.spec, self.dictionary
-        d.add(
-            0x1000,
-            0,
-            variable("uint32", 0x00020192 if spec.device == "drive" else 0x1389, "device type"),
-        )
+        device = 0x00020192 if spec.device == "drive" else 0x1389
+        d.add(0x1000, 0, variable("uint32", device, "device type"))
         d.add(0x1008, 0, variable("string", spec.name, "device name"))
         d.add(0x1009, 0, variable("string", "emulated", "hardware version"))
         d.add(0x100A, 0, variable("string", "1.0", "software version"))
@@ -196,30 +185,13 @@ class EmulatedSlave:
             d.add(0x1018, sub, variable("uint32", value, name), "identity")
         for sub, kind in enumerate((1, 2, 3, 4), 1):
             d.add(0x1C00, sub, variable("uint8", kind, f"SM{sub - 1}"), "sync manager types")
-        for direction, values in ((self.outputs, self._output), (self.inputs, self._input)):
+        for direction in (self.outputs, self.inputs):
             direction.add_objects(d)
             for entry in direction.known.values():
                 if entry.index:
                     item = Variable(entry.kind, bytes((entry.bits + 7) // 8), True, entry.name)
-                    item.read = values(entry.index, entry.subindex, item)
+                    item.read = partial(direction.current, entry.index, entry.subindex, item)
                     item.writable = direction is self.outputs
                     d.add(entry.index, entry.subindex, item)
         for one in (*spec.objects, *spec.sdos):
             d.add(one.index, one.subindex, variable(one.kind, one.value, one.name, True))
-
-    def _output(self, index: int, subindex: int, item: Variable) -> Callable[[], bytes]:
-        return lambda: self._current(self.outputs, self.output_values, index, subindex, item)
-
-    def _input(self, index: int, subindex: int, item: Variable) -> Callable[[], bytes]:
-        return lambda: self._current(self.inputs, self.input_values, index, subindex, item)
-
-    @staticmethod
-    def _current(
-        direction: PdoDirection, values: tuple[int, ...], index: int, subindex: int, item: Variable
-    ) -> bytes:
-        """Value from the process data when it is exchanged, else what was stored."""
-        if len(values) == len(direction.entries):
-            for entry, value in zip(direction.entries, values, strict=True):
-                if (entry.index, entry.subindex) == (index, subindex):
-                    return encode(entry.kind, value)
-        return item.value

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the control socket understands: faults with timing, their mending, the operator's switches,
-questions."""
+"""What the control socket understands: faults with timing, switches of the operator, questions."""
 
 from __future__ import annotations
 
@@ -10,12 +9,12 @@ from typing import Any
 
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
+from flatplank_sim.emulator import registers as reg
 from flatplank_sim.emulator.faults import FAULTS, Rig, Undo
 
 
 class Vocabulary:
-    """Requests are mappings with `do`; faults take `at` (cycle) or `after` (cycles) and `cycles`
-    (how long)."""
+    """Requests have `do`; faults take `at` (cycle) or `after`, and `cycles` (how long)."""
 
     def __init__(
         self, rig: Rig, stop: Callable[[], None], facts: Callable[[], dict[str, Any]]
@@ -25,13 +24,9 @@ class Vocabulary:
         self._undo: dict[str, list[Undo]] = {}
         self._facts = facts
         self._words: dict[str, Callable[..., dict[str, Any]]] = {
-            "mend": self._mend,
-            "state": self._state,
-            "motion": self._motion,
-            "operator": self._operator,
-            "words": self._list,
-            "stop": self._end,
-        }
+            "mend": self._mend, "state": self._state, "motion": rig.bench.monitor.report,
+            "operator": self._operator, "words": self._list, "stop": self._end,
+        }  # fmt: skip
 
     def __call__(self, request: dict[str, Any]) -> dict[str, Any]:
         """Serve one request; ValueError or TypeError carry the reason of a refusal."""
@@ -81,23 +76,16 @@ class Vocabulary:
             "drive_faults": {AXES[a]: d.fault for a, d in bench.coupling.drives.items()},
             "slaves": [
                 {
-                    "name": s.spec.name,
-                    "state": s.al.state.name,
-                    "error": s.al.error,
-                    "code": s.al.code,
-                    "absent": s.absent,
-                    "watchdog_trips": s.esc.memory[0x0442],
+                    "name": s.spec.name, "state": s.al.state.name, "error": s.al.error,
+                    "code": s.al.code, "absent": s.absent,
+                    "watchdog_trips": s.esc.memory[reg.WATCHDOG_COUNT],
                 }
                 for s in bench.slaves
             ],
-        }
-
-    def _motion(self) -> dict[str, Any]:
-        return self.rig.bench.monitor.report()
+        }  # fmt: skip
 
     def _operator(self, name: str, arguments: list[Any] | None = None) -> dict[str, Any]:
-        """A switch of the plant's operator by the name of its method; 'view' answers what he
-        sees."""
+        """A switch of the plant's operator by its method's name; 'view' answers what he sees."""
         operator = getattr(self.rig.bench.plant, "operator", None)
         known = [n for n in dir(operator) if not n.startswith("_")]
         if name not in known:

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The wire between master and segment: what gets lost, late or stuck on it. Pure; wall time is an
-argument."""
+"""The wire between master and segment: what gets lost or late on it. Wall time is an argument."""
 
 from __future__ import annotations
 

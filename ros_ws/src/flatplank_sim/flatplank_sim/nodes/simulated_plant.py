@@ -47,9 +47,7 @@ class PlantParameters(Params):
 
 
 class SimulatedPlant(BenchNode):
-    """Publishes /bus/inputs, takes /bus/outputs; the operator's switches are services
-    (operator_services.py).
-    """
+    """Publishes /bus/inputs, takes /bus/outputs, and has the services of the operator."""
 
     PARAMETERS = PlantParameters
     OWNS_BUS = True

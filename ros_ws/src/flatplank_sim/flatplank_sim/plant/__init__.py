@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated bench: drives, kinematic chain, tire of travelling bristles, hub, encoders, and
-their defects.
-"""
+"""The simulated bench: drives, road, tire of travelling bristles, hub, encoders, defects."""
 
 from flatplank_sim.plant.config import PlantConfig, tires
 from flatplank_sim.plant.operator import Operator, OperatorView

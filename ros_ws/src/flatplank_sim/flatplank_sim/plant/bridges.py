@@ -19,9 +19,7 @@ TURN = 2.0 * math.pi
 
 @inner
 def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
-    """Fx, Fy, Fz, Mx, Mz at the wheel centre. spin_moment 0: as the thesis, no moment about the
-    spin axis.
-    """
+    """Fx, Fy, Fz, Mx, Mz at the wheel centre; spin_moment 0 (thesis): none about the spin axis."""
     cos = math.cos(gamma)
     sin = math.sin(gamma)
     fyc = cos * fy + sin * fz
@@ -33,11 +31,17 @@ def wheel_centre(m, fx, fy, fz, mx, my, mz, radius, gamma):
 
 
 @inner
-def volts(m, wheel, out):
-    """C1..C6 [V] from Fx, Fy, Fz, Mx, Mz at the wheel centre."""
-    base = m.gravity * 4e5 / m.amplification
+def hub(m):
+    """Scale of the bridges; distance of outer and inner bridges from the wheel centre [m]."""
     outer = 0.3475 - m.et_value + m.adapter
     inner_arm = 0.0475 - m.et_value + m.adapter
+    return m.gravity * 4e5 / m.amplification, outer, inner_arm
+
+
+@inner
+def volts(m, wheel, out):
+    """C1..C6 [V] from Fx, Fy, Fz, Mx, Mz at the wheel centre."""
+    base, outer, inner_arm = hub(m)
     span = outer - inner_arm
     u2 = (wheel[4] + inner_arm * wheel[0]) / span
     u3 = -wheel[0] - u2
@@ -65,10 +69,13 @@ def past_of_bridges(skew: float, dt: float) -> np.ndarray:
 
 
 @inner
-def sense(m, s, fx, fy, fz, mx, my, mz, mix, drift, work, history, noise, out):
+def sense(m, s, p, ts, mix, drift, work, history, noise, out):
     """One sample of the six bridges and the LVDT into `out` [V]."""
+    my = -p.rolling * s.fz * s.height
+    fx = ts.fx + s.slope_force
+    mx = ts.uy * s.fz
     work[0], work[1], work[2], work[3], work[4] = wheel_centre(
-        m, fx, fy, fz, mx, my, mz, s.height, s.gamma
+        m, fx, ts.fy, s.fz, mx, my, ts.mz, s.height, s.gamma
     )
     if m.para_fx != 0.0 or m.para_fz != 0.0:
         work[0] += m.para_fx * math.sin(s.theta + m.para_phase)
@@ -114,12 +121,8 @@ def lagged(m, s, history, out):
 
 @inner
 def read(m, v, radius, gamma, out):
-    """(A.1) and (A.2) with the nominal constants: Fx, Fy, Fz, Mx, My, Mz at the contact from
-    C1..C6.
-    """
-    base = m.gravity * 4e5 / m.amplification
-    outer = 0.3475 - m.et_value + m.adapter
-    inner_arm = 0.0475 - m.et_value + m.adapter
+    """Fx, Fy, Fz, Mx, My, Mz at the contact from C1..C6 by (A.1), (A.2), nominal constants."""
+    base, outer, inner_arm = hub(m)
     u2, u3 = base * v[1] / m.k_fx1, base * v[2] / m.k_fx2
     u5, u6 = base * v[4] / m.k_fz2, base * v[5] / m.k_fz1
     fx, fy, fz = -(u2 + u3), base * v[0] / m.k_fy, u5 + u6

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Thousands of runs: road, tire and bridges of the bench with the same kernels, without bus, hub
-and drive loop.
-"""
+"""Thousands of runs: road, tire and bridges by the same kernels, without bus and drive loop."""
 
 from __future__ import annotations
 
@@ -16,22 +14,10 @@ from flatplank_sim.plant.records import build_records, initial_state
 from flatplank_sim.plant.rolling import roll
 
 COLUMNS = [
-    "time",
-    "plank_position",
-    "plank_velocity",
-    "wheel_angle",
-    "wheel_velocity",
-    "motor_velocity",
-    "motor_torque",
-    "fx",
-    "fy",
-    "fz",
-    "mx",
-    "my",
-    "mz",
-    "loaded_radius",
+    "time", "plank_position", "plank_velocity", "wheel_angle", "wheel_velocity",
+    "motor_velocity", "motor_torque", "fx", "fy", "fz", "mx", "my", "mz", "loaded_radius",
     "motion_trigger",
-]
+]  # fmt: skip
 """the measurement table; after it the hidden truth of fx and of the road's position"""
 TRUTHS = ("fx_true", "road_position")
 BUS_RATE = 250.0
@@ -82,9 +68,7 @@ class Campaign:
     def simulate(
         self, runs: Iterable[CampaignRun], seed: int = 0
     ) -> Iterator[dict[str, np.ndarray]]:
-        """Measurement table of each run as columns (SI), with `fx_true` and `road_position` beside
-        it.
-        """
+        """Measurement table of each run as columns (SI), with `fx_true` and `road_position`."""
         for number, run in enumerate(runs):
             yield self.run(run, np.random.default_rng((seed, number)))
 

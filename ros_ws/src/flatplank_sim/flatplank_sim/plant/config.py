@@ -13,10 +13,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from flatplank_data.limits import LIMITS
 from flatplank_data.params import nearest
 from flatplank_hw.bus.image import AXES
-from flatplank_sim.plant.defects import Defect, build_defects
+from flatplank_sim.plant.defects.base import Defect, build_defects
 from flatplank_sim.plant.yamlconfig import (
     PlantConfigError,
     build,
@@ -226,7 +228,8 @@ class PlantConfig:
         1e-3}}}; a defect set to None is switched off.
         """
         data = _packaged("machine")
-        data["tire"] = _tire(tire)
+        own = Path(tire).suffix in (".yaml", ".yml")
+        data["tire"] = read_yaml(Path(tire)) if own else _packaged(tire, "tire", "tires")
         where = "plant"
         if preset:
             data = merge(data, _packaged(preset, "preset"))
@@ -281,11 +284,17 @@ class PlantConfig:
             raise PlantConfigError(f"{where}: command_delay_cycles must not be negative")
 
 
+def cleat_heights(c: PlantConfig, x: np.ndarray, height: float) -> np.ndarray:
+    """Heights of a cleat as the tire envelops it at machine positions x [m]: a hump as long as
+    cleat and contact together [m]."""
+    half = 0.5 * c.cleat.length + c.tire.contact_half_length
+    u = np.clip((x - c.cleat.position) / half, -1.0, 1.0)
+    return 0.5 * height * (1.0 + np.cos(np.pi * u))
+
+
 @cache
 def config_folder() -> Path:
-    """config/plant beside the sources, or share/flatplank_sim/config/plant of an installed
-    workspace.
-    """
+    """config/plant of the sources, or of share/flatplank_sim in an installed workspace."""
     here = Path(__file__).resolve()
     places = [here.parents[2] / "config" / "plant"]
     places += [p / "share" / "flatplank_sim" / "config" / "plant" for p in here.parents]
@@ -297,20 +306,11 @@ def config_folder() -> Path:
     )
 
 
-def _packaged(name: str, kind: str = "file") -> dict[str, Any]:
-    path = config_folder() / f"{name}.yaml"
+def _packaged(name: str, kind: str = "file", folder: str = ".") -> dict[str, Any]:
+    path = config_folder() / folder / f"{name}.yaml"
     if not path.is_file():
-        known = [p.stem for p in config_folder().glob("*.yaml")]
+        known = [p.stem for p in (config_folder() / folder).glob("*.yaml")]
         raise PlantConfigError(f"plant: unknown {kind} '{name}'{nearest(name, known)}")
-    return read_yaml(path)
-
-
-def _tire(name: str) -> dict[str, Any]:
-    if Path(name).suffix in (".yaml", ".yml"):
-        return read_yaml(Path(name))
-    path = config_folder() / "tires" / f"{name}.yaml"
-    if not path.is_file():
-        raise PlantConfigError(f"plant: unknown tire '{name}'{nearest(name, tires())}")
     return read_yaml(path)
 
 

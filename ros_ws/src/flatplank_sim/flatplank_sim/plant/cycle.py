@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One bus cycle of the whole bench: drives, mechanics in small steps, then what the sensors
-say.
-"""
+"""One bus cycle of the bench: drives, mechanics in small steps, then the sensors."""
 
 from __future__ import annotations
 
@@ -21,14 +19,12 @@ from flatplank_sim.plant.drives import (
 from flatplank_sim.plant.drivetrain import substep
 from flatplank_sim.plant.road import (
     TURN,
-    move_road,
     operator_axes,
     plank_speed,
+    ride,
     rolling_radius,
-    steer_hub,
-    vertical_load,
+    shear,
 )
-from flatplank_sim.plant.tire import advance
 
 WHEEL, PLANK, STEER, VERTICAL, CAMBER = range(5)
 TRIGGER, ESTOP_OK, LIMIT_FRONT, LIMIT_REAR = 1, 2, 4, 8
@@ -36,9 +32,7 @@ TRIGGER, ESTOP_OK, LIMIT_FRONT, LIMIT_REAR = 1, 2, 4, 8
 
 @inner
 def move_axes(m, s, op, d, ds, dt):
-    """Axes that have a drive of their own; returns the pinion speed when the plank is one of
-    them.
-    """
+    """Move the axes with drives; returns the pinion speed when the plank has one."""
     v = math.nan
     for a in range(1, 5):
         if not d[a].fitted:
@@ -95,27 +89,15 @@ def mechanics(m, s, p, ts, bristles, op, d, ds, curve, road_map, k):
     v_pinion = move_axes(m, s, op, d, ds, dt)
     if not d[PLANK].fitted:
         v_pinion = plank_speed(m, s, op, dt)
-    dx_road, dy_road = move_road(m, s, ts, v_pinion, dt)
-    turn = -steer_hub(m, s, ts, dt)
     s.gamma = s.wheel_camber + s.road_camber
-    s.fz = vertical_load(m, s, p, ts, road_map)
-    cos = math.cos(s.alpha)
-    sin = math.sin(s.alpha)
-    dx = dx_road * cos + dy_road * sin
-    dy = dx_road * sin - dy_road * cos
-
+    dx, dy, turn = ride(m, s, p, ts, road_map, v_pinion, dt)
     re = rolling_radius(m, s, p, ts)
     s.drag = p.rolling * s.fz * s.height + m.bearing_torque
     before = s.theta
     turn_wheel(m, s, ts, d[WHEEL], ds[WHEEL], curve, re, dx, dt, k)
     dq = re * (s.theta - before)
-    wear = max(1.0 - m.wear * s.run, 0.3)
-    advance(
-        p, ts, bristles, s.fz, s.pressure, dq, dx, dy, turn, s.gamma, s.road, wear, road_map,
-        m.mapped > 0, dt,
-    )  # fmt: skip
-    s.road_velocity = dx_road / dt
-    forward = s.road_velocity * cos
+    shear(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt)
+    forward = s.road_velocity * math.cos(s.alpha)
     s.kappa = re * s.omega / forward - 1.0 if abs(forward) > 1e-6 else 0.0
 
 
@@ -217,10 +199,7 @@ def cycle(
             if d[a].fitted:
                 check_blocked(d[a], ds[a], m.dt)
     noise = noise_block[noise_row]
-    my = -p.rolling * s.fz * s.height
-    fx = ts.fx + s.slope_force
-    mx = ts.uy * s.fz
-    sense(m, s, fx, ts.fy, s.fz, mx, my, ts.mz, mix, drift, work, history, noise, out_volts)
+    sense(m, s, p, ts, mix, drift, work, history, noise, out_volts)
     encode(m, s, d, ds, switches(m, s, op), noise, out_counts)
     tell(s, p, ts, out_truth)
     out_truth[17] = s.motor - m.gear * s.theta - s.offset

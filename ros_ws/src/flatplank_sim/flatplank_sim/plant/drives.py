@@ -10,7 +10,7 @@ import math
 
 from flatplank_hw.cia402 import FAULT_RESET, STATUS, TORQUE_UNIT, CiaMode, State
 from flatplank_sim.plant.compiling import inner
-from flatplank_sim.plant.drivetrain import OFF, TORQUE, VELOCITY
+from flatplank_sim.plant.drivetrain import OFF, TORQUE, VELOCITY, ramp
 
 # plain numbers: compiled code knows no enumerations
 NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = (
@@ -91,11 +91,6 @@ def watch(ds, age, limit):
         trip(ds, ERROR_WATCHDOG)
     if ds.inject > 0:
         trip(ds, ds.inject)
-
-
-@inner
-def ramp(value, target, most):
-    return value + min(max(target - value, -most), most)
 
 
 @inner
@@ -184,9 +179,7 @@ def hold_start(d, ds, dt):
 
 @inner
 def drive(d, ds, command, age, dt, allowed):
-    """One bus cycle of the drive in front of the motor: leaves kind, v_start -> v_ref,
-    slope_torque.
-    """
+    """One bus cycle of the drive before the motor: kind, v_start -> v_ref, slope_torque."""
     was_enabled = ds.state == ENABLED
     transition(ds, command[0])
     if age >= 0:
@@ -245,9 +238,7 @@ def status_word(ds, limited):
 
 @inner
 def free_motor(d, ds, dt, blocked_forward, blocked_backward):
-    """Motor of an axis without its own mechanics: inertia, dry friction, a load; the operator's
-    axes when driven.
-    """
+    """Motor of an axis without mechanics of its own: inertia, dry friction, a load."""
     if ds.kind == VELOCITY:
         goal = ds.v_ref
     elif ds.kind == TORQUE:

@@ -21,22 +21,32 @@ OFF, VELOCITY, TORQUE = 0, 1, 2
 
 
 @inner
+def ramp(value, target, most):
+    return value + min(max(target - value, -most), most)
+
+
+@inner
+def interpolate(table, x):
+    """Straight lines between rows of (x, value), constant before the first and after the last."""
+    n = table.shape[0]
+    if x <= table[0, 0]:
+        return table[0, 1]
+    for k in range(1, n):
+        if x < table[k, 0]:
+            w = (x - table[k - 1, 0]) / (table[k, 0] - table[k - 1, 0])
+            return table[k - 1, 1] + w * (table[k, 1] - table[k - 1, 1])
+    return table[n - 1, 1]
+
+
+@inner
 def friction_torque(curve, speed):
     """M_F [N m] at a motor speed [rad/s] from the table of the machine (rows: speed, torque)."""
-    v = abs(speed)
-    n = curve.shape[0]
-    for k in range(1, n):
-        if v < curve[k, 0]:
-            w = (v - curve[k - 1, 0]) / (curve[k, 0] - curve[k - 1, 0])
-            return curve[k - 1, 1] + w * (curve[k, 1] - curve[k - 1, 1])
-    return curve[n - 1, 1]
+    return interpolate(curve, abs(speed))
 
 
 @inner
 def gear_side(m, s, h, region, a_w, b_w):
-    """Gear torque as t0 + t1 * motor speed, the wheel's answer included, for one side of the
-    gap.
-    """
+    """Gear torque as t0 + t1 * motor speed for one side of the gap; the wheel answers."""
     if region == 0:
         return 0.0, 0.0
     gap = s.motor - m.gear * s.theta - s.offset
@@ -48,9 +58,7 @@ def gear_side(m, s, h, region, a_w, b_w):
 
 @inner
 def settle_motor(m, s, region, t0, t1, a_m, b_m, mf, mf_rest):
-    """New motor speed with dry friction (set-valued at rest), and the direction of the
-    friction.
-    """
+    """New motor speed with dry friction (set-valued at rest), direction of the friction."""
     lost = 1.0 / m.efficiency - 1.0
     for attempt in range(3):
         if attempt == 0:
@@ -76,9 +84,7 @@ def settle_motor(m, s, region, t0, t1, a_m, b_m, mf, mf_rest):
 
 @inner
 def try_region(m, s, h, region, a_w, b_w, a_m, b_m, mf, mf_rest):
-    """Motor speed, wheel speed, gear torque, friction direction if the gears are in this
-    region.
-    """
+    """Motor and wheel speed, gear torque, friction direction if the gears are in this region."""
     t0, t1 = gear_side(m, s, h, region, a_w, b_w)
     if s.stuck_motor > 0.0:
         speed, sign = 0.0, 0
@@ -105,9 +111,8 @@ def servo(m, s, d, ds, h, kind, v_ref, torque):
 
 @inner
 def solve(m, s, h, a_w, b_w, a_m, b_m, mf, mf_rest):
-    """Motor speed, wheel speed, gear torque, friction direction, side of the gap at the end of the
-    step: the first side that is consistent with itself.
-    """
+    """Motor and wheel speed, gear torque, friction direction and side of the gap at the end of the
+    step: the first side that is consistent with itself."""
     joined = s.joined > 0.0
     speed = wheel = torque = 0.0
     sign = region = 0

@@ -89,39 +89,12 @@ DRIVE_STATE = _record(
 )
 
 TRUTH = [
-    "t",
-    "fx",
-    "fy",
-    "fz",
-    "mx",
-    "my",
-    "mz",
-    "road_position",
-    "road_velocity",
-    "plank_position",
-    "pinion_position",
-    "wheel_angle",
-    "wheel_velocity",
-    "motor_angle",
-    "motor_velocity",
-    "motor_torque",
-    "gear_torque",
-    "gear_gap",
-    "kappa",
-    "effective_rolling_radius",
-    "axle_height",
-    "alpha",
-    "gamma",
-    "pressure",
-    "carcass_x",
-    "carcass_y",
-    "contact_half_length",
-    "friction",
-    "sliding_share",
-    "road_gap",
-    "rack_gap",
-    "run",
-]
+    "t", "fx", "fy", "fz", "mx", "my", "mz", "road_position", "road_velocity", "plank_position",
+    "pinion_position", "wheel_angle", "wheel_velocity", "motor_angle", "motor_velocity",
+    "motor_torque", "gear_torque", "gear_gap", "kappa", "effective_rolling_radius",
+    "axle_height", "alpha", "gamma", "pressure", "carcass_x", "carcass_y", "contact_half_length",
+    "friction", "sliding_share", "road_gap", "rack_gap", "run",
+]  # fmt: skip
 """fields of the hidden truth of one cycle"""
 
 COMMAND_FIELDS = 5

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The operator's switches and handwheels. All take effect at the next cycle, the axes move at
-their own speed.
-"""
+"""Switches and handwheels of the operator: act at the next cycle, axes at their own speed."""
 
 from __future__ import annotations
 
@@ -11,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flatplank_sim.plant import layout
-from flatplank_sim.plant.config import PlantConfig
+from flatplank_sim.plant.config import PlantConfig, cleat_heights
 
 MAX_CLEAT = 0.03
 """[m]"""
@@ -38,48 +36,31 @@ class OperatorView(NamedTuple):
 
 
 class Operator:
-    """Methods change what the plant does from the next step on; a value that cannot be is refused
-    by ValueError.
-    """
+    """What the operator does, from the next step on; ValueError refuses a value."""
 
     def __init__(
-        self,
-        config: PlantConfig,
-        state: np.ndarray,
-        wishes: np.ndarray,
-        machine: np.ndarray,
+        self, config: PlantConfig, state: np.ndarray, wishes: np.ndarray, machine: np.ndarray,
         road_map: np.ndarray,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._c, self._s, self._op, self._m = config, state, wishes, machine
         self._map = road_map
 
     def plank(self, direction: int, fast: bool | None = None, stop_at: float = math.nan) -> None:
-        """Switch to forward (1), stop (0) or reverse (-1); optionally the speed switch and
-        `plank_stop_at`.
-        """
+        """Forward (1), stop (0) or reverse (-1), with speed switch and `plank_stop_at`."""
         if direction not in (-1, 0, 1):
             raise ValueError(f"plank: direction {direction} is not -1, 0 or 1")
-        if not math.isnan(stop_at):
-            _within(
-                "plank: stop_at",
-                stop_at,
-                -self._c.plank.rear_limit,
-                self._c.plank.road_length,
-                "m",
-            )
+        if math.isnan(stop_at):
+            self._op["use_stop"], self._op["stop_position"] = 0, 0.0
+        else:
+            self.plank_stop_at(stop_at, "plank: stop_at")
         if fast is not None:
             self.fast(fast)
-        self._op["use_stop"] = 0 if math.isnan(stop_at) else 1
-        self._op["stop_position"] = 0.0 if math.isnan(stop_at) else stop_at
         self._op["direction"] = int(direction)
 
-    def plank_stop_at(self, position: float) -> None:
-        """The switch goes to stop by itself so that the plank rests at this machine position
-        [m].
-        """
-        _within(
-            "plank_stop_at", position, -self._c.plank.rear_limit, self._c.plank.road_length, "m"
-        )
+    def plank_stop_at(self, position: float, what: str = "plank_stop_at") -> None:
+        """The switch goes to stop by itself so that the plank rests at this position [m]."""
+        plank = self._c.plank
+        _within(what, position, -plank.rear_limit, plank.road_length, "m")
         self._op["use_stop"], self._op["stop_position"] = 1, position
 
     def fast(self, on: bool) -> None:
@@ -101,9 +82,7 @@ class Operator:
         self.axle_height(self._c.tire.free_radius + self._c.axes.clearance)
 
     def steer(self, angle: float) -> None:
-        """Steering by the protractor [rad], counted as the side slip angle: fy < 0 for a positive
-        angle.
-        """
+        """Steering angle [rad], counted as the side slip angle: fy < 0 for a positive angle."""
         limit = math.radians(self._c.axes.steer_limit_deg)
         _within("steer", angle, -limit, limit, "rad")
         self._op["steer"] = angle
@@ -133,16 +112,12 @@ class Operator:
         self._op["pressure"] = bar
 
     def cleat(self, height: float) -> None:
-        """Fasten a cleat of this height [m] on the road where the configuration has its place; 0
-        takes it off."""
+        """A cleat of this height [m] at the place of the configuration; 0 takes it off."""
         _within("cleat", height, 0.0, MAX_CLEAT, "m")
         if height and self._s["fz"][0] > 0.0:
             raise ValueError("cleat: the tire stands on the road; unload it first")
         x = np.arange(len(self._map)) * layout.MAP_STEP - layout.MAP_START
-        c = self._c.cleat
-        reach = 0.5 * c.length + self._c.tire.contact_half_length
-        u = np.clip((x - c.position) / reach, -1.0, 1.0)
-        self._map[:, 2] = 0.5 * height * (1.0 + np.cos(np.pi * u))
+        self._map[:, 2] = cleat_heights(self._c, x, height)
         self._m["mapped"] = 1
 
     def emergency_stop(self, pressed: bool = True) -> None:
@@ -169,17 +144,13 @@ class Operator:
         """What can be seen at the machine."""
         s, op = self._s[0], self._op[0]
         wanted = ("height", "lateral", "steer", "wheel_camber", "road_camber")
+        loaded = not op["load_mode"]
+        at_target = loaded and all(abs(s[n] - op[n]) < 1e-9 for n in wanted)
         return OperatorView(
-            float(s["plank"]),
-            bool(s["pinion_velocity"] != 0.0),
-            float(s["height"]),
-            not op["load_mode"],
-            not op["load_mode"] and all(abs(s[n] - op[n]) < 1e-9 for n in wanted),
-            float(s["pressure"]),
-            bool(op["estop"]),
-            bool(op["flexplates"]),
+            float(s["plank"]), bool(s["pinion_velocity"] != 0.0), float(s["height"]), loaded,
+            at_target, float(s["pressure"]), bool(op["estop"]), bool(op["flexplates"]),
             int(s["run"]),
-        )
+        )  # fmt: skip
 
 
 def _within(what: str, value: float, low: float, high: float, unit: str) -> None:

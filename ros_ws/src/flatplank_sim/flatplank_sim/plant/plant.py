@@ -65,9 +65,7 @@ class Plant:
         )  # fmt: skip
 
     def step(self, commands: Sequence[AxisCommand] = ()) -> BusInputs:
-        """The next bus cycle; `commands` answer earlier cycles, one that was given before is
-        ignored.
-        """
+        """The next bus cycle; `commands` answer earlier cycles, a repeated one is ignored."""
         self.cycle = count = self.cycle + 1
         for command in commands:
             axis = command[0]
@@ -119,9 +117,7 @@ class Plant:
 
     @property
     def bristles(self) -> np.ndarray:
-        """Bristles in contact from the leading to the trailing edge: position [m], deflection x, y
-        [m], slides.
-        """
+        """Bristles from leading to trailing edge: position, deflection x, y [m], slides."""
         t, s = self._records.tire[0], self._tire_state[0]
         j = np.arange(s["last"], s["first"] - 1, -1)
         k = j & (t["ring"] - 1)

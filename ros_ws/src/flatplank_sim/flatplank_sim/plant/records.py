@@ -10,8 +10,8 @@ import numpy as np
 
 from flatplank_hw.bus.image import AXES
 from flatplank_sim.plant import layout
-from flatplank_sim.plant.config import PlantConfig, ServoConfig, TireConfig
-from flatplank_sim.plant.defects import Site
+from flatplank_sim.plant.config import PlantConfig, ServoConfig, TireConfig, cleat_heights
+from flatplank_sim.plant.defects.base import Site
 
 TURN = 2.0 * math.pi
 RING_MARGIN = 2.6
@@ -36,11 +36,8 @@ def tire_record(t: TireConfig, spacing: float) -> np.ndarray:
     r["r0"], r["fz0"], r["p0"] = t.free_radius, t.nominal_load, t.nominal_pressure_bar
     r["cz"], r["cz_p"] = t.vertical_stiffness, t.vertical_stiffness_pressure
     r["a"], r["a_rho"] = t.contact_half_length, t.contact_half_length_deflection
-    r["cpx"], r["cpy"], r["cp_p"] = (
-        t.tread_stiffness_x,
-        t.tread_stiffness_y,
-        t.tread_stiffness_pressure,
-    )
+    r["cpx"], r["cpy"] = t.tread_stiffness_x, t.tread_stiffness_y
+    r["cp_p"] = t.tread_stiffness_pressure
     r["cx"], r["cx_f"] = t.carcass_stiffness_x, t.carcass_stiffness_x_load
     r["cx_p"] = t.carcass_stiffness_x_pressure
     r["cy"], r["cy_f"] = t.carcass_stiffness_y, t.carcass_stiffness_y_load
@@ -97,20 +94,10 @@ def machine_record(c: PlantConfig, dt: float) -> np.ndarray:
 
 def servo_record(r: np.ndarray, s: ServoConfig, watchdog: int) -> None:
     """One drive; `r` is a view of one element."""
-    direct = [
-        "torque_limit",
-        "velocity_limit",
-        "profile_velocity",
-        "acceleration",
-        "torque_slope",
-        "position_gain",
-        "inertia",
-        "friction",
-        "blocked_time",
-        "velocity_window",
-        "start_delay",
-    ]
-    for name in direct:
+    for name in (
+        "torque_limit", "velocity_limit", "profile_velocity", "acceleration", "torque_slope",
+        "position_gain", "inertia", "friction", "blocked_time", "velocity_window", "start_delay",
+    ):  # fmt: skip
         r[name] = getattr(s, name)
     r["counts"] = s.counts_per_turn
     r["quick_deceleration"] = s.quick_stop_deceleration
@@ -119,15 +106,6 @@ def servo_record(r: np.ndarray, s: ServoConfig, watchdog: int) -> None:
     r["window"] = s.window_counts * TURN / s.counts_per_turn
     r["scale"] = s.output_per_turn / TURN
     r["watchdog"], r["fitted"] = watchdog, 1
-
-
-def put_cleat(c: PlantConfig, site: Site) -> None:
-    """A cleat as the tire envelops it: a hump as long as cleat and contact together."""
-    x = site.positions() + c.plank.trigger_position
-    half = 0.5 * c.cleat.length + c.tire.contact_half_length
-    u = np.clip((x - c.cleat.position) / half, -1.0, 1.0)
-    site.road_map[:, 2] += 0.5 * c.cleat.height * (1.0 + np.cos(np.pi * u))
-    site.use_map()
 
 
 def build_records(c: PlantConfig, dt: float) -> Records:
@@ -141,22 +119,18 @@ def build_records(c: PlantConfig, dt: float) -> Records:
     road_map[:, 0] = 1.0
     w = c.wheel_drive
     curve = np.array([w.friction_speed, w.friction_torque]).T.copy()
-    records = Records(
-        machine_record(c, dt),
-        tire_record(c.tire, c.solver.bristle_spacing),
-        drives,
-        curve,
-        road_map,
-        np.eye(5),
-        np.zeros((7, 2)),
-    )
-    r = records
+    r = Records(
+        machine_record(c, dt), tire_record(c.tire, c.solver.bristle_spacing), drives, curve,
+        road_map, np.eye(5), np.zeros((7, 2)),
+    )  # fmt: skip
     site = Site(r.machine, r.tire, drives[:1], r.road_map, r.mix, r.drift)
     if c.cleat.height:
-        put_cleat(c, site)
+        x = site.positions() + c.plank.trigger_position
+        site.road_map[:, 2] += cleat_heights(c, x, c.cleat.height)
+        site.use_map()
     for defect in c.defects.values():
         defect.install(site)
-    return records
+    return r
 
 
 def initial_state(c: PlantConfig, r: Records) -> dict[str, np.ndarray]:

@@ -6,21 +6,21 @@ from __future__ import annotations
 import math
 
 from flatplank_sim.plant.compiling import inner
-from flatplank_sim.plant.tire import place
+from flatplank_sim.plant.drivetrain import ramp
+from flatplank_sim.plant.tire import advance, place
 
 TURN = 2.0 * math.pi
 
 
 @inner
-def ramp(value, target, most):
-    return value + min(max(target - value, -most), most)
+def beyond(push, friction):
+    """What dry friction does not hold of a push."""
+    return push - min(max(push, -friction), friction)
 
 
 @inner
 def switch_speed(m, s, op):
-    """Speed that the plank's switches ask for [m/s]; the switch goes to stop by itself at
-    stop_position.
-    """
+    """Speed by the plank switches [m/s]; they go to stop by themselves at stop_position."""
     if op.estop or op.direction == 0:
         return 0.0
     speed = m.slow
@@ -52,16 +52,10 @@ def plank_speed(m, s, op, dt):
 
 @inner
 def rack_gap(m, s, stiffness, v_pinion, dt):
-    """Backlash of the rack: the plank runs ahead when the tire pushes harder than its bearings
-    resist.
-    """
+    """Backlash of the rack: a tire that pushes beyond friction moves the plank ahead."""
     if m.rack_gap <= 0.0:
         return 0.0
-    free = 0.0
-    if s.push > m.rack_friction:
-        free = (s.push - m.rack_friction) / m.gap_damping
-    elif s.push < -m.rack_friction:
-        free = (s.push + m.rack_friction) / m.gap_damping
+    free = beyond(s.push, m.rack_friction) / m.gap_damping
     step = (free - v_pinion) * dt / (1.0 + stiffness * dt / m.gap_damping)
     before = s.w_rack
     s.w_rack = min(max(before + step, 0.0), m.rack_gap)
@@ -70,16 +64,10 @@ def rack_gap(m, s, stiffness, v_pinion, dt):
 
 @inner
 def slack(w, gap, friction, damping, push, stiffness, dt):
-    """New position in a gap of a part that dry friction holds in its carrier and `push` [N]
-    moves.
-    """
+    """New position of a part in a gap with dry friction, moved by `push` [N]."""
     if gap <= 0.0:
         return w
-    free = 0.0
-    if push > friction:
-        free = push - friction
-    elif push < -friction:
-        free = push + friction
+    free = beyond(push, friction)
     return min(max(w + free / (stiffness + damping / dt), 0.0), gap)
 
 
@@ -120,12 +108,7 @@ def move_road(m, s, ts, v_pinion, dt):
 def steer_hub(m, s, ts, dt):
     """Turn of the hub about z within the play of the worm; returns the change of alpha [rad]."""
     if m.steer_play > 0.0:
-        moment = ts.mz + ts.fx * m.steer_arm
-        free = 0.0
-        if moment > m.steer_friction:
-            free = moment - m.steer_friction
-        elif moment < -m.steer_friction:
-            free = moment + m.steer_friction
+        free = beyond(ts.mz + ts.fx * m.steer_arm, m.steer_friction)
         half = 0.5 * m.steer_play
         # a positive moment turns the wheel to the left, which lowers alpha
         s.steer_play = min(max(s.steer_play - free / m.steer_damping * dt, -half), half)
@@ -146,9 +129,7 @@ def surface(road_map, x, column):
 
 @inner
 def vertical_load(m, s, p, ts, road_map):
-    """Load [N] from the axle height: run-out, undulation, play of the support, load change under
-    fx.
-    """
+    """Load [N] from axle height, run-out, undulation, play of the support and fx."""
     deflection = p.r0 - s.height
     if m.runout != 0.0:
         deflection += m.runout * math.cos(s.theta - m.runout_phase)
@@ -182,6 +163,30 @@ def uniformity(m, theta):
 
 
 @inner
+def ride(m, s, p, ts, road_map, v_pinion, dt):
+    """Road, steering and load over dt [s]; returns the travel of the wheel over the road along and
+    across its plane [m], and its turn about z [rad].
+    """
+    dx_road, dy_road = move_road(m, s, ts, v_pinion, dt)
+    turn = -steer_hub(m, s, ts, dt)
+    s.road_velocity = dx_road / dt
+    s.fz = vertical_load(m, s, p, ts, road_map)
+    cos = math.cos(s.alpha)
+    sin = math.sin(s.alpha)
+    return dx_road * cos + dy_road * sin, dx_road * sin - dy_road * cos, turn
+
+
+@inner
+def shear(m, s, p, ts, bristles, road_map, dq, dx, dy, turn, dt):
+    """One step of the tire on the road as it is worn; arguments as those of `advance`."""
+    wear = max(1.0 - m.wear * s.run, 0.3)
+    advance(
+        p, ts, bristles, s.fz, s.pressure, dq, dx, dy, turn, s.gamma, s.road, wear, road_map,
+        m.mapped > 0, dt,
+    )  # fmt: skip
+
+
+@inner
 def rolling_radius(m, s, p, ts):
     """Effective rolling radius of the moment [m], with what varies over a turn."""
     re = ts.re
@@ -194,9 +199,7 @@ def rolling_radius(m, s, p, ts):
 
 @inner
 def operator_axes(m, s, op, p, dt):
-    """Axle height, steering, cambers and pressure go where the operator wants them, at their
-    speeds.
-    """
+    """Axle height, steering, cambers and pressure go to their targets at their speeds."""
     if op.load_mode:
         missing = op.load - s.fz
         stiffness = p.cz * (s.pressure / p.p0) ** p.cz_p

@@ -12,36 +12,21 @@ import math
 
 from flatplank_sim.plant.bridges import read, sense
 from flatplank_sim.plant.compiling import entry, inner
-from flatplank_sim.plant.drivetrain import friction_torque
+from flatplank_sim.plant.drivetrain import friction_torque, interpolate
 from flatplank_sim.plant.road import (
     TURN,
-    move_road,
     plank_speed,
+    ride,
     rolling_radius,
-    steer_hub,
+    shear,
     vertical_load,
 )
 from flatplank_sim.plant.tire import advance
 
 
 @inner
-def lookup(profile, x):
-    """Slip at a plank position: rows of position and slip, straight lines between them."""
-    n = profile.shape[0]
-    if x <= profile[0, 0]:
-        return profile[0, 1]
-    for k in range(1, n):
-        if x < profile[k, 0]:
-            w = (x - profile[k - 1, 0]) / (profile[k, 0] - profile[k - 1, 0])
-            return profile[k - 1, 1] + w * (profile[k, 1] - profile[k - 1, 1])
-    return profile[n - 1, 1]
-
-
-@inner
 def lost_motion(m, s, ts, re, step, dx):
-    """Wheel turn in this step when the motor side turns by `step` [rad]: gap and wind-up of the
-    gear.
-    """
+    """Wheel turn for a turn `step` [rad] of the motor side: gap and wind-up of the gear."""
     torque = (s.height * ts.fx + s.drag) / m.gear
     low = -(m.backlash + max(torque, 0.0) / m.k_spring) / m.gear
     high = (m.backlash + max(-torque, 0.0) / m.k_spring) / m.gear
@@ -56,12 +41,7 @@ def lost_motion(m, s, ts, re, step, dx):
 @inner
 def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
     """Road, load, wheel and tire over dt [s] with the motor side of the gear at omega [rad/s]."""
-    dx_road, dy_road = move_road(m, s, ts, plank_speed(m, s, op, dt), dt)
-    turn = -steer_hub(m, s, ts, dt)
-    s.fz = vertical_load(m, s, p, ts, road_map)
-    cos, sin = math.cos(s.alpha), math.sin(s.alpha)
-    dx = dx_road * cos + dy_road * sin
-    dy = dx_road * sin - dy_road * cos
+    dx, dy, turn = ride(m, s, p, ts, road_map, plank_speed(m, s, op, dt), dt)
     re = rolling_radius(m, s, p, ts)
     s.drag = p.rolling * s.fz * s.height + m.bearing_torque if s.plank > 0.0 else 0.0
     if s.joined > 0.0:
@@ -72,12 +52,7 @@ def tire_step(m, s, p, ts, bristles, op, road_map, omega, dt):
     s.theta += angle
     s.omega = angle / dt
     s.motor_velocity = omega * m.gear
-    wear = max(1.0 - m.wear * s.run, 0.3)
-    advance(
-        p, ts, bristles, s.fz, s.pressure, re * angle, dx, dy, turn, s.gamma, s.road, wear,
-        road_map, m.mapped > 0, dt,
-    )  # fmt: skip
-    s.road_velocity = dx_road / dt
+    shear(m, s, p, ts, bristles, road_map, re * angle, dx, dy, turn, dt)
 
 
 @inner
@@ -138,19 +113,14 @@ def roll(
             before = (n - 1) * m.dt + i * dt
             moving = min(max((before + dt - delay) / dt, 0.0), 1.0)
             since = encoded(m, s) - (m.trigger_at if math.isnan(zero) else zero)
-            kappa = lookup(profile, since + 0.5 * dt * s.pinion_velocity)
+            kappa = interpolate(profile, since + 0.5 * dt * s.pinion_velocity)
             omega = moving * m.fast * cos * (1.0 + kappa) / radius
             tire_step(m, s, p, ts, bristles, op, road_map, omega, dt)
         x = encoded(m, s)
         trigger = s.plank >= m.trigger_at
         if trigger and math.isnan(zero):
             zero = x
-        my = -p.rolling * s.fz * s.height
-        fx = ts.fx + s.slope_force
-        sense(
-            m, s, fx, ts.fy, s.fz, ts.uy * s.fz, my, ts.mz, mix, drift, work[:10], history,
-            noise[n], work[10:17],
-        )  # fmt: skip
+        sense(m, s, p, ts, mix, drift, work[:10], history, noise[n], work[10:17])
         write_row(m, s, p, ts, curve, work, x, trigger, out[n])
         if s.plank >= m.road_length:
             rows = n + 1

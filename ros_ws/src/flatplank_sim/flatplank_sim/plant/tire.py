@@ -91,9 +91,7 @@ def place(x, rows):
 
 @inner
 def enter(p, s, bristles, dq):
-    """Move the belt by dq [m]; bristles that leave the patch go straight, new ones start
-    straight.
-    """
+    """Move the belt by dq [m]; bristles that leave or enter the patch are straight."""
     first = int(math.ceil((s.q + dq - s.a) / p.spacing))
     last = int(math.floor((s.q + dq + s.a) / p.spacing))
     for j in range(s.first, s.last + 1):

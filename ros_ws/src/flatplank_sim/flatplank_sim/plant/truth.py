@@ -102,30 +102,18 @@ def truth_row(config: PlantConfig, fz: float, pressure: float) -> TruthRow:
     stiffness = (up[-1, 1] - down[-1, 1]) / (2.0 * SMALL)
     _, stuck = _experiment(tire, fz, pressure, 0.0, 0.0, STEP)
     at_rest = float(stuck["gx"][0])
+    cz, a, re, friction = (float(state[name][0]) for name in ("cz", "a", "re", "friction"))
+    distance = float(np.interp(0.632 * up[-1, 1], up[:, 1], up[:, 0]))
     return TruthRow(
-        fz,
-        pressure,
-        float(state["cz"][0]),
-        float(state["a"][0]),
-        float(state["re"][0]),
-        stiffness,
-        -side[-1, 2] / SMALL,
-        cx,
-        cy,
-        at_rest,
-        stiffness / at_rest,
-        float(np.interp(0.632 * up[-1, 1], up[:, 1], up[:, 0])),
-        float(state["friction"][0]),
-        deep[-1, 1],
-    )
+        fz, pressure, cz, a, re, stiffness, -side[-1, 2] / SMALL, cx, cy, at_rest,
+        stiffness / at_rest, distance, friction, deep[-1, 1],
+    )  # fmt: skip
 
 
 def truth_table(
     config: PlantConfig, loads: Sequence[float] = (), pressures: Sequence[float] = ()
 ) -> tuple[TruthRow, ...]:
-    """One row per load [N] and pressure [bar]; by default half, one and one and a half times the
-    nominal load.
-    """
+    """One row per load [N] and pressure [bar]; default: 0.5, 1 and 1.5 nominal loads."""
     t = config.tire
     loads = loads or tuple(f * t.nominal_load for f in (0.5, 1.0, 1.5))
     pressures = pressures or (0.8 * t.nominal_pressure_bar, t.nominal_pressure_bar)

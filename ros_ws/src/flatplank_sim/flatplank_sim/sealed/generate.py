@@ -21,8 +21,7 @@ from flatplank_data.table import MeasurementTable
 from flatplank_sim.plant.campaign import COLUMNS, Campaign, CampaignRun
 from flatplank_sim.plant.config import PlantConfig
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP, Run, Setting
-from flatplank_sim.sealed.menu import MENU, Defects, Hidden
-from flatplank_sim.sealed.outside import OUTSIDE, Force
+from flatplank_sim.sealed.menu import MENU, OUTSIDE, Defects, Force, Hidden
 from flatplank_sim.sealed.seal import seal, seal_plant, unseal
 from flatplank_sim.twin.campaign import SLIPS
 
@@ -112,22 +111,16 @@ def _measure(
     machine: Machine, folder: Path, runs: Sequence[tuple[float, int]], step: float, first: int,
     stream: tuple[int, ...], progress: Progress,
 ) -> None:  # fmt: skip
-    """Measure runs into a folder; `first` is the number of the first in the day, `stream` beside
-    seed and number says which noise.
-    """
+    """Measure runs; `first` is the number of the first in the day, `stream` seeds their noise."""
     plain = PlantConfig.load("toyo")
     radius = round(Campaign(plain).true_radius(LOAD, plain.tire.vertical_stiffness), 5)
     tables = []
     for done, (kappa, start) in enumerate(runs, start=1):
         index = first + done - 1
         known = {
-            "kappa": kappa,
-            "fz": LOAD,
-            "pressure": PRESSURE,
-            "run_index": index,
-            "effective_rolling_radius": radius,
-            "step_position": step,
-        }
+            "kappa": kappa, "fz": LOAD, "pressure": PRESSURE, "run_index": index,
+            "effective_rolling_radius": radius, "step_position": step,
+        }  # fmt: skip
         run = CampaignRun(start_angle=math.radians(START_ANGLES[start]), **known)
         own = np.random.default_rng((machine.seed, index, *stream))
         defects = machine.hidden.defects(machine.size)

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_data.errors import FlatplankError
-from flatplank_sim.plant.packed import pack, unpack
+from flatplank_sim.plant.yamlconfig import pack, unpack
 
 FORMAT = "flatplank-sealed/1"
 NAME = "answer.sealed"

@@ -5,15 +5,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
 from dataclasses import replace
 from pathlib import Path
 
 from flatplank_analysis.parallel import worker_pool
-from flatplank_control.bench.listing import write_campaign
+from flatplank_control.bench.results import list_kept, outcome_of, write_campaign
 from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
+from flatplank_control.runner.campaign.plan import CampaignPlan
+from flatplank_control.runner.campaign.quality import Limits
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch, supervised
 from flatplank_control.runner.measurement import START_ANGLES, Measurement
-from flatplank_control.runner.plans import plan_of
+from flatplank_control.runner.plans import axes_of, plan_of
 from flatplank_sim.twin.log import BagLog, TableLog
 from flatplank_sim.twin.twin import Twin
 from flatplank_sim.twin.twin_bench import TwinBench
@@ -41,12 +45,20 @@ def starts_of(text: str) -> list[int]:
     return starts
 
 
-def simulate_one(m: Measurement, setup: BenchSetup, folder: Path, bags: bool) -> Path:
-    """One measurement on a fresh bench whose noise has its own seed."""
-    setup = replace(setup, seed=setup.seed + 1000 * m.run_index)
+def fresh_bench(
+    setup: BenchSetup, run_index: int, attempt: int, folder: Path, bags: bool
+) -> TwinBench:
+    """A bench for one run, whose noise has its own seed."""
     log = BagLog(folder) if bags else TableLog(folder)
+    setup = replace(setup, seed=setup.seed + 1000 * run_index + attempt - 1)
     bench = TwinBench(Twin(setup), log)
-    bench.twin.plant.set_run(m.run_index)
+    bench.twin.plant.set_run(run_index)
+    return bench
+
+
+def simulate_one(m: Measurement, setup: BenchSetup, folder: Path, bags: bool) -> Path:
+    """One measurement on a fresh bench."""
+    bench = fresh_bench(setup, m.run_index, 1, folder, bags)
     bench.perform(plan_of(m))
     return bench.kept[0]
 
@@ -87,3 +99,57 @@ def _run(
         }
         for task in as_completed(tasks):
             yield tasks[task], task.result()
+
+
+def setup_for(plan: CampaignPlan, setup: BenchSetup) -> BenchSetup:
+    """The simulated bench with the tire of the plan on it."""
+    needed = {axis for run in plan.runs for axis in axes_of(run.measurement)}
+    wheel = {**setup.parameters.get("wheel_drive", {}), "free_radius": plan.tire.free_radius}
+    return replace(
+        setup,
+        tire=plan.tire.plant,
+        axes=tuple(sorted(needed.union(setup.axes))),
+        parameters={**setup.parameters, "wheel_drive": wheel},
+    )
+
+
+def make(job: Job, setup: BenchSetup, folder: Path, bags: bool, limits: Limits) -> Outcome:
+    """One run on a fresh bench, judged."""
+    bench = fresh_bench(setup, job.measurement.run_index, job.attempt, folder, bags)
+    before, after = Standstill("before the run"), Standstill("after the run")
+    turn = TurnWatch()
+    bench.perform(supervised(job.measurement, before, after, turn))
+    return outcome_of(bench.kept[0], job, limits, before, after, turn)
+
+
+def run_on_twin(
+    conductor: Conductor,
+    setup: BenchSetup,
+    folder: Path,
+    *,
+    bags: bool = False,
+    jobs: int = 1,
+    progress: Callable[[Conductor, Job, Outcome], None] = lambda _conductor, _job, _outcome: None,
+) -> None:
+    """All runs of the plan that are not done; the journal and campaign.yaml grow with each."""
+    folder.mkdir(parents=True, exist_ok=True)
+    setup = setup_for(conductor.plan, setup)
+    list_kept(conductor, folder)
+    arguments = (setup, folder, bags, conductor.plan.quality)
+
+    def take_in(job: Job, outcome: Outcome) -> None:
+        outcome = conductor.finish(job, outcome)
+        list_kept(conductor, folder)
+        progress(conductor, job, outcome)
+
+    if jobs == 1:
+        while job := conductor.take():
+            take_in(job, make(job, *arguments))
+        return
+    with worker_pool(jobs) as pool:
+        under_way: dict[Future, Job] = {}
+        while not conductor.over:
+            while len(under_way) < jobs and (job := conductor.take()):
+                under_way[pool.submit(make, job, *arguments)] = job
+            for task in wait(under_way, return_when=FIRST_COMPLETED).done:
+                take_in(under_way.pop(task), task.result())

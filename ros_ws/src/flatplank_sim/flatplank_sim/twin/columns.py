@@ -15,14 +15,10 @@ from flatplank_sim.twin.twin import Cycle
 
 CHANNELS = 6
 WHOLE = (
-    "plank_counts",
-    "wheel_counts",
-    "steer_counts",
-    "camber_counts",
-    "road_counts",
-    "digital",
-)
+    "plank_counts", "wheel_counts", "steer_counts", "camber_counts", "road_counts", "digital",
+)  # fmt: skip
 """per cycle, whole numbers"""
+OF_AXIS = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
 JOINTS = ("plank", "wheel", "steer", "road_camber")
 
 
@@ -44,12 +40,11 @@ def _array(samples: Sequence[Any]) -> np.ndarray:
 
 def _bus_fixed(n: int) -> dict[str, Any]:
     per_cycle = ["lvdt_volts", *WHOLE]
-    per_axis = ["status_word", "mode_display", "position", "velocity", "torque", "error_code"]
     return {
         "header.frame_id": "bus",
         "bridge_volts": CHANNELS * n,
         **dict.fromkeys(per_cycle, n),
-        **dict.fromkeys(per_axis, len(AXES) * n),
+        **dict.fromkeys(OF_AXIS, len(AXES) * n),
     }
 
 
@@ -67,8 +62,7 @@ def _bus(batches: list[tuple]) -> dict[str, Any]:
     for name in WHOLE:
         out[name] = np.array([getattr(i, name) for i in images]).reshape(rows, n)
     axes = np.array([axis for i in images for axis in i.axes], dtype=np.int64)
-    names = ("status_word", "mode_display", "position", "velocity", "torque", "error_code")
-    for k, name in enumerate(names):
+    for k, name in enumerate(OF_AXIS):
         out[name] = axes[:, k].reshape(rows, -1)
     return out
 
@@ -182,20 +176,18 @@ def table_columns(cycles: Sequence[Cycle]) -> dict[str, np.ndarray]:
     """Columns of a measurement table (units and axes as in the table's own definition)."""
     encoders = [c.encoders for c in cycles]
     wrench = _array([c.hub.contact for c in cycles])
-    out = {
-        "time": np.array([e.stamp_ns for e in encoders]) * 1e-9,
-        "plank_position": _array([e.plank_position for e in encoders]),
-        "plank_velocity": _array([e.plank_velocity for e in encoders]),
-        "wheel_angle": _array([e.wheel_angle for e in encoders]),
-        "wheel_velocity": _array([e.wheel_velocity for e in encoders]),
-        "motor_velocity": _array([e.motor_velocity for e in encoders]),
-        "motor_torque": _array([c.drive.torque for c in cycles]),
-    }
+    out = {"time": np.array([e.stamp_ns for e in encoders]) * 1e-9}
+
+    def put(*names: str) -> None:
+        for name in names:
+            out[name] = _array([getattr(e, name) for e in encoders])
+
+    put("plank_position", "plank_velocity", "wheel_angle", "wheel_velocity", "motor_velocity")
+    out["motor_torque"] = _array([c.drive.torque for c in cycles])
     for k, name in enumerate(("fx", "fy", "fz", "mx", "my", "mz")):
         out[name] = wrench[:, k]
     out["loaded_radius"] = _array([c.hub.loaded_radius for c in cycles])
     out["motion_trigger"] = _array([e.trigger for e in encoders])
-    out["steer_angle"] = _array([e.steer_angle for e in encoders])
-    out["road_camber"] = _array([e.road_camber for e in encoders])
+    put("steer_angle", "road_camber")
     out["total_camber"] = _array([c.hub.total_camber for c in cycles])
     return out

@@ -9,10 +9,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from flatplank_control.recording.blocks import TwinWriter
 from flatplank_control.recording.cdr_layout import CdrLayout
 from flatplank_control.recording.session import RecordingSession
-from flatplank_control.recording.twin_writer import TwinWriter
-from flatplank_control.topics import RECORDED
+from flatplank_control.recording.topics import RECORDED
 from flatplank_data.exporters import EXPORTERS
 from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable

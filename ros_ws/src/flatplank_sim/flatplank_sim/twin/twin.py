@@ -7,17 +7,64 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.bench.setup import AXIS_NODES, DRIVEN, BenchSetup
 from flatplank_control.free_rolling import FreeRollingController, FreeRollingParameters
+from flatplank_control.load_control import LoadController, LoadParameters
 from flatplank_control.sequencer import SequencerParameters, SlipSequencer
-from flatplank_data.params import from_mapping, to_mapping
+from flatplank_control.steering_hold import AngleControl, AngleParameters
+from flatplank_data.params import Params, from_mapping, to_mapping
 from flatplank_hw.bus.image import AxisCommand, BusInputs
+from flatplank_hw.cia402 import State
 from flatplank_hw.drive import AxisDrive, DriveParameters
 from flatplank_hw.encoders import EncoderParameters, Encoders
 from flatplank_hw.hub import HubParameters, MeasurementHub
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Reference
 from flatplank_sim.plant import Plant, PlantConfig
-from flatplank_sim.twin.axes import TwinAxis, make_axis
+
+CONTROLLERS: dict[str, tuple[type, type[Params]]] = {
+    "vertical": (LoadController, LoadParameters),
+    "steer": (AngleControl, AngleParameters),
+    "camber": (AngleControl, AngleParameters),
+}
+
+
+class TwinAxis:
+    """Drive and controller of one axis; the plank's has none."""
+
+    def __init__(self, drive: AxisDrive, controller: Any = None) -> None:
+        self.drive, self.controller = drive, controller
+        self.sample: DriveSample | None = None
+
+    @property
+    def enabled(self) -> bool:
+        return self.sample is not None and self.sample.state == State.OPERATION_ENABLED
+
+    def follow(self, on: bool) -> None:
+        """The controller has the axis from now on, or lets go."""
+        if on:
+            self.controller.reset()
+            self.drive.set_operation_mode("follow")
+            self.drive.enable()
+        else:
+            self.drive.disable()
+
+    def step(self, inputs: BusInputs, encoders: EncoderSample, hub: HubSample) -> AxisCommand:
+        """One cycle."""
+        reference = None
+        if self.drive.listens_to == "follow":
+            reference = self.controller.reference(hub, encoders)
+        command, self.sample = self.drive.step(inputs, encoders, hub, reference)
+        return command
+
+
+def make_axis(setup: BenchSetup, axis: str) -> TwinAxis:
+    """The axis as its parameter files say."""
+    drive = from_mapping(DriveParameters, setup.of(DRIVEN[axis][0]), f"{axis}_drive")
+    if axis not in CONTROLLERS:
+        return TwinAxis(AxisDrive(drive))
+    core, parameters = CONTROLLERS[axis]
+    own = from_mapping(parameters, setup.of(AXIS_NODES[axis].controller), f"{axis} controller")
+    return TwinAxis(AxisDrive(drive), core(own))
 
 
 class Cycle(NamedTuple):
@@ -34,9 +81,7 @@ class Cycle(NamedTuple):
 
 
 class Twin:
-    """Plant, hub, encoders, sources and wheel drive, stepped as the lock-stepped graph steps
-    them.
-    """
+    """Plant, hub, encoders, sources and drives, stepped as the lock-stepped graph steps them."""
 
     def __init__(self, setup: BenchSetup) -> None:
         def make(cls: type, name: str) -> Any:

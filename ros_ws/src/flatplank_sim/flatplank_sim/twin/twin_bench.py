@@ -12,16 +12,15 @@ from typing import Any
 
 from flatplank_control.calibration.book import Book
 from flatplank_control.runner import steps as S
+from flatplank_control.runner.conditions import QUANTITIES, condition_of, prompt_of
 from flatplank_control.runner.moves import by_drive
-from flatplank_control.runner.performing import CHUNK, Patience, StopWatch
 from flatplank_control.runner.plans import let_go, safe_end
 from flatplank_control.runner.provenance import complete
-from flatplank_control.runner.quantities import QUANTITIES, condition_of, prompt_of
+from flatplank_control.runner.steps import CHUNK, Patience, StopWatch
 from flatplank_data.run_record import record_from_dict
 from flatplank_hw.drive import AxisDrive
-from flatplank_sim.twin.axes import TwinAxis
 from flatplank_sim.twin.log import RunLog
-from flatplank_sim.twin.twin import Twin
+from flatplank_sim.twin.twin import Twin, TwinAxis
 
 
 class TwinBench:
@@ -55,7 +54,6 @@ class TwinBench:
             S.MoveTo: lambda s: _need(twin.move_to(math.radians(s.angle_deg))),
             S.SlipWaveform: self._waveform,
             S.Arm: lambda _s: _need(twin.encoders.arm()),
-            S.Tare: lambda _s: _need(twin.hub.tare()),
             S.Record: self._record,
             S.StopRecord: self._stop_record,
             S.Quick: self._quick,
@@ -120,12 +118,10 @@ class TwinBench:
         return self.twin.drive if axis == "wheel" else self._axis(axis).drive
 
     def _waveform(self, step: S.SlipWaveform) -> None:
+        values = {k: float(v) for k, v in step.parameters.items()}
         _need(
             self.twin.sequencer.set_waveform(
-                step.name,
-                {k: float(v) for k, v in step.parameters.items()},
-                step.start_position,
-                step.effective_rolling_radius,
+                step.name, values, step.start_position, step.effective_rolling_radius
             )
         )
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from flatplank_analysis.discovery import screen
 from flatplank_analysis.discovery.fit import amplitude
 from flatplank_analysis.discovery.shortlist import negligible
-from flatplank_analysis.discovery.sources.ranked import source_of
+from flatplank_analysis.discovery.sources import source_of
 from flatplank_analysis.discovery.steps import Search, Step
 from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_analysis.discovery.where import Map
@@ -32,7 +32,6 @@ class Drawn(Figure):
 
 
 def png(figure: Figure) -> bytes:
-    """A figure as a picture."""
     stream = io.BytesIO()
     FigureCanvasAgg(figure).print_png(stream)
     return stream.getvalue()
@@ -44,7 +43,6 @@ def figure_of(width: float, height: float) -> Figure:
 
 
 def clean(axes) -> None:
-    """Less ink."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(labelsize=8)
 
@@ -195,7 +193,6 @@ def residual(step: Step) -> Figure:
 
 
 def steps_of(result: Diagnosis) -> list[dict[str, Any]]:
-    """Waterfall of a search."""
     search = result.search
     out = []
     for step in search.steps:

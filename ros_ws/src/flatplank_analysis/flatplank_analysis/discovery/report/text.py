@@ -14,7 +14,6 @@ NAMES = {"fx": "Fx", "fy": "Fy"}
 
 
 def text_of(result: Diagnosis) -> str:
-    """The diagnosis in words."""
     lines = [f"verdict: {result.verdict} ({result.reason})"]
     if result.search is not None:
         lines += _errors(result, result.search.model.runs)
@@ -86,6 +85,5 @@ def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
 
 
 def _unit(result: Diagnosis) -> str:
-    """Of the first channel."""
     units = result.search.model.runs.units if result.search else ()
     return units[0] if units else "N"

@@ -11,37 +11,52 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 
+from ...models.base import ContactGeometry
 from ...models.magic_formula import LATEST, Coefficients
 from ...models.tir import TirFile
 from ...models.tir_whole import whole
 from ..least_squares import Solution
-from ..quality import relative_error
-from ..results import Confusion, Estimate, Fit
-from .candidates import describe_levels, levels_of
-from .parameters import COEFFICIENTS, Coefficient
+from ..results import Confusion, Estimate, Fit, relative_error
+from .information import describe_levels, levels_of
 from .points import SteadyPoints
 from .problem import OutputProblem, Prior
-from .stages import SMALL_PRESSURE, STAGES, Stage
-from .statement import Held, report
-from .twins import better_twin
+from .stages import COEFFICIENTS, SMALL_PRESSURE, STAGES, Coefficient, Stage
+from .statement import Held, better_twin, report
 
 JOINT_ORDER = ("rho", "a", "b", "cx", "cy", "re", "fx", "fy", "mz")
 
 
-@dataclass(frozen=True)
-class MFSettings:
-    """What a fit file may change."""
+NONLINEAR_FIXED = ("friction", "tread_stiffness")
 
+
+@dataclass(frozen=True)
+class FitFile:
+    """Contents of a fit file (`campaign`): what is free, fixed, bounded, has a prior."""
+
+    model: str = "linear"
+    campaigns: tuple[str, ...] = ()
+    tire: str = ""
     stages: tuple[str, ...] = tuple(STAGES)
-    fixed: Mapping[str, float] = field(default_factory=dict)
     free: tuple[str, ...] = ()
     """Coefficients that are free beyond those of the stages (in the stage of their output)."""
+    fixed: Mapping[str, float] = field(default_factory=dict)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    priors: Mapping[str, Prior] = field(default_factory=dict)
+    prior: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Value and standard deviation."""
     weights: Mapping[str, float] = field(default_factory=dict)
     """Output -> weight against the other outputs' default."""
     joint: bool = True
     """Refit all coefficients of an output together at the end."""
+    geometry: Mapping[str, float] = field(default_factory=dict)
+
+    def carcass_options(self) -> dict[str, Any]:
+        """Keyword arguments of `fit_carcass`."""
+        options: dict[str, Any] = {k: v for k, v in self.fixed.items() if k in NONLINEAR_FIXED}
+        if "c_cx" in self.bounds:
+            options["bounds"] = self.bounds["c_cx"]
+        if self.geometry:
+            options["geometry"] = ContactGeometry(**self.geometry)
+        return options
 
 
 @dataclass(frozen=True)
@@ -89,14 +104,14 @@ class MFFit:
 def fit_magic_formula(
     points: SteadyPoints,
     tir: TirFile,
-    settings: MFSettings | None = None,
+    settings: FitFile | None = None,
     cx_source: str = "measured points",
 ) -> MFFit:
     """Fit the stages in order, then every output jointly; `tir` gives all that is not fitted.
 
     Raises when force curves were wanted and the points have none: the result would be `tir`'s.
     """
-    settings = settings or MFSettings()
+    settings = settings or FitFile()
     if tir.law != LATEST:
         raise FlatplankError(
             f"is of Magic Formula {tir.law}, fits are of {LATEST}",
@@ -128,7 +143,7 @@ def fit_magic_formula(
                 skipped.append(f"{name}: {reason}")
                 continue
             problem, solution = _solve(output, data, free, base, settings)
-            base = base.replaced(dict(zip(problem.free, solution.x, strict=True)))
+            base = problem.at(solution.x)
             touched.setdefault(output, []).extend(free)
             solved[output] = (problem, solution)
     _refuse_without_force(points, base, settings, solved)
@@ -157,7 +172,7 @@ def _start_cx(tir: TirFile) -> str:
 
 
 def _refuse_without_force(
-    points: SteadyPoints, base: Coefficients, settings: MFSettings, solved: Mapping[str, object]
+    points: SteadyPoints, base: Coefficients, settings: FitFile, solved: Mapping[str, object]
 ) -> None:
     """Raise when stages of Fx or Fy were wanted and not one could be fitted."""
     forces = {"fx", "fy"}
@@ -205,7 +220,7 @@ def _obstacle(stage: Stage, output: str, free: Sequence[str], data: SteadyPoints
 
 
 def _free(
-    names: Sequence[str], output: str, settings: MFSettings, touched: Mapping[str, list[str]]
+    names: Sequence[str], output: str, settings: FitFile, touched: Mapping[str, list[str]]
 ) -> list[str]:
     """Free coefficients of a stage; extra ones join the first stage that has their output."""
     extra = [] if touched.get(output) else [n for n in settings.free if _output_of(n) == output]
@@ -232,17 +247,15 @@ def _solve(
     data: SteadyPoints,
     free: Sequence[str],
     base: Coefficients,
-    settings: MFSettings,
-    broadly: bool = True,
+    settings: FitFile,
 ) -> tuple[OutputProblem, Solution]:
     limits = {n: _limit(n, settings) for n in free}
-    priors = {n: p for n, p in settings.priors.items() if n in free}
+    priors = {n: Prior(*p) for n, p in settings.prior.items() if n in free}
     weight = settings.weights.get(output, 1.0)
     problem = OutputProblem(output, data, tuple(free), base, limits, priors, weight)
-    solution = problem.solve(broadly)
+    solution = problem.solve(broadly=True)
     scatter = _scatter(problem, solution)
-    start = base.replaced(dict(zip(free, solution.x, strict=True)))
-    again = replace(problem, base=start, scatter=scatter)
+    again = replace(problem, base=problem.at(solution.x), scatter=scatter)
     return again, better_twin(again, again.solve())
 
 
@@ -254,7 +267,7 @@ def _scatter(problem: OutputProblem, solution: Solution) -> float:
     return max(found * problem.weight, 1e-3)
 
 
-def _limit(name: str, settings: MFSettings) -> Coefficient:
+def _limit(name: str, settings: FitFile) -> Coefficient:
     limit = COEFFICIENTS[name]
     if name not in settings.bounds:
         return limit
@@ -267,7 +280,7 @@ def _jointly(
     points: SteadyPoints,
     touched: Mapping[str, list[str]],
     base: Coefficients,
-    settings: MFSettings,
+    settings: FitFile,
 ) -> tuple[Coefficients, dict[str, tuple[OutputProblem, Solution]]]:
     solved = {}
     for output in JOINT_ORDER:
@@ -275,6 +288,6 @@ def _jointly(
             continue
         data = points.with_output(output)
         problem, solution = _solve(output, data, touched[output], base, settings)
-        base = base.replaced(dict(zip(problem.free, solution.x, strict=True)))
+        base = problem.at(solution.x)
         solved[output] = (problem, solution)
     return base, solved

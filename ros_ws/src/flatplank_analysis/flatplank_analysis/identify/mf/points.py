@@ -10,8 +10,8 @@ import numpy as np
 
 from flatplank_data.errors import FlatplankError
 
-from ..carcass_report import CarcassFit
-from ..mean_response import asymptotes, balanced
+from ..carcass import CarcassFit
+from ..repeats import asymptotes, balanced
 from ..runs import StepRun, by_condition
 
 AXES = ("fz", "kappa", "alpha", "gamma", "pressure")

@@ -9,9 +9,8 @@ import numpy as np
 
 from ...models.magic_formula import Coefficients, operating_point
 from ..least_squares import Solution, solve
-from .parameters import COEFFICIENTS, Coefficient
 from .points import SteadyPoints
-from .stages import PREDICTIONS, SCALE
+from .stages import COEFFICIENTS, PREDICTIONS, SCALE, Coefficient
 
 WEAK = 10.0
 """Every coefficient has a prior this many sizes wide, so that nothing undetermined drifts away."""
@@ -56,6 +55,16 @@ class OutputProblem:
         """Size that matters per free coefficient (p,)."""
         return np.array([self.limit(n).size for n in self.free])
 
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bound per free coefficient, each (p,)."""
+        limits = [self.limit(n) for n in self.free]
+        return np.array([c.lower for c in limits]), np.array([c.upper for c in limits])
+
+    def at(self, x: np.ndarray) -> Coefficients:
+        """All coefficients with these values of the free ones."""
+        return self.base.replaced(dict(zip(self.free, x, strict=True)))
+
     def start(self) -> np.ndarray:
         """Start values: those of the base inside the bounds, else the table's."""
         values = []
@@ -92,8 +101,7 @@ class OutputProblem:
         Shape C and curvature E make valleys of their own: a high C with a high E looks much like
         the low pair.
         """
-        low = np.array([self.limit(n).lower for n in self.free])
-        high = np.array([self.limit(n).upper for n in self.free])
+        low, high = self.bounds
         starts = [self.start()]
         for changes in SHAPES.get(self.output, ()) if broadly else ():
             own = self.start()
@@ -123,13 +131,12 @@ class OutputProblem:
 
     def _penalties(self, lanes: np.ndarray) -> np.ndarray:
         c = self.base.replaced({n: lanes[:, i : i + 1] for i, n in enumerate(self.free)})
-        make = _CURVATURES.get(self.output)
-        if make is None or not len(self.points):
+        if self.output not in _CURVATURES or not len(self.points):
             return np.zeros((len(lanes), 0))
         dfz = np.array([self.points.fz.min(), self.points.fz.max()])
         dfz = (dfz - c.LFZO * c.FNOMIN) / (c.LFZO * c.FNOMIN)
         gamma = np.array([self.points.gamma.min(), self.points.gamma.max()])
-        values = make(c, dfz, gamma)
+        values = _CURVATURES[self.output](c, dfz, gamma)
         flat = [np.broadcast_to(v, (len(lanes), 2)) for v in values]
         return PENALTY * np.maximum(np.hstack(flat) - 1.0, 0.0)
 
@@ -141,8 +148,7 @@ def _curvature_x(c: Coefficients, dfz: np.ndarray, gamma: np.ndarray) -> list[np
 
 def _curvature_y(c: Coefficients, dfz: np.ndarray, gamma: np.ndarray) -> list[np.ndarray]:
     e = (c.PEY1 + c.PEY2 * dfz) * c.LEY
-    tilt = 1.0 + c.PEY5 * gamma**2
-    skew = c.PEY3 + c.PEY4 * gamma
+    tilt, skew = 1.0 + c.PEY5 * gamma**2, c.PEY3 + c.PEY4 * gamma
     return [e * (tilt - skew), e * (tilt + skew), c.REY1 + c.REY2 * dfz]
 
 

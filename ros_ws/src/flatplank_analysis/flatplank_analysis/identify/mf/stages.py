@@ -1,24 +1,61 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ordered stages of a Magic Formula fit: what is free, and which measurements tell it."""
+"""The ordered stages of a Magic Formula fit: what is free, and which measurements tell it.
+
+`coefficients.csv` has start, bounds and size of every coefficient that can be identified. `size`
+is a change that a tire engineer would call large: a coefficient whose error is as big is not
+determined by the data. Bounds hold C > 0 and mu > 0; E <= 1 is a penalty, since E is a sum.
+Sources: typical passenger tires in Pacejka (2012) appendix 3, and the thesis's Table I.1.
+"""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import resources
+from typing import NamedTuple
 
 import numpy as np
 
-from ...models.magic_formula import Coefficients, OperatingPoint, combined, moment, pure
+from ...models.magic_formula import Coefficients, OperatingPoint, combined, pure, steady
 from ...models.magic_formula import structure as shape
 from .points import SteadyPoints
 
 Predict = Callable[[Coefficients, OperatingPoint], np.ndarray]
-Select = Callable[[SteadyPoints, Coefficients], np.ndarray]
 
 SMALL_ANGLE = np.radians(0.3)
 SMALL_SLIP = 0.004
 SMALL_PRESSURE = 0.02
 """Share of the nominal pressure up to which a run counts as being at nominal pressure."""
+
+
+class Coefficient(NamedTuple):
+    """Start value, lower and upper bound, size that matters, unit."""
+
+    start: float
+    lower: float
+    upper: float
+    size: float
+    unit: str = "-"
+
+
+def _table() -> dict[str, Coefficient]:
+    text = (resources.files(__package__) / "coefficients.csv").read_text(encoding="utf-8")
+    _, *rows = csv.reader(text.splitlines())
+    return {
+        name: Coefficient(float(start), float(low), float(high), float(size), unit)
+        for name, start, low, high, size, unit in rows
+    }
+
+
+COEFFICIENTS = _table()
+GENERAL = ("PCX1", "PDX1", "PKX1", "PCY1", "PDY1", "PKY1", "BREFF", "DREFF", "FREFF")
+"""Coefficients without which a tire has no force and no rolling radius."""
+
+
+def general_start() -> dict[str, float]:
+    """Start values of no tire in particular, for a tire record without a start file."""
+    return {name: COEFFICIENTS[name].start for name in GENERAL}
 
 
 def predict_fx(c: Coefficients, o: OperatingPoint) -> np.ndarray:
@@ -32,18 +69,10 @@ def predict_fy(c: Coefficients, o: OperatingPoint) -> np.ndarray:
     return py.fy0 * combined.weight_y(c, o) + combined.side_force_by_kappa(c, o, py.mu_y)
 
 
-def predict_mz(c: Coefficients, o: OperatingPoint) -> np.ndarray:
-    """Mz [Nm] at combined slip."""
-    px, py, g = pure.longitudinal(c, o), pure.lateral(c, o), combined.weight_y(c, o)
-    fx = px.fx0 * combined.weight_x(c, o)
-    fy = py.fy0 * g + combined.side_force_by_kappa(c, o, py.mu_y)
-    return moment.aligning(c, o, py, px.kxk, g, fx, fy)
-
-
 PREDICTIONS: dict[str, Predict] = {
     "fx": predict_fx,
     "fy": predict_fy,
-    "mz": predict_mz,
+    "mz": lambda c, o: steady(c, o).mz,
     "re": lambda c, o: shape.effective_radius(c, o, 0.0),
     "a": shape.contact_length,
     "b": shape.contact_width,
@@ -66,6 +95,15 @@ SCALE: dict[str, Callable[[SteadyPoints], np.ndarray]] = {
 """First guess of the scatter, which the fit then replaces by what it finds."""
 
 
+ONLY: dict[str, Callable[[SteadyPoints, Coefficients], np.ndarray]] = {
+    "straight": lambda p, c: np.abs(p.alpha) < SMALL_ANGLE,
+    "free": lambda p, c: np.abs(p.kappa) < SMALL_SLIP,
+    "upright": lambda p, c: np.abs(p.gamma) < SMALL_ANGLE,
+    "nominal": lambda p, c: np.abs(p.pressure / c.NOMPRES - 1.0) < SMALL_PRESSURE,
+}
+"""Points without side slip, slip, camber, or at the nominal pressure."""
+
+
 @dataclass(frozen=True)
 class Stage:
     """Coefficients that are free together, the outputs and the points that they are fitted to."""
@@ -73,7 +111,8 @@ class Stage:
     name: str
     outputs: dict[str, str]
     """Output -> its free coefficients."""
-    select: Select
+    only: tuple[str, ...] = ()
+    """Names of `ONLY`: the points that count."""
     needs: tuple[str, ...] = ()
     """Axes of which the data must hold more than one level."""
     each: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -82,33 +121,9 @@ class Stage:
     """Coefficient -> axis and number of its levels without which it stays as it is. Outputs of
     such a stage are told by one point."""
 
-
-def _nominal(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return np.abs(p.pressure / c.NOMPRES - 1.0) < SMALL_PRESSURE
-
-
-def _upright(p: SteadyPoints) -> np.ndarray:
-    return np.abs(p.gamma) < SMALL_ANGLE
-
-
-def _pure_x(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return (np.abs(p.alpha) < SMALL_ANGLE) & _upright(p) & _nominal(p, c)
-
-
-def _pure_y(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return (np.abs(p.kappa) < SMALL_SLIP) & _upright(p) & _nominal(p, c)
-
-
-def _combined(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return _upright(p) & _nominal(p, c)
-
-
-def _pressure(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return _upright(p)
-
-
-def _all(p: SteadyPoints, c: Coefficients) -> np.ndarray:
-    return np.ones(len(p), bool)
+    def select(self, points: SteadyPoints, c: Coefficients) -> np.ndarray:
+        """Mask of the points that count (n,)."""
+        return np.all([np.ones(len(points), bool), *(ONLY[n](points, c) for n in self.only)], 0)
 
 
 STAGES: dict[str, Stage] = {
@@ -117,19 +132,19 @@ STAGES: dict[str, Stage] = {
         Stage(
             "pure_x",
             {"fx": "PCX1 PDX1 PDX2 PEX1 PEX2 PEX3 PEX4 PKX1 PKX2 PKX3 PHX1 PHX2 PVX1 PVX2"},
-            _pure_x,
+            ("straight", "upright", "nominal"),
             ("kappa",),
         ),
         Stage(
             "pure_y",
             {"fy": "PCY1 PDY1 PDY2 PEY1 PEY2 PEY3 PKY1 PKY2 PHY1 PHY2 PVY1 PVY2"},
-            _pure_y,
+            ("free", "upright", "nominal"),
             ("alpha",),
         ),
         Stage(
             "aligning",
             {"mz": "QBZ1 QBZ2 QCZ1 QDZ1 QDZ2 QEZ1 QEZ2 QHZ1 QHZ2 QDZ6 QDZ7"},
-            _pure_y,
+            ("free", "upright", "nominal"),
             ("alpha",),
         ),
         Stage(
@@ -139,13 +154,13 @@ STAGES: dict[str, Stage] = {
                 "fy": "RBY1 RBY2 RBY3 RCY1 RHY1",
                 "mz": "SSZ1 SSZ2",
             },
-            _combined,
+            ("upright", "nominal"),
             ("kappa", "alpha"),
         ),
         Stage(
             "pressure",
             {"fx": "PPX1 PPX2 PPX3 PPX4", "fy": "PPY1 PPY2 PPY3 PPY4", "mz": "PPZ1"},
-            _pressure,
+            ("upright",),
             ("pressure",),
             {"fx": ("kappa",), "fy": ("alpha",), "mz": ("alpha",)},
         ),
@@ -156,10 +171,9 @@ STAGES: dict[str, Stage] = {
                 "fy": "PDY3 PEY4 PEY5 PKY3 PKY5 PKY6 PKY7 PVY3 PVY4",
                 "mz": "QBZ5 QDZ3 QDZ4 QDZ8 QDZ9 QHZ3",
             },
-            _all,
-            ("gamma",),
+            needs=("gamma",),
         ),
-        Stage("radius", {"re": "BREFF DREFF FREFF Q_REA Q_REG"}, _all),
+        Stage("radius", {"re": "BREFF DREFF FREFF Q_REA Q_REG"}),
         Stage(
             "stiffness",
             {
@@ -169,7 +183,6 @@ STAGES: dict[str, Stage] = {
                 "cx": "LONGITUDINAL_STIFFNESS PCFX1 PCFX2 PCFX3",
                 "cy": "LATERAL_STIFFNESS PCFY1 PCFY2 PCFY3",
             },
-            _all,
             levels={
                 f"PCF{axis}{number}": need
                 for axis in "XY"

@@ -18,7 +18,7 @@ from .coefficients import (
     SWITCHES,
     Coefficients,
 )
-from .forces import SteadyForces, steady, steady_forces
+from .combined import SteadyForces, steady, steady_forces
 from .state import OperatingPoint, operating_point
 
 __all__ = [

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Aligning moment Mz (4.E31 to 4.E49, 4.E71 to 4.E78) and overturning moment Mx.
+"""Moments: aligning Mz (4.E31 to 4.E49, 4.E71 to 4.E78), overturning Mx, rolling resistance My.
 
 Where the book and the article of 2010 differ, the article is followed, as MF-Tyre does: the trail
 grows with QDZ3 gamma (signed), its slope with QBZ4 gamma + QBZ5 |gamma|, the arm of Fx uses
-FNOMIN, and the equivalent slip angles go through tangents (A54, A55).
+FNOMIN, and the equivalent slip angles go through tangents (A54, A55). My (A48) is negative for a
+wheel that rolls forward (ISO W); the book (4.E70) has it positive and with one more Fz.
 
 In 5.2 the camber thrust has the trail of all side force, the camber of trail and residual moment
-has the scaling factor LGAZ, and Mx has three coefficients (Pacejka 2006, section 4.3.2).
+has the scaling factor LGAZ, Mx has three coefficients, My a share of the load (Pacejka 2006,
+section 4.3.2).
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import turn_slip
-from .coefficients import LATEST, OLD, Coefficients
+from .coefficients import OLD, Coefficients
 from .pure import PureY, lateral
 from .state import (
     OperatingPoint,
@@ -48,8 +50,7 @@ def aligning(
     alpha, tilted = slip_angle(c, o), o._replace(gamma=o.gamma * c.LGAZ)
     alpha_r = _equivalent(c, alpha + pure_y.sh_y + pure_y.sv_y / kya, other)
     alpha_t = alpha + c.QHZ1 + c.QHZ2 * o.dfz + (c.QHZ3 + c.QHZ4 * o.dfz) * tilted.gamma
-    with_trail = WITH_TRAIL[c.law] if spin is None else _force_without_spin
-    fy_prime = with_trail(c, o, pure_y) * g_yk
+    fy_prime = _force_with_trail(c, o, pure_y, spin) * g_yk
     b_r = c.QBZ9 * c.LKY / c.LMUY + c.QBZ10 * pure_y.b_y * pure_y.c_y
     trail = _trail(c, tilted, alpha_t, _equivalent(c, alpha_t, other))
     if spin is None:
@@ -72,23 +73,13 @@ def _equivalent(c: Coefficients, angle: Value, other: Value) -> Value:
     return np.arctan(np.sqrt(tangent * tangent + other)) * sign(angle)
 
 
-def _force_without_camber(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
-    """Fy0 at gamma = 0 (4.E74): camber thrust has no trail."""
-    return lateral(c, o._replace(gamma=0.0)).fy0 if np.any(o.gamma) else pure_y.fy0
-
-
-def _force_without_spin(c: Coefficients, o: OperatingPoint, _pure_y: PureY) -> Value:
-    """Fy0 at gamma = 0 and phi = 0 (4.E74)."""
+def _force_with_trail(
+    c: Coefficients, o: OperatingPoint, pure_y: PureY, spin: Spin | None
+) -> Value:
+    """The part of Fy0 that acts at the trail: without camber and spin (4.E74); of 5.2 all."""
+    if spin is None and (c.law == OLD or not np.any(o.gamma)):
+        return pure_y.fy0
     return lateral(c, o._replace(gamma=0.0)).fy0
-
-
-def _whole_force(c: Coefficients, o: OperatingPoint, pure_y: PureY) -> Value:
-    """Fy0 as it is, of 5.2."""
-    return pure_y.fy0
-
-
-WITH_TRAIL = {LATEST: _force_without_camber, OLD: _whole_force}
-"""law -> the part of Fy0 that acts at the pneumatic trail"""
 
 
 def _trail(c: Coefficients, o: OperatingPoint, alpha_t: Value, alpha_eq: Value) -> Value:
@@ -125,18 +116,13 @@ def _residual(c: Coefficients, o: OperatingPoint) -> Value:
 
 
 def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
-    """Mx [Nm]."""
-    return OVERTURNING[c.law](c, o, fy)
+    """Mx [Nm] (equation 49 of the draft of the article, with QSX12 to QSX14).
 
-
-def _overturning_old(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
-    """Mx [Nm] of 5.2: LMX scales camber and side force only."""
-    loaded = (c.QSX3 * fy / c.FNOMIN - c.QSX2 * o.gamma) * c.LMX
-    return c.UNLOADED_RADIUS * o.fz * (c.QSX1 * c.LVMX + loaded)
-
-
-def _overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
-    """Mx [Nm] (equation 49 of the draft of the article, with QSX12 to QSX14)."""
+    Of 5.2 it has three coefficients, and LMX scales camber and side force only.
+    """
+    if c.law == OLD:
+        loaded = (c.QSX3 * fy / c.FNOMIN - c.QSX2 * o.gamma) * c.LMX
+        return c.UNLOADED_RADIUS * o.fz * (c.QSX1 * c.LVMX + loaded)
     load, side = o.fz / c.FNOMIN, fy / c.FNOMIN
     mixed = np.cos(c.QSX5 * np.arctan((c.QSX6 * load) ** 2))
     mixed = c.QSX4 * mixed * np.sin(c.QSX7 * o.gamma + c.QSX8 * np.arctan(c.QSX9 * side))
@@ -147,4 +133,14 @@ def _overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
     return c.UNLOADED_RADIUS * c.LMX * (o.fz * per_load + fy * per_side)
 
 
-OVERTURNING = {LATEST: _overturning, OLD: _overturning_old}
+def rolling_resistance(c: Coefficients, o: OperatingPoint, fx: Value) -> Value:
+    """My [Nm] at a longitudinal force fx [N]; of 5.2 a share of the load."""
+    speed = np.abs(o.vx / c.LONGVL)
+    share = c.QSY1 + c.QSY2 * fx / c.FNOMIN + c.QSY3 * speed + c.QSY4 * speed**4
+    if c.law == OLD:
+        force = o.fz * share
+    else:
+        load = o.fz / c.FNOMIN
+        camber = (c.QSY5 + c.QSY6 * load) * o.gamma * o.gamma
+        force = c.FNOMIN * (share + camber) * load**c.QSY7 * (1.0 + o.dpi) ** c.QSY8
+    return -c.UNLOADED_RADIUS * c.LMY * sign(o.vx) * force

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from . import turn_slip
-from .coefficients import LATEST, OLD, Coefficients
+from .coefficients import OLD, Coefficients
 from .state import (
     OperatingPoint,
     Value,
@@ -86,10 +86,15 @@ def lateral(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -> Pur
     o, shifts = o._replace(gamma=o.gamma * c.LGAY), digressive(c, c.LMUY) * peak
     sv_gamma = o.fz * (c.PVY3 + c.PVY4 * o.dfz) * o.gamma * c.LKYC * shifts
     sh_y = (c.PHY1 + c.PHY2 * o.dfz) * c.LHY
-    if spin is None:
-        sh_y = sh_y + CAMBER_SHIFT[c.law](c, o, kya, sv_gamma)
-    else:
-        sh_y = sh_y + _by_spin(c, o, spin, kya, sv_gamma)
+    if spin is not None:
+        upright = cornering_stiffness(c, o._replace(gamma=0.0))
+        upright = upright * turn_slip.stiffness_y(c, o, spin)
+        share = sv_gamma / away_from_zero(kya)
+        sh_y = sh_y + turn_slip.shift_y(c, o, spin, camber_stiffness(c, o), upright, share)
+    elif c.law == OLD:
+        sh_y = sh_y + c.PHY3 * o.gamma
+    else:  # what gives the camber stiffness K_yg0 (4.E27, 4.E30)
+        sh_y = sh_y + (camber_stiffness(c, o) * o.gamma - sv_gamma) / away_from_zero(kya)
     sv_y = o.fz * (c.PVY1 + c.PVY2 * o.dfz) * c.LVY * shifts + sv_gamma
     return _lateral_curve(c, o, kya, sh_y, sv_y, peak)
 
@@ -97,27 +102,6 @@ def lateral(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -> Pur
 def camber_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
     """K_yg0 (4.E30) [N/rad]."""
     return o.fz * (c.PKY6 + c.PKY7 * o.dfz) * (1.0 + c.PPY5 * o.dpi) * c.LKYC
-
-
-def _by_stiffness(c: Coefficients, o: OperatingPoint, kya: Value, sv_gamma: Value) -> Value:
-    """Share of S_Hy that gives the camber stiffness K_yg0 (4.E27, 4.E30) [rad]."""
-    return (camber_stiffness(c, o) * o.gamma - sv_gamma) / away_from_zero(kya)
-
-
-def _by_spin(c: Coefficients, o: OperatingPoint, spin: Spin, kya: Value, sv_gamma: Value) -> Value:
-    """The same with turn slip, of which the spin by camber is a part [rad]."""
-    upright = cornering_stiffness(c, o._replace(gamma=0.0))
-    upright = upright * turn_slip.stiffness_y(c, o, spin)
-    share = sv_gamma / away_from_zero(kya)
-    return turn_slip.shift_y(c, o, spin, camber_stiffness(c, o), upright, share)
-
-
-def _by_camber(c: Coefficients, o: OperatingPoint, _kya: Value, _sv_gamma: Value) -> Value:
-    """The same of 5.2: proportional to the camber [rad]."""
-    return c.PHY3 * o.gamma
-
-
-CAMBER_SHIFT = {LATEST: _by_stiffness, OLD: _by_camber}
 
 
 def _lateral_curve(

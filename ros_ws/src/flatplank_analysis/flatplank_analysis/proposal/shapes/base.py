@@ -14,13 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from flatplank_analysis.effects import delays
-from flatplank_analysis.proposal.shapes import operators
+from flatplank_analysis.effects.force_channel import lagged
 
-NAMES: Mapping[str, Any] = {
-    "np": np, "play": operators.play, "follow": operators.follow, "lagged": delays.lagged,
-}  # fmt: skip
-"""what a formula may use"""
+PLACE, ANGLE, LEVEL, SIGNAL = "place", "angle", "level", "signal"
 
 
 @dataclass(frozen=True)
@@ -71,11 +67,6 @@ class Number:
     note: str = ""
 
 
-def always(span: Span) -> bool:
-    """Fits every range of its kinds."""
-    return True
-
-
 @dataclass(frozen=True)
 class Shape:
     """One form; `terms` are linear in sizes, one each."""
@@ -86,7 +77,8 @@ class Shape:
     terms: tuple[str, ...]
     kinds: tuple[str, ...]
     numbers: tuple[Number, ...] = ()
-    fits: Callable[[Span], bool] = always
+    both_signs: bool = False
+    """looked for only over a range on both sides of zero"""
     memory: bool = False
     """needs the course along the run, no function of u alone"""
     parts: tuple[tuple[str, str], ...] = ()
@@ -103,7 +95,7 @@ class Shape:
 
     def suits(self, span: Span) -> bool:
         """Whether it is looked for over such a coordinate."""
-        return span.kind in self.kinds and self.fits(span)
+        return span.kind in self.kinds and (span.crosses or not self.both_signs)
 
     def formulas(self, span: Span, write: Callable[[str], str]) -> list[str]:
         """The terms with the range filled in; `write` says how a number is written."""
@@ -142,4 +134,33 @@ def literal(value: float) -> str:
     return f"({float(f'{value:.4g}')!r})" if value < 0.0 else repr(float(f"{value:.4g}"))
 
 
-PLACE, ANGLE, LEVEL, SIGNAL = "place", "angle", "level", "signal"
+def play(u: np.ndarray, width: np.ndarray | float) -> np.ndarray:
+    """Distance to a follower that is dragged through a gap of this width, over half of it.
+
+    -1 .. 1: what goes forward differs from what goes back (play operator).
+    """
+    half = 0.5 * np.asarray(width)
+    u = np.broadcast_to(u, np.broadcast_shapes(np.shape(u), np.shape(half)))
+    half = np.broadcast_to(half, (*u.shape[:-1], 1))[..., 0]
+    out = np.empty(u.shape)
+    follower = u[..., 0].copy()
+    for n in range(u.shape[-1]):
+        follower = np.minimum(np.maximum(follower, u[..., n] - half), u[..., n] + half)
+        out[..., n] = u[..., n] - follower
+    return out / half[..., None]
+
+
+def follow(u: np.ndarray, time: np.ndarray, lag: np.ndarray | float) -> np.ndarray:
+    """What follows u with a first-order lag [s]; it begins where u begins."""
+    lag = np.asarray(lag)
+    u = np.broadcast_to(u, np.broadcast_shapes(np.shape(u), np.shape(lag)))
+    step = np.diff(time, axis=-1, prepend=time[..., :1])
+    keep = np.exp(-step / np.maximum(lag, 1e-9))
+    out = np.array(u, dtype=float)
+    for n in range(1, u.shape[-1]):
+        out[..., n] = u[..., n] + (out[..., n - 1] - u[..., n]) * keep[..., n]
+    return out
+
+
+NAMES: Mapping[str, Any] = {"np": np, "play": play, "follow": follow, "lagged": lagged}
+"""what a formula may use"""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from flatplank_control.runner.campaign.journal import Done, Journal
@@ -13,7 +14,7 @@ from flatplank_control.runner.campaign.order import PlannedRun
 from flatplank_control.runner.campaign.plan import CampaignPlan
 from flatplank_control.runner.campaign.quality import Verdict
 from flatplank_control.runner.measurement import Measurement
-from flatplank_data.run_record import record_from_dict
+from flatplank_data.run_record import FILE_NAME, load_record, record_from_dict
 
 R_E_HOLDS = 5e-4
 """so far r_e may change, relative, before the slips that rest on the old one are made again: so
@@ -39,7 +40,7 @@ class Outcome:
     file: str
     verdict: Verdict
     facts: Mapping[str, Any] = field(default_factory=dict)
-    """radius, profile, zeros, warnings, what a standing tire told"""
+    """radius, profile, zeros, warnings, stiffness or friction of a standing tire"""
 
     def text(self) -> str:
         """One line: the verdict and what the operator must know beside it."""
@@ -181,3 +182,15 @@ class Conductor:
 
 def _sameness(m: Measurement) -> Measurement:
     return replace(m, start=1, repeat=0, run_index=0, notes="", name="")
+
+
+def unwritten(folder: Path, job: Job, journal: Journal) -> Path | None:
+    """The complete bag of this very run, when the journal does not know it."""
+    written = {name for done in journal.done.values() for name in done.files}
+    for path in sorted(folder.glob(f"{job.measurement.name}*")):
+        if path.name in written or not (path / FILE_NAME).exists():
+            continue
+        record = load_record(path)
+        if record.status == "complete" and record.run_index == job.measurement.run_index:
+            return path
+    return None

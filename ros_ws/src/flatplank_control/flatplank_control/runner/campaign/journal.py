@@ -118,7 +118,7 @@ class Journal:
 def note(path: Path, text: str) -> None:
     """A remark of the operator on what is under way."""
     if text.strip():
-        _append(path, {"event": "note", "text": text.strip()})
+        write_line(path, {"event": "note", "text": text.strip()})
 
 
 def pressure_after(path: Path, text: str) -> str:
@@ -140,13 +140,8 @@ def pressure_after(path: Path, text: str) -> str:
     session = {**record.parameters.get("session", {}), "pressure_after": bar}
     changed = record.with_changes(parameters={**record.parameters, "session": session})
     changed.save(path.parent / files[-1])
-    _append(path, {"event": "pressure", "file": files[-1], "bar": bar})
+    write_line(path, {"event": "pressure", "file": files[-1], "bar": bar})
     return str(files[-1])
-
-
-def _append(path: Path, line: Mapping[str, Any]) -> None:
-    with open(path, "a", encoding="utf-8") as file:
-        file.write(json.dumps(line) + "\n")
 
 
 def write_line(path: Path, line: Mapping[str, Any]) -> None:
@@ -172,9 +167,5 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
 
 def cut_torn_line(path: Path) -> None:
     """What comes next must begin a line of its own."""
-    if not path.exists():
-        return
-    data = path.read_bytes()
-    whole = data.rfind(b"\n") + 1
-    if whole != len(data):
-        os.truncate(path, whole)
+    if path.exists():
+        os.truncate(path, path.read_bytes().rfind(b"\n") + 1)

@@ -12,15 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_control.runner.campaign.checks import STEER_LIMIT, SetUp, refuse
-from flatplank_control.runner.campaign.located import Located, load
-from flatplank_control.runner.campaign.order import (
-    RADIUS,
-    PlannedRun,
-    with_radius,
-    with_reference,
-)
+from flatplank_control.runner.campaign.order import RADIUS, PlannedRun, with_radius, with_reference
 from flatplank_control.runner.campaign.quality import Limits
-from flatplank_control.runner.campaign.reading import Reading, plain
+from flatplank_control.runner.campaign.reading import Located, Reading, load, plain
 from flatplank_control.runner.campaign.tires import TireEntry, known_tires
 from flatplank_control.runner.measurement import (
     ON_THE_ROAD,

@@ -6,11 +6,4 @@ from flatplank_hw.ethercat.esi.elements import EsiDevice, EsiError
 from flatplank_hw.ethercat.esi.merge import merge_device, slave_from_device
 from flatplank_hw.ethercat.esi.read import find_device, read_esi
 
-__all__ = [
-    "EsiDevice",
-    "EsiError",
-    "find_device",
-    "merge_device",
-    "read_esi",
-    "slave_from_device",
-]
+__all__ = ["EsiDevice", "EsiError", "find_device", "merge_device", "read_esi", "slave_from_device"]

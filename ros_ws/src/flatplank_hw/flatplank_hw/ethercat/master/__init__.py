@@ -2,6 +2,6 @@
 """The EtherCAT master: a process that owns pysoem, and `BusClient`, the way to it."""
 
 from flatplank_hw.ethercat.master.client import BusClient
-from flatplank_hw.ethercat.master.errors import BusError
+from flatplank_hw.ethercat.master.interface import BusError
 
 __all__ = ["BusClient", "BusError"]

@@ -9,8 +9,8 @@ import os
 import signal
 from dataclasses import replace
 
-from flatplank_hw.ethercat.master.errors import BusError
 from flatplank_hw.ethercat.master.interface import (
+    BusError,
     InterfaceLock,
     check_interface,
     check_permission,
@@ -18,7 +18,7 @@ from flatplank_hw.ethercat.master.interface import (
 from flatplank_hw.ethercat.master.link import ParentLink
 from flatplank_hw.ethercat.master.loop import BusLoop, Timing
 from flatplank_hw.ethercat.reader import read_bus_file
-from flatplank_hw.realtime import prepare
+from flatplank_hw.process import prepare
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -51,12 +51,8 @@ def make(options: argparse.Namespace, link: ParentLink, lock: InterfaceLock) -> 
         raise BusError(f"{error}; install it: pip install pysoem") from None
     soem = SoemBus(bus, options.interface)
     soem.open()
-    timing = Timing(
-        options.slip,
-        options.reply_timeout_ms * 1e-3,
-        options.patience_ms * 1e-3,
-        options.batch,
-    )
+    reply_timeout, patience = options.reply_timeout_ms * 1e-3, options.patience_ms * 1e-3
+    timing = Timing(options.slip, reply_timeout, patience, options.batch)
     loop = BusLoop(bus, soem, link, prepare(options.fifo, priority=50), timing)
     try:
         loop.start()

@@ -9,6 +9,7 @@ everybody's safety rules act.
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import select
 import socket
@@ -21,10 +22,10 @@ from pathlib import Path
 from typing import Any
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Health
-from flatplank_hw.ethercat.master import messages
-from flatplank_hw.ethercat.master.errors import BusError
-from flatplank_hw.ethercat.programs import environment
+from flatplank_hw.ethercat.master import link
+from flatplank_hw.ethercat.master.interface import BusError
 from flatplank_hw.ethercat.reader import read_bus_file
+from flatplank_hw.process import environment
 
 SILENCE_S = 0.05
 """without an image for so long the client makes its own, with health LOST [s]"""
@@ -171,7 +172,7 @@ class BusClient:
     def send(self, command: AxisCommand) -> None:
         """A command in answer to an image; what the bus process cannot take is lost."""
         try:
-            self._data.send(messages.pack_command(command))
+            self._data.send(link.pack_command(command))
         except OSError:
             return
 
@@ -179,13 +180,13 @@ class BusClient:
         found = []
         while True:
             try:
-                data = self._data.recv(messages.MAX_MESSAGE)
+                data = self._data.recv(link.MAX_MESSAGE)
             except OSError:
                 break
             if not data:
                 time.sleep(self.period_ns * 1e-9)
                 break
-            inputs = messages.unpack_inputs(data)
+            inputs = link.unpack_inputs(data)
             if inputs.cycle > self._last.cycle:
                 found.append(inputs)
         return found
@@ -215,14 +216,8 @@ class BusClient:
         self, slave: str, index: int, subindex: int, data: bytes, timeout: float = 1.0
     ) -> None:
         """Write an object of a slave; LookupError with the reason."""
-        self._ask(
-            timeout,
-            do="sdo_write",
-            slave=slave,
-            index=index,
-            subindex=subindex,
-            data=data.hex(),
-        )
+        place = {"slave": slave, "index": index, "subindex": subindex}
+        self._ask(timeout, do="sdo_write", **place, data=data.hex())
 
     def diagnostics(self, timeout: float = 1.0) -> dict[str, Any]:
         """Health with reason, counts, histograms, recoveries, stops, emergencies."""
@@ -247,7 +242,7 @@ class BusClient:
 
     def _tell(self, message: dict[str, Any]) -> None:
         try:
-            self._control.send(messages.pack_json(message))
+            self._control.send(json.dumps(message).encode())
         except OSError:
             return
 
@@ -255,8 +250,8 @@ class BusClient:
         ready, _, _ = select.select([self._control], [], [], timeout)
         if not ready:
             return None
-        data = self._control.recv(messages.MAX_MESSAGE)
-        return messages.unpack_json(data) if data else None
+        data = self._control.recv(link.MAX_MESSAGE)
+        return json.loads(data) if data else None
 
     def _event(self, message: dict[str, Any]) -> None:
         if message.get("event") == "stopped":

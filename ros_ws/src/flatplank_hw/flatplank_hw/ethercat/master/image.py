@@ -8,14 +8,83 @@ from dataclasses import dataclass
 
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital
 from flatplank_hw.cia402 import TORQUE_UNIT
-from flatplank_hw.ethercat import channels
+from flatplank_hw.encoders.counter import wrapped
+from flatplank_hw.ethercat import busfile
 from flatplank_hw.ethercat.busfile import BusFile, Entry
 from flatplank_hw.ethercat.layout import Layout, limits
-from flatplank_hw.ethercat.master.bits import BitPlace, place_bits
-from flatplank_hw.ethercat.master.counter import Counter
+from flatplank_hw.ethercat.reader import BusFileError
+
+
+@dataclass(frozen=True)
+class BitPlace:
+    """Where the bits of one slave lie.
+
+    Slaves with less than a byte share bytes of the logical image, and pysoem hands out the whole
+    byte. SOEM packs them one behind the other; a slave of eight bits or more starts a new byte.
+    """
+
+    shift: int = 0
+    bits: int = 0
+    """0: whole bytes"""
+    group: int = -1
+    """number of the shared byte"""
+
+    def take(self, data: bytes) -> bytes:
+        """The slave's own bits."""
+        if not self.bits or not data:
+            return data
+        return bytes([data[0] >> self.shift & ((1 << self.bits) - 1)])
+
+    def put(self, data: bytes, shared: dict[int, int]) -> bytes:
+        """The whole byte, with the bits of the slaves before it in the same byte."""
+        if not self.bits:
+            return data
+        shared[self.group] = shared.get(self.group, 0) | data[0] << self.shift
+        return bytes([shared[self.group]])
+
+
+def place_bits(lengths: list[int]) -> list[BitPlace]:
+    """Places for slaves with so many bits in one direction."""
+    places, position, group = [], 0, 0
+    for number, bits in enumerate(lengths):
+        if bits >= 8 or bits == 0:
+            if bits:
+                position, group = 0, group + 1
+            places.append(BitPlace())
+            continue
+        if position + bits > 8:
+            raise BusFileError(
+                f"slave {number + 1}: its {bits} bits would cross a byte, which is not supported;"
+                " put a slave of eight bits or more between the small ones"
+            )
+        places.append(BitPlace(position, bits, group))
+        position += bits
+        if position == 8:
+            position, group = 0, group + 1
+    return places
+
+
+class Counter:
+    """Follows an encoder counter that wraps at its own width; 32 bits pass through as int32."""
+
+    def __init__(self, bits: int) -> None:
+        self._bits = bits
+        self._value: int | None = None
+
+    def see(self, raw: int) -> int:
+        """Next raw value; a step of less than half the range is taken as the way it went."""
+        if self._bits >= 32:
+            return wrapped(raw)
+        if self._value is None:
+            self._value = raw
+        half = 1 << (self._bits - 1)
+        step = (raw - self._value + half) % (2 * half) - half
+        self._value += step
+        return wrapped(self._value)
+
 
 _ZERO, _ECHO, _DIGITAL, _AXES = 0, 1, 2, 3
-_WORDS = len(channels.AXIS_OUTPUTS)
+_WORDS = len(busfile.AXIS_OUTPUTS)
 
 
 @dataclass(frozen=True)
@@ -41,9 +110,9 @@ class InputImage:
         for position, entry in enumerate(e for s in bus.slaves for e in s.input_entries):
             if entry.channel:
                 found[entry.channel] = (position, entry)
-        self._volts = [_scaled(found.get(n)) for n in channels.VOLTS]
-        self._counts = [_counter(found.get(n)) for n in channels.COUNTS]
-        self._bits = [(found[n][0], int(bit)) for n, bit in channels.DIGITAL.items() if n in found]
+        self._volts = [_scaled(found.get(n)) for n in busfile.VOLTS]
+        self._counts = [_counter(found.get(n)) for n in busfile.COUNTS]
+        self._bits = [(found[n][0], int(bit)) for n, bit in busfile.DIGITAL.items() if n in found]
         unmonitored = "emergency_stop_ok" not in found
         self._always = int(Digital.EMERGENCY_STOP_OK) if unmonitored else 0
         self._axes = [_axis(found, name) for name in AXES]
@@ -123,9 +192,9 @@ class OutputImage:
 
     def _source(self, entry: Entry) -> int:
         name = entry.channel
-        if name == channels.ECHO:
+        if name == busfile.ECHO:
             return _ECHO
-        if name == channels.DIGITAL_OUTPUTS:
+        if name == busfile.DIGITAL_OUTPUTS:
             return _DIGITAL
         axis, _, word = name.partition(".")
         if not word:
@@ -133,12 +202,12 @@ class OutputImage:
         number = AXES.index(axis)
         if entry.unit_nm:
             self._torque_scale[number] = TORQUE_UNIT / entry.unit_nm
-        return _AXES + _WORDS * number + channels.AXIS_OUTPUTS.index(word)
+        return _AXES + _WORDS * number + busfile.AXIS_OUTPUTS.index(word)
 
     def _find_echo(self, slave: int, entries: tuple[Entry, ...]) -> None:
         bit = 0
         for entry in entries:
-            if entry.channel == channels.ECHO and bit % 8 == 0 and entry.bits == 8:
+            if entry.channel == busfile.ECHO and bit % 8 == 0 and entry.bits == 8:
                 self.echo = (slave, bit // 8)
             bit += entry.bits
 
@@ -161,7 +230,7 @@ def _counter(found: tuple[int, Entry] | None) -> tuple[int, Counter]:
 
 
 def _axis(found: dict[str, tuple[int, Entry]], name: str) -> tuple[tuple[int, ...], float]:
-    places = [found.get(f"{name}.{word}") for word in channels.AXIS_INPUTS]
+    places = [found.get(f"{name}.{word}") for word in busfile.AXIS_INPUTS]
     torque = found.get(f"{name}.torque")
     scale = torque[1].unit_nm / TORQUE_UNIT if torque else 1.0
     return tuple(0 if p is None else p[0] + 1 for p in places), scale

@@ -1,19 +1,55 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bus process's end of the two sockets: commands in, images out, requests and events. Never
-blocks."""
+"""The two sockets between the bus process and its client, and the end of the bus process.
+
+Data: packed tuples, one per message. Requests and events: JSON.
+"""
 
 from __future__ import annotations
 
+import json
 import select
 import socket
+import struct
 from typing import Any
 
-from flatplank_hw.bus.image import AxisCommand, BusInputs
-from flatplank_hw.ethercat.master import messages
+from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs
+
+_HEAD = "<qq7d5iBB"
+_AXIS = "HbiiiH"
+_INPUTS = struct.Struct(_HEAD + _AXIS * len(AXES))
+_COMMAND = struct.Struct("<BqHbiiiB")
+_WORDS = len(_AXIS)
+MAX_MESSAGE = 65536
+
+
+def pack_inputs(inputs: BusInputs) -> bytes:
+    """One cycle for the client."""
+    flat: list[float] = [inputs.cycle, inputs.stamp_ns, *inputs.bridge_volts, *inputs[3:11]]
+    for axis in inputs.axes:
+        flat += axis
+    return _INPUTS.pack(*flat)
+
+
+def unpack_inputs(data: bytes) -> BusInputs:
+    flat = _INPUTS.unpack(data)
+    axes = tuple(
+        AxisInputs._make(flat[i : i + _WORDS]) for i in range(16, 16 + _WORDS * len(AXES), _WORDS)
+    )
+    return BusInputs._make([flat[0], flat[1], flat[2:8], *flat[8:16], axes])
+
+
+def pack_command(command: AxisCommand) -> bytes:
+    """One command for the bus process."""
+    return _COMMAND.pack(*command)
+
+
+def unpack_command(data: bytes) -> AxisCommand:
+    return AxisCommand._make(_COMMAND.unpack(data))
 
 
 class ParentLink:
-    """A closed socket means that the parent is gone."""
+    """Commands in, images out, requests and events; never blocks. A closed socket means that the
+    parent is gone."""
 
     def __init__(self, data_fd: int, control_fd: int) -> None:
         self._data = socket.socket(fileno=data_fd)
@@ -26,7 +62,7 @@ class ParentLink:
 
     def commands(self) -> list[AxisCommand]:
         """What came since the last look, oldest first."""
-        return [messages.unpack_command(data) for data in self._drain(self._data)]
+        return [unpack_command(data) for data in self._drain(self._data)]
 
     def await_commands(self, seconds: float) -> list[AxisCommand]:
         """Likewise, but waits for one, at most so long [s]."""
@@ -36,21 +72,19 @@ class ParentLink:
 
     def requests(self) -> list[dict[str, Any]]:
         """Requests since the last look."""
-        return [messages.unpack_json(data) for data in self._drain(self._control)]
+        return [json.loads(data) for data in self._drain(self._control)]
 
     def publish(self, inputs: BusInputs) -> None:
         """One image; dropped and counted when the parent does not read."""
-        try:
-            self._data.send(messages.pack_inputs(inputs))
-        except BlockingIOError:
-            self.unread += 1
-        except OSError:
-            self.parent_gone = True
+        self._send(self._data, pack_inputs(inputs))
 
     def tell(self, message: dict[str, Any]) -> None:
         """An answer or an event."""
+        self._send(self._control, json.dumps(message).encode())
+
+    def _send(self, target: socket.socket, data: bytes) -> None:
         try:
-            self._control.send(messages.pack_json(message))
+            target.send(data)
         except BlockingIOError:
             self.unread += 1
         except OSError:
@@ -60,7 +94,7 @@ class ParentLink:
         found = []
         while not self.parent_gone:
             try:
-                data = source.recv(messages.MAX_MESSAGE)
+                data = source.recv(MAX_MESSAGE)
             except BlockingIOError:
                 break
             except OSError:

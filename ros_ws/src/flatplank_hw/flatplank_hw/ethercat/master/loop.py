@@ -6,21 +6,17 @@ from __future__ import annotations
 import time
 from typing import Any, NamedTuple
 
+from flatplank_hw.bus.histogram import Histogram
 from flatplank_hw.bus.image import AXES, BusInputs, Health
 from flatplank_hw.ethercat.busfile import BusFile
-from flatplank_hw.ethercat.master.errors import BusError
 from flatplank_hw.ethercat.master.guard import Cause, Guard
-from flatplank_hw.ethercat.master.health import HealthMonitor, Seen
-from flatplank_hw.ethercat.master.histogram import Histogram
+from flatplank_hw.ethercat.master.health import HealthMonitor, RecoveryPolicy, RecoveryStep, Seen
 from flatplank_hw.ethercat.master.image import InputImage, OutputImage
-from flatplank_hw.ethercat.master.inbox import Inbox
-from flatplank_hw.ethercat.master.interface import link_trouble
+from flatplank_hw.ethercat.master.interface import BusError, link_trouble
 from flatplank_hw.ethercat.master.link import ParentLink
-from flatplank_hw.ethercat.master.pacing import CycleClock
-from flatplank_hw.ethercat.master.recovery import RecoveryPolicy, RecoveryStep
+from flatplank_hw.ethercat.master.pacing import CycleClock, Inbox, Waiting
 from flatplank_hw.ethercat.master.sdo import SdoQueue
 from flatplank_hw.ethercat.master.soem import SoemBus
-from flatplank_hw.ethercat.master.waiting import Waiting
 
 STATE_POLL = 10
 """AL states are read every so many cycles, and at once when something looks wrong"""
@@ -109,12 +105,11 @@ class BusLoop:
 
     def turn(self) -> None:
         """One cycle, and what it leaves time for."""
-        pause = (self.clock.due() - time.perf_counter_ns()) * 1e-9
-        if pause > 0:
-            time.sleep(pause)
         waited = self.waiting.waited_ns
         commands = self.waiting.hold(
             self.clock.cycle + 1,
+            self._last_start,
+            self.clock.due(),
             self.link.await_commands,
             lambda: self.running and not self.link.parent_gone,
         )
@@ -200,12 +195,6 @@ class BusLoop:
         else:
             self._trouble = ""
 
-    def _reopen(self) -> None:
-        self.soem.reopen()
-
-    def _acknowledge(self) -> None:
-        self.soem.acknowledge()
-
     def _reconfigure(self) -> None:
         self.soem.reopen()
         if self.soem.mapped and self.soem.reconfigure():
@@ -279,8 +268,8 @@ class BusLoop:
 
 
 _RECOVERY = {
-    RecoveryStep.REOPEN: BusLoop._reopen,
-    RecoveryStep.ACKNOWLEDGE: BusLoop._acknowledge,
+    RecoveryStep.REOPEN: lambda loop: loop.soem.reopen(),
+    RecoveryStep.ACKNOWLEDGE: lambda loop: loop.soem.acknowledge(),
     RecoveryStep.RECONFIGURE: BusLoop._reconfigure,
     RecoveryStep.RESCAN: BusLoop._rescan,
 }

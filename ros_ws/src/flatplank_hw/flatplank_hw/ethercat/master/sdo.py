@@ -1,26 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests of the client that need the bus: at most one SDO per cycle, in order."""
+"""SDOs: requests of the client, at most one per cycle and in order; and in PREOP a slave's
+configuration, its SDOs, then mapping and assignment of its PDOs."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from flatplank_data.params import nearest
-from flatplank_hw.ethercat.busfile import BusFile
+from flatplank_hw.ethercat.busfile import BusFile, Slave
+from flatplank_hw.ethercat.layout import TYPES
+
+if TYPE_CHECKING:
+    import pysoem
+
+    from flatplank_hw.ethercat.master.soem import SoemBus
 
 QUEUE = 64
-
-
-class SdoTransport(Protocol):
-    """Does one transfer; LookupError carries the reason of a failure."""
-
-    def sdo_read(self, number: int, index: int, subindex: int) -> bytes:
-        """Upload."""
-
-    def sdo_write(self, number: int, index: int, subindex: int, data: bytes) -> None:
-        """Download."""
 
 
 class SdoQueue:
@@ -41,7 +38,7 @@ class SdoQueue:
         else:
             self._waiting.append(request)
 
-    def serve(self, transport: SdoTransport) -> bool:
+    def serve(self, transport: SoemBus) -> bool:
         """Do one; whether there was one."""
         if not self._waiting:
             return False
@@ -62,3 +59,32 @@ class SdoQueue:
 
     def _refuse(self, request: dict[str, Any], reason: str) -> None:
         self._answer({"id": request["id"], "ok": False, "reason": reason})
+
+
+def write_configuration(target: pysoem.CdefSlave, slave: Slave) -> None:
+    """Everything that the bus file wants written at start."""
+    for sdo in slave.sdos:
+        target.sdo_write(sdo.index, sdo.subindex, encode_value(sdo.kind, sdo.value))
+    if slave.write_mapping:
+        for pdo in (*slave.outputs, *slave.inputs):
+            _write_list(target, pdo.index, [e.mapping_word for e in pdo.entries], 4)
+    if slave.write_assignment:
+        for index, pdos in ((0x1C12, slave.outputs), (0x1C13, slave.inputs)):
+            if pdos:
+                _write_list(target, index, [p.index for p in pdos if p.assigned], 2)
+
+
+def encode_value(kind: str, value: int | str) -> bytes:
+    """A value of the bus file as CoE bytes."""
+    if kind == "string":
+        return str(value).encode("utf-8")
+    bits = TYPES[kind][0]
+    return (int(value) & ((1 << bits) - 1)).to_bytes((bits + 7) // 8, "little")
+
+
+def _write_list(target: pysoem.CdefSlave, index: int, items: list[int], size: int) -> None:
+    """Empty, fill, then make valid by its count."""
+    target.sdo_write(index, 0, b"\0")
+    for position, item in enumerate(items, 1):
+        target.sdo_write(index, position, item.to_bytes(size, "little"))
+    target.sdo_write(index, 0, bytes([len(items)]))

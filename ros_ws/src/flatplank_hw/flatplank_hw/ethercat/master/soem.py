@@ -12,11 +12,10 @@ from typing import NamedTuple
 import pysoem
 
 from flatplank_hw.ethercat.busfile import BusFile, Slave
-from flatplank_hw.ethercat.master.configure import write_configuration
-from flatplank_hw.ethercat.master.errors import BusError
 from flatplank_hw.ethercat.master.health import SlaveState, describe
-from flatplank_hw.ethercat.master.identity import check_identities
 from flatplank_hw.ethercat.master.image import expected_counter
+from flatplank_hw.ethercat.master.interface import BusError, check_identities
+from flatplank_hw.ethercat.master.sdo import write_configuration
 
 SDO_TIMEOUT_US = 20_000
 """an unanswered SDO stops the cycle for so long; the library's 700 ms would trip every watchdog"""
@@ -109,7 +108,9 @@ class SoemBus:
 
     def to_op(self, outputs: Sequence[tuple[int, bytes]], timeout_s: float = 1.0) -> None:
         """Exchange process data until every slave is in OP."""
-        self._request("OP", outputs)
+        self.exchange(outputs, 0.002)
+        self._master.state = STATES["OP"]
+        self._master.write_state()
         end = time.monotonic() + timeout_s
         while True:
             self.exchange(outputs, 0.002)
@@ -253,11 +254,6 @@ class SoemBus:
                         f"slave '{spec.name}' has {len(data)} {what} bytes, the bus file"
                         f" {(bits + 7) // 8}; correct its PDOs or set write_assignment"
                     )
-
-    def _request(self, state: str, outputs: Sequence[tuple[int, bytes]]) -> None:
-        self.exchange(outputs, 0.002)
-        self._master.state = STATES[state]
-        self._master.write_state()
 
     def _need(self, state: str) -> None:
         wrong = tuple(s for s in self.states() if s.state != STATES[state])

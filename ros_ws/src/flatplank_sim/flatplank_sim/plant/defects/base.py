@@ -1,40 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a defect of the machine is: sizes with units, the channels that it touches, and where it is
-built in.
-"""
+"""What a defect of the machine is: sizes with units, channels that show it, where it is."""
 
 from __future__ import annotations
 
+import importlib
 import math
+import pkgutil
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import cache
+from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from flatplank_data.params import nearest
 from flatplank_sim.plant.layout import MAP_START, MAP_STEP
-from flatplank_sim.plant.yamlconfig import PlantConfigError
+from flatplank_sim.plant.yamlconfig import PlantConfigError, build
 
-FORCES = frozenset({"fx", "fy", "fz"})
-CHANNELS = [
-    "fx",
-    "fy",
-    "fz",
-    "mz",
-    "lvdt_volts",
-    "plank_counts",
-    "wheel_counts",
-    "steer_counts",
-    "motor_position",
-    "road_speed",
-    "load",
-    "fx_true",
-    "c1",
-    "c2",
-    "c3",
-    "c4",
-    "c5",
-    "c6",
-]
+_DEFECTS: dict[str, type[Defect]] = {}
 
 
 class Site(NamedTuple):
@@ -61,12 +46,19 @@ class Site(NamedTuple):
 
 
 def size(
-    default: Any, unit: str, note: str, bounds: tuple[float, float] = (-math.inf, math.inf)
+    default: Any,
+    unit: str,
+    note: str,
+    bounds: tuple[float, float] = (-math.inf, math.inf),
+    into: str = "",
 ) -> Any:
     """One parameter of a defect; its default is what the thesis's machine had, or a plausible
     size.
+
+    into: what `install` sets to it, a field of the machine's record or `RECORD.FIELD` of a `Site`.
     """
-    return field(default=default, metadata={"unit": unit, "note": note, "bounds": bounds})
+    data = {"unit": unit, "note": note, "bounds": bounds, "into": into}
+    return field(default=default, metadata=data)
 
 
 @dataclass(frozen=True)
@@ -79,13 +71,24 @@ class Defect:
     spares: ClassVar[frozenset[str]] = frozenset()
     """channels that must not show it"""
 
+    def __init_subclass__(cls) -> None:
+        """Registered under its YAML name: RoadPlay is road_play."""
+        name = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
+        if name in _DEFECTS:
+            raise ValueError(f"defect '{name}' exists twice")
+        _DEFECTS[name] = cls
+
     def install(self, site: Site) -> None:
-        """Build it in."""
+        """Build it in: each size goes where its `into` says."""
+        for f in fields(self):
+            if into := f.metadata["into"]:
+                record, _, name = into.rpartition(".")
+                getattr(site, record or "machine")[name] = getattr(self, f.name)
 
     def check(self, where: str) -> None:
         """Values inside their bounds."""
         for f in fields(self):
-            low, high = f.metadata.get("bounds", (-math.inf, math.inf))
+            low, high = f.metadata["bounds"]
             value = getattr(self, f.name)
             for v in value if isinstance(value, tuple) else (value,):
                 if isinstance(v, float | int) and not low <= v <= high:
@@ -93,3 +96,29 @@ class Defect:
                     raise PlantConfigError(
                         f"{where}: {f.name} = {v} {unit} is outside {low} .. {high}"
                     )
+
+
+@cache
+def defects() -> Mapping[str, type[Defect]]:
+    """Name -> class."""
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        importlib.import_module(f"{__package__}.{module.name}")
+    return dict(sorted(_DEFECTS.items()))
+
+
+def build_defects(data: Mapping[str, Any], where: str) -> dict[str, Defect]:
+    """Defects from YAML: {name: {parameter: value}}; null switches one off that was on."""
+    if not isinstance(data, Mapping):
+        raise PlantConfigError(f"{where}: expected names of defects, found {data!r}")
+    known = defects()
+    result: dict[str, Defect] = {}
+    for name, values in data.items():
+        if name not in known:
+            raise PlantConfigError(f"{where}: unknown defect '{name}'{nearest(name, known)}")
+        if values is None:
+            continue
+        place = f"{where}: {name}"
+        defect = values if isinstance(values, Defect) else build(known[name], values, place)
+        defect.check(place)
+        result[name] = defect
+    return result

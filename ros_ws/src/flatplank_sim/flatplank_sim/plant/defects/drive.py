@@ -6,10 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_sim.plant.defects.base import Defect, Site, size
-from flatplank_sim.plant.defects.registry import register
 
 
-@register("mesh_ripple")
 @dataclass(frozen=True)
 class MeshRipple(Defect):
     """Speed ripple of the rack and pinion mesh, which the encoder on the pinion cannot see.
@@ -17,22 +15,18 @@ class MeshRipple(Defect):
     Position error of the plank, periodic in a tooth and in a turn of the pinion.
     """
 
-    tooth: float = size(20e-6, "m", "amplitude once per tooth", (0.0, 0.005))
-    turn: float = size(30e-6, "m", "amplitude once per turn of the pinion", (0.0, 0.005))
-    pitch: float = size(0.01571, "m", "travel of one tooth", (0.001, 0.2))
-    phase: float = size(0.0, "rad", "at the start position")
+    tooth: float = size(20e-6, "m", "amplitude once per tooth", (0.0, 0.005), "mesh_tooth")
+    turn: float = size(
+        30e-6, "m", "amplitude once per turn of the pinion", (0.0, 0.005), "mesh_turn"
+    )
+    pitch: float = size(0.01571, "m", "travel of one tooth", (0.001, 0.2), "mesh_pitch")
+    phase: float = size(0.0, "rad", "at the start position", into="mesh_phase")
 
     source = "thesis 3.1, hardware issue 5"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["mesh_tooth"], m["mesh_turn"] = self.tooth, self.turn
-        m["mesh_pitch"], m["mesh_phase"] = self.pitch, self.phase
 
-
-@register("speed_droop")
 @dataclass(frozen=True)
 class SpeedDroop(Defect):
     """The plank drive yields to the tire: driving pushes it, braking holds it back.
@@ -50,7 +44,6 @@ class SpeedDroop(Defect):
         site.machine["droop"] = self.per_kn / 1000.0
 
 
-@register("wheel_backlash")
 @dataclass(frozen=True)
 class WheelBacklash(Defect):
     """Another backlash of the wheel drive than the +-15 deg that it has by nature.
@@ -58,17 +51,15 @@ class WheelBacklash(Defect):
     The dead zone of (5.16): after a torque reversal the motor turns and the wheel does not.
     """
 
-    half_angle: float = size(0.5236, "rad", "half of the gap, at the motor", (0.0, 3.2))
+    half_angle: float = size(
+        0.5236, "rad", "half of the gap, at the motor", (0.0, 3.2), "backlash"
+    )
 
     source = "thesis 5.5, figure 5.12"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "steer_counts", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        site.machine["backlash"] = self.half_angle
 
-
-@register("wheel_encoder_play")
 @dataclass(frozen=True)
 class WheelEncoderPlay(Defect):
     """The wheel encoder's shaft is not firmly joined to the hub's shaft.
@@ -76,17 +67,13 @@ class WheelEncoderPlay(Defect):
     The encoder follows the wheel with a play.
     """
 
-    angle: float = size(0.002, "rad", "whole play", (0.0, 0.2))
+    angle: float = size(0.002, "rad", "whole play", (0.0, 0.2), "wheel_encoder_play")
 
     source = "thesis 3.1, hardware issue 4"
     touches = frozenset({"wheel_counts"})
     spares = frozenset({"plank_counts", "motor_position", "fx", "fy", "fz", "lvdt_volts"})
 
-    def install(self, site: Site) -> None:
-        site.machine["wheel_encoder_play"] = self.angle
 
-
-@register("start_delay")
 @dataclass(frozen=True)
 class StartDelay(Defect):
     """The wheel starts late: the road pulls at a standing tire first.
@@ -94,11 +81,8 @@ class StartDelay(Defect):
     A resting wheel drive answers after a constant time.
     """
 
-    time: float = size(0.15, "s", "from command to motion", (0.0, 5.0))
+    time: float = size(0.15, "s", "from command to motion", (0.0, 5.0), "wheel_servo.start_delay")
 
     source = "thesis 4.3, 5.6"
     touches = frozenset({"fx", "motor_position"})
     spares = frozenset({"plank_counts", "steer_counts", "lvdt_volts", "fy"})
-
-    def install(self, site: Site) -> None:
-        site.wheel_servo["start_delay"] = self.time

@@ -6,10 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_sim.plant.defects.base import Defect, Site, size
-from flatplank_sim.plant.defects.registry import register
 
 
-@register("crosstalk")
 @dataclass(frozen=True)
 class Crosstalk(Defect):
     """One force of the hub shows in the channel of another.
@@ -36,7 +34,6 @@ class Crosstalk(Defect):
         mix[1, 2] += self.fz_to_fy
 
 
-@register("hub_gain")
 @dataclass(frozen=True)
 class HubGain(Defect):
     """The calibration of the measuring hub is old.
@@ -59,7 +56,6 @@ class HubGain(Defect):
             site.mix[k, k] += error
 
 
-@register("force_lag")
 @dataclass(frozen=True)
 class ForceLag(Defect):
     """The measuring amplifier filters the bridges.
@@ -67,17 +63,13 @@ class ForceLag(Defect):
     First-order low-pass in time on all bridges.
     """
 
-    time: float = size(0.03, "s", "constant", (0.0, 5.0))
+    time: float = size(0.03, "s", "constant", (0.0, 5.0), "lag")
 
     source = "thesis 5.6: filtered by the measurement amplifier"
     touches = frozenset({"fx", "fz"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fx_true"})
 
-    def install(self, site: Site) -> None:
-        site.machine["lag"] = self.time
 
-
-@register("zero_drift")
 @dataclass(frozen=True)
 class ZeroDrift(Defect):
     """The zero of the bridges creeps away with time.
@@ -99,7 +91,6 @@ class ZeroDrift(Defect):
         site.drift[:6, 1] += self.rate
 
 
-@register("sensor_noise")
 @dataclass(frozen=True)
 class SensorNoise(Defect):
     """White noise and resolution of the analogue inputs and of the drive's torque estimate. On by
@@ -125,7 +116,6 @@ class SensorNoise(Defect):
         m["adc_step"] = 2.0 * m["volts_max"] / 2.0**self.adc_bits if self.adc_bits else 0.0
 
 
-@register("mains_hum")
 @dataclass(frozen=True)
 class MainsHum(Defect):
     """The mains couple into the twelve metres of analogue cable. On by default.
@@ -133,18 +123,14 @@ class MainsHum(Defect):
     The same sine on all bridges; sampled at 250 Hz, 50 Hz stays 50 Hz.
     """
 
-    amplitude: float = size(0.001, "V", "at C1..C6", (0.0, 1.0))
-    frequency: float = size(50.0, "Hz", "of the mains", (0.0, 1000.0))
+    amplitude: float = size(0.001, "V", "at C1..C6", (0.0, 1.0), "hum")
+    frequency: float = size(50.0, "Hz", "of the mains", (0.0, 1000.0), "hum_frequency")
 
     source = "thesis 3.1, hardware issue 6"
     touches = frozenset({"fx", "fy", "fz"})
     spares = frozenset({"lvdt_volts", "plank_counts", "wheel_counts", "motor_position"})
 
-    def install(self, site: Site) -> None:
-        site.machine["hum"], site.machine["hum_frequency"] = self.amplitude, self.frequency
 
-
-@register("time_skew")
 @dataclass(frozen=True)
 class TimeSkew(Defect):
     """Forces and motion are recorded by two machines whose clocks differ.
@@ -152,17 +138,13 @@ class TimeSkew(Defect):
     All bridges are late by a constant time against encoders and drive.
     """
 
-    delay: float = size(0.05, "s", "of the bridges", (0.0, 0.9))
+    delay: float = size(0.05, "s", "of the bridges", (0.0, 0.9), "skew")
 
     source = "thesis 3.2: two unsynchronised data sets"
     touches = frozenset({"fx", "fz"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fx_true"})
 
-    def install(self, site: Site) -> None:
-        site.machine["skew"] = self.delay
 
-
-@register("lvdt_error")
 @dataclass(frozen=True)
 class LvdtError(Defect):
     """The coefficients of the LVDT are no longer right.

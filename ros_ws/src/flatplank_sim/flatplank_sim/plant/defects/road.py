@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_sim.plant.defects.base import Defect, Site, size
-from flatplank_sim.plant.defects.registry import register
 
 
-@register("road_play")
 @dataclass(frozen=True)
 class RoadPlay(Defect):
     """The road plate can shift in its plank, because a bearing was cut off with the shortened
@@ -21,19 +19,16 @@ class RoadPlay(Defect):
     travel * kappa = gap.
     """
 
-    gap: float = size(0.00115, "m", "whole play of the road", (0.0, 0.01))
-    friction: float = size(20.0, "N", "holds the road in its plank", (0.0, 2000.0))
+    gap: float = size(0.00115, "m", "whole play of the road", (0.0, 0.01), "road_gap")
+    friction: float = size(
+        20.0, "N", "holds the road in its plank", (0.0, 2000.0), "road_friction"
+    )
 
     source = "thesis 3.1, hardware issue 8"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["road_gap"], m["road_friction"] = self.gap, self.friction
 
-
-@register("plank_wander")
 @dataclass(frozen=True)
 class PlankWander(Defect):
     """The plank moves sideways along its travel, guided by bearings out of line.
@@ -41,24 +36,15 @@ class PlankWander(Defect):
     A lateral sine over the plank's position.
     """
 
-    amplitude: float = size(0.0005, "m", "lateral", (0.0, 0.01))
-    period: float = size(1.3, "m", "travel of one wave", (0.01, 20.0))
-    phase: float = size(0.0, "rad", "at the start position")
+    amplitude: float = size(0.0005, "m", "lateral", (0.0, 0.01), "wander")
+    period: float = size(1.3, "m", "travel of one wave", (0.01, 20.0), "wander_period")
+    phase: float = size(0.0, "rad", "at the start position", into="wander_phase")
 
     source = "thesis 3.1, hardware issue 11"
     touches = frozenset({"fy"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["wander"], m["wander_period"], m["wander_phase"] = (
-            self.amplitude,
-            self.period,
-            self.phase,
-        )
 
-
-@register("road_speed_error")
 @dataclass(frozen=True)
 class RoadSpeedError(Defect):
     """The road does not run at the speed that the slip control takes for granted.
@@ -67,19 +53,18 @@ class RoadSpeedError(Defect):
     wrong pitch radius.
     """
 
-    relative: float = size(0.0013, "-", "speed over nominal speed, less one", (-0.2, 0.2))
-    unseen: float = size(0.0, "-", "travel over what the encoder says, less one", (-0.2, 0.2))
+    relative: float = size(
+        0.0013, "-", "speed over nominal speed, less one", (-0.2, 0.2), "speed_error"
+    )
+    unseen: float = size(
+        0.0, "-", "travel over what the encoder says, less one", (-0.2, 0.2), "scale_error"
+    )
 
     source = "thesis 6.3: 0.03096 m/s against 0.03092 m/s"
     touches = frozenset({"fx", "plank_counts"})
     spares = frozenset({"steer_counts", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["speed_error"], m["scale_error"] = self.relative, self.unseen
 
-
-@register("worn_patches")
 @dataclass(frozen=True)
 class WornPatches(Defect):
     """Patches of the sandpaper that have lost their grip.
@@ -106,7 +91,6 @@ class WornPatches(Defect):
         site.use_map()
 
 
-@register("sandpaper_wear")
 @dataclass(frozen=True)
 class SandpaperWear(Defect):
     """The sandpaper wears from run to run.
@@ -114,11 +98,8 @@ class SandpaperWear(Defect):
     Friction falls in proportion to the number of runs since the plant was made.
     """
 
-    per_run: float = size(0.0005, "1/run", "loss of friction", (0.0, 0.2))
+    per_run: float = size(0.0005, "1/run", "loss of friction", (0.0, 0.2), "wear")
 
     source = "thesis 3.1, hardware issue 13"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "fz", "lvdt_volts", "fy"})
-
-    def install(self, site: Site) -> None:
-        site.machine["wear"] = self.per_run

@@ -6,10 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_sim.plant.defects.base import Defect, Site, size
-from flatplank_sim.plant.defects.registry import register
 
 
-@register("rack_backlash")
 @dataclass(frozen=True)
 class RackBacklash(Defect):
     """Backlash of rack and pinion: a driving tire pushes the plank ahead of its pinion.
@@ -18,19 +16,16 @@ class RackBacklash(Defect):
     = gap.
     """
 
-    gap: float = size(0.00064, "m", "backlash at the rack", (0.0, 0.01))
-    friction: float = size(60.0, "N", "of the plank in its bearings", (0.0, 2000.0))
+    gap: float = size(0.00064, "m", "backlash at the rack", (0.0, 0.01), "rack_gap")
+    friction: float = size(
+        60.0, "N", "of the plank in its bearings", (0.0, 2000.0), "rack_friction"
+    )
 
     source = "thesis 6.3, figure 6.7; together with the wheel drive 0.75 mm"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["rack_gap"], m["rack_friction"] = self.gap, self.friction
 
-
-@register("steering_play")
 @dataclass(frozen=True)
 class SteeringPlay(Defect):
     """Play between worm screw and worm gear of the steering: the tire steers itself.
@@ -39,20 +34,15 @@ class SteeringPlay(Defect):
     on the screw.
     """
 
-    angle: float = size(0.0035, "rad", "whole play", (0.0, 0.1))
-    friction: float = size(3.0, "N m", "holds the hub", (0.0, 500.0))
-    arm: float = size(0.03, "m", "of fx about the steering axis", (-0.3, 0.3))
+    angle: float = size(0.0035, "rad", "whole play", (0.0, 0.1), "steer_play")
+    friction: float = size(3.0, "N m", "holds the hub", (0.0, 500.0), "steer_friction")
+    arm: float = size(0.03, "m", "of fx about the steering axis", (-0.3, 0.3), "steer_arm")
 
     source = "thesis 3.1, hardware issue 10"
     touches = frozenset({"fy"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["steer_play"], m["steer_friction"], m["steer_arm"] = self.angle, self.friction, self.arm
 
-
-@register("steering_zero_error")
 @dataclass(frozen=True)
 class SteeringZeroError(Defect):
     """The protractor's zero is not the wheel's straight ahead.
@@ -60,17 +50,15 @@ class SteeringZeroError(Defect):
     alpha = steering angle + angle; neither encoder nor protractor shows it.
     """
 
-    angle: float = size(-0.015, "rad", "true minus shown side slip angle", (-0.2, 0.2))
+    angle: float = size(
+        -0.015, "rad", "true minus shown side slip angle", (-0.2, 0.2), "steer_error"
+    )
 
     source = "thesis table I.1: fy(0) = +869 N, fy = 0 at 1.0 deg"
     touches = frozenset({"fy"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
-    def install(self, site: Site) -> None:
-        site.machine["steer_error"] = self.angle
 
-
-@register("rotation_support_play")
 @dataclass(frozen=True)
 class RotationSupportPlay(Defect):
     """Play between half-moon guides and rotation supports of the road.

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatplank_sim.plant.defects.base import Defect, Site, size
-from flatplank_sim.plant.defects.registry import register
 from flatplank_sim.plant.yamlconfig import PlantConfigError
 
 
-@register("support_bearings")
 @dataclass(frozen=True)
 class SupportBearings(Defect):
     """The plank rises and falls where it rolls onto or off a vertical support bearing.
@@ -48,7 +46,6 @@ class SupportBearings(Defect):
         site.use_map()
 
 
-@register("parasitic_shaft")
 @dataclass(frozen=True)
 class ParasiticShaft(Defect):
     """The flexplate drum preloads the measuring shaft: forces in the bridges that no tire makes.
@@ -56,9 +53,9 @@ class ParasiticShaft(Defect):
     Once per turn of the wheel, whatever slip and load.
     """
 
-    fx: float = size(250.0, "N", "amplitude in Fx at the wheel centre", (0.0, 5000.0))
-    fz: float = size(250.0, "N", "amplitude in Fz at the wheel centre", (0.0, 5000.0))
-    phase: float = size(0.4, "rad", "at wheel angle zero")
+    fx: float = size(250.0, "N", "amplitude in Fx at the wheel centre", (0.0, 5000.0), "para_fx")
+    fz: float = size(250.0, "N", "amplitude in Fz at the wheel centre", (0.0, 5000.0), "para_fz")
+    phase: float = size(0.4, "rad", "at wheel angle zero", into="para_phase")
 
     source = "thesis appendix C, figure C.1"
     touches = frozenset({"fx", "fz"})
@@ -66,12 +63,7 @@ class ParasiticShaft(Defect):
         {"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy", "fx_true"}
     )
 
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["para_fx"], m["para_fz"], m["para_phase"] = self.fx, self.fz, self.phase
 
-
-@register("load_change")
 @dataclass(frozen=True)
 class LoadChange(Defect):
     """The axle height is fixed, not the load: braking lowers it, driving raises it a little.
@@ -91,7 +83,6 @@ class LoadChange(Defect):
         m["load_brake"], m["load_drive"] = self.brake / 1000.0, self.drive / 1000.0
 
 
-@register("run_out")
 @dataclass(frozen=True)
 class RunOut(Defect):
     """The adapter is not concentric with the hub: the wheel runs out once per turn.

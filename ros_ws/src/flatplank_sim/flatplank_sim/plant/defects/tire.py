@@ -6,10 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatplank_sim.plant.defects.base import Defect, Site, size
-from flatplank_sim.plant.defects.registry import register
 
 
-@register("carcass_creep")
 @dataclass(frozen=True)
 class CarcassCreep(Defect):
     """The rubber creeps: part of the carcass deflection comes late.
@@ -17,18 +15,14 @@ class CarcassCreep(Defect):
     A Kelvin element in series with the carcass.
     """
 
-    share: float = size(0.15, "-", "delayed over elastic deflection", (0.0, 2.0))
-    time: float = size(5.0, "s", "constant of the creep", (0.01, 1000.0))
+    share: float = size(0.15, "-", "delayed over elastic deflection", (0.0, 2.0), "tire.creep")
+    time: float = size(5.0, "s", "constant of the creep", (0.01, 1000.0), "tire.creep_time")
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "fz", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        site.tire["creep"], site.tire["creep_time"] = self.share, self.time
 
-
-@register("carcass_load")
 @dataclass(frozen=True)
 class CarcassLoad(Defect):
     """The carcass stiffness depends on load more than the tire's own table says.
@@ -46,7 +40,6 @@ class CarcassLoad(Defect):
         site.tire["cx_f"] += self.exponent
 
 
-@register("carcass_pressure")
 @dataclass(frozen=True)
 class CarcassPressure(Defect):
     """The carcass stiffness depends on pressure more than the tire's own table says.
@@ -64,7 +57,6 @@ class CarcassPressure(Defect):
         site.tire["cx_p"] += self.exponent
 
 
-@register("carcass_softening")
 @dataclass(frozen=True)
 class CarcassSoftening(Defect):
     """The carcass gets softer the further it is deflected.
@@ -72,17 +64,13 @@ class CarcassSoftening(Defect):
     Force = stiffness * u / (1 + softening |u|).
     """
 
-    per_metre: float = size(15.0, "1/m", "softening", (0.0, 200.0))
+    per_metre: float = size(15.0, "1/m", "softening", (0.0, 200.0), "tire.softening")
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "fz", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        site.tire["softening"] = self.per_metre
 
-
-@register("conicity")
 @dataclass(frozen=True)
 class Conicity(Defect):
     """The tire is a little conical.
@@ -90,17 +78,13 @@ class Conicity(Defect):
     A camber of the tire's own.
     """
 
-    camber: float = size(0.01, "rad", "own camber", (-0.2, 0.2))
+    camber: float = size(0.01, "rad", "own camber", (-0.2, 0.2), "tire.conicity")
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fy"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
-    def install(self, site: Site) -> None:
-        site.tire["conicity"] = self.camber
 
-
-@register("ply_steer")
 @dataclass(frozen=True)
 class PlySteer(Defect):
     """The belt's plies make the tire pull sideways.
@@ -108,17 +92,13 @@ class PlySteer(Defect):
     A side slip angle of the tire's own, whichever side it is mounted on.
     """
 
-    angle: float = size(0.003, "rad", "own side slip angle", (-0.1, 0.1))
+    angle: float = size(0.003, "rad", "own side slip angle", (-0.1, 0.1), "tire.ply_steer")
 
     source = "the tire itself, not the thesis's machine"
     touches = frozenset({"fy"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts"})
 
-    def install(self, site: Site) -> None:
-        site.tire["ply_steer"] = self.angle
 
-
-@register("drive_brake_asymmetry")
 @dataclass(frozen=True)
 class DriveBrakeAsymmetry(Defect):
     """The tire grips less when it brakes.
@@ -126,17 +106,15 @@ class DriveBrakeAsymmetry(Defect):
     Friction of the bristles that are pulled backwards.
     """
 
-    friction: float = size(0.05, "-", "loss of friction when braking", (-0.5, 0.5))
+    friction: float = size(
+        0.05, "-", "loss of friction when braking", (-0.5, 0.5), "tire.brake_friction"
+    )
 
     source = "thesis 6.3, figure 6.3"
     touches = frozenset({"fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "fz", "lvdt_volts", "fy"})
 
-    def install(self, site: Site) -> None:
-        site.tire["brake_friction"] = self.friction
 
-
-@register("tire_nonuniformity")
 @dataclass(frozen=True)
 class TireNonuniformity(Defect):
     """The tire's stiffness varies over its circumference.
@@ -145,17 +123,14 @@ class TireNonuniformity(Defect):
     follows it.
     """
 
-    order1: float = size(25.0, "N", "amplitude once per turn", (0.0, 1000.0))
-    order2: float = size(12.0, "N", "twice per turn", (0.0, 1000.0))
-    order3: float = size(8.0, "N", "three times per turn", (0.0, 1000.0))
-    phase: float = size(0.7, "rad", "wheel angle of the peaks")
-    rolling: float = size(1e-6, "m/N", "rolling radius per radial force", (-1e-4, 1e-4))
+    order1: float = size(25.0, "N", "amplitude once per turn", (0.0, 1000.0), "nu1")
+    order2: float = size(12.0, "N", "twice per turn", (0.0, 1000.0), "nu2")
+    order3: float = size(8.0, "N", "three times per turn", (0.0, 1000.0), "nu3")
+    phase: float = size(0.7, "rad", "wheel angle of the peaks", into="nu_phase")
+    rolling: float = size(
+        1e-6, "m/N", "rolling radius per radial force", (-1e-4, 1e-4), "nu_rolling"
+    )
 
     source = "thesis 5.6 (three start angles)"
     touches = frozenset({"fz", "fx"})
     spares = frozenset({"plank_counts", "wheel_counts", "steer_counts", "lvdt_volts", "fy"})
-
-    def install(self, site: Site) -> None:
-        m = site.machine
-        m["nu1"], m["nu2"], m["nu3"] = self.order1, self.order2, self.order3
-        m["nu_phase"], m["nu_rolling"] = self.phase, self.rolling

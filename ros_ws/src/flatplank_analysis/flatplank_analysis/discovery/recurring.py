@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Stretches of one record in which its inputs come again (laps, levels, the way back), and a model
+whose runs are these.
+
+A record is cut where its inputs (`RunSet.inputs`) say so, never by what was measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flatplank_analysis.discovery.model import Lane, Model, form_of, starts_of, usual_of
+from flatplank_analysis.discovery.runs import RunSet
+
+SAME = 0.02
+"""share of its range within which an input is said to come again"""
+SEGMENTS = 6
+"""conditions that a lap or a sweep is cut into: an effect must have one size in all of them"""
+COVER = 0.5
+"""share of every record at least that comes again: what does not is left out of everything"""
+SHORTEST = 12
+"""nodes of a piece at least"""
+HALF = 0.5
+"""share of the range that a way up or down covers at least"""
+LONG = 0.04
+"""share of a record at least for which a level is held"""
+
+_Stretch = tuple[int, str, np.ndarray]
+"""run, what it repeats, nodes"""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Stretches of the records that repeat each other."""
+
+    rows: np.ndarray
+    """(pieces,) the run that each is of"""
+    nodes: np.ndarray
+    """(pieces, samples) its nodes"""
+    condition: np.ndarray
+    """(pieces,) pieces of the same number are repeats"""
+    names: tuple[str, ...]
+    """of the conditions"""
+
+
+def laps(runs: RunSet) -> Pieces | None:
+    """Laps of a periodic input; each is cut into segments, the conditions."""
+    found: list[_Stretch] = []
+    for r, values in _inputs(runs):
+        begin = _begin(values)
+        period = _period(values[:, begin:])
+        if not period:
+            continue
+        segments = max(1, min(SEGMENTS, period // SHORTEST))
+        for lap in range((values.shape[1] - begin) // period):
+            first = begin + lap * period
+            for k, nodes in enumerate(np.array_split(np.arange(period), segments)):
+                found.append((r, f"{runs.names[r]}, segment {k + 1} of the lap", first + nodes))
+    return _pieces(runs, found)
+
+
+def _begin(values: np.ndarray) -> int:
+    """The last node before the inputs move for the first time."""
+    moved = np.abs(values - values[:, :1]).max(axis=0) > 0.1 * SAME
+    return max(int(np.argmax(moved)) - 1, 0)
+
+
+def _period(values: np.ndarray) -> int:
+    """Shortest shift of the inputs (inputs, samples) after which they come again, 0 without."""
+    samples = values.shape[1]
+    for shift in range(SHORTEST, samples // 2 + 1):
+        # a slow input looks like itself after any short shift: it must have left in between
+        left = np.abs(values[:, : shift + 1] - values[:, :1]).max() > 0.25
+        if left and np.abs(values[:, shift:] - values[:, :-shift]).max() < SAME:
+            return shift
+    return 0
+
+
+def visits(runs: RunSet) -> Pieces | None:
+    """Levels of the input that are held, left, and held again."""
+    found: list[_Stretch] = []
+    for r, values in _inputs(runs):
+        still = np.abs(np.diff(values, axis=1, prepend=values[:, :1])).max(axis=0) < 0.1 * SAME
+        for nodes in _runs_of(still):
+            if len(nodes) >= max(SHORTEST, LONG * values.shape[1]):
+                # a level is named by the input itself, in whole steps of what counts as the same
+                level = np.round(values[:, nodes].mean(axis=1) / SAME / 2.0).astype(int)
+                found.append((r, f"{runs.names[r]}, level {' '.join(map(str, level))}", nodes))
+    return _pieces(runs, found)
+
+
+def ways(runs: RunSet) -> Pieces | None:
+    """The same values of the input upwards and downwards."""
+    stretches: list[_Stretch] = []
+    for r, values in _inputs(runs):
+        if len(values) != 1:
+            continue
+        one = values[0]
+        slope = np.sign(np.gradient(_smooth(one)))
+        found = [(sign, nodes) for sign in (1.0, -1.0) for nodes in _runs_of(slope == sign)]
+        found = [(sign, nodes) for sign, nodes in found if np.ptp(one[nodes]) > HALF]
+        if {sign for sign, _ in found} != {1.0, -1.0}:
+            continue
+        low = max(one[nodes].min() for _, nodes in found)
+        edges = np.linspace(low, min(one[nodes].max() for _, nodes in found), SEGMENTS + 1)
+        count = max(SHORTEST, min(len(nodes) for _, nodes in found) // SEGMENTS)
+        for sign, nodes in found:
+            rising = nodes if sign > 0.0 else nodes[::-1]
+            for k in range(SEGMENTS):
+                places = np.linspace(edges[k], edges[k + 1], count)
+                at = np.interp(places, np.maximum.accumulate(one[rising]), np.arange(len(rising)))
+                label = f"{runs.names[r]}, part {k + 1} of the range"
+                stretches.append((r, label, rising[at.round().astype(int)]))
+    return _pieces(runs, stretches)
+
+
+def _smooth(values: np.ndarray, width: int = 5) -> np.ndarray:
+    padded = np.pad(values, width // 2, mode="edge")
+    return np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
+
+
+def _inputs(runs: RunSet) -> Iterator[tuple[int, np.ndarray]]:
+    """Per run its inputs that move, each over its range: (inputs, samples) within 0 .. 1."""
+    for r in range(runs.runs):
+        moving = [v[r] for v in runs.inputs.values() if np.ptp(v[r]) > 0.0]
+        if moving:
+            yield r, np.array([(v - v.min()) / np.ptp(v) for v in moving])
+
+
+def _runs_of(true: np.ndarray) -> list[np.ndarray]:
+    """Nodes of every stretch without a gap."""
+    nodes = np.flatnonzero(true)
+    return np.split(nodes, np.flatnonzero(np.diff(nodes) > 1) + 1) if len(nodes) else []
+
+
+def _pieces(runs: RunSet, found: Sequence[_Stretch]) -> Pieces | None:
+    """What comes at least twice, all cut to as many nodes; None when too little does."""
+    labels = [label for _, label, _ in found]
+    again = [s for s in found if labels.count(s[1]) > 1 and len(s[2]) >= 2]
+    used = [len(np.unique(np.concatenate([n for r, _, n in again if r == run] or [[]])))
+            for run in range(runs.runs)]  # fmt: skip
+    if not again or min(used) < COVER * runs.samples:
+        return None
+    count = max(SHORTEST, min(len(nodes) for _, _, nodes in again))
+    names = tuple(dict.fromkeys(label for _, label, _ in again))
+    at = [
+        nodes[np.round(np.linspace(0, len(nodes) - 1, count)).astype(int)] for *_, nodes in again
+    ]
+    return Pieces(
+        rows=np.array([r for r, _, _ in again]),
+        nodes=np.array(at),
+        condition=np.array([names.index(label) for _, label, _ in again]),
+        names=names,
+    )
+
+
+class Seen:
+    """A model whose runs are pieces of its records; the model itself predicts whole records."""
+
+    def __init__(self, model: Model, pieces: Pieces, source: str) -> None:
+        """source: identifier of the source that wants the pieces."""
+        self.model, self.pieces = model, pieces
+        self.parameters = model.parameters
+        self.form, self.starts = form_of(model), starts_of(model)
+        self.usual = usual_of(model)
+        self.runs = replace(cut(model.runs, pieces), floor_from=source)
+
+    def predict(self, lanes: Sequence[Lane]) -> np.ndarray:
+        """Predicted channels of the pieces, shape (lanes, channels, pieces, samples)."""
+        whole = self.model.predict(lanes)
+        return whole[:, :, self.pieces.rows[:, None], self.pieces.nodes]
+
+    def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
+        """Directions that scatter, those of the model."""
+        return self.model.stiff(base)
+
+
+def cut(runs: RunSet, pieces: Pieces) -> RunSet:
+    """The runs as pieces of their records."""
+    rows, at = pieces.rows[:, None], pieces.nodes
+    time = runs.time[rows, at]
+    return replace(
+        runs,
+        names=tuple(f"{runs.names[r]}, part {i + 1}" for i, r in enumerate(pieces.rows)),
+        condition=pieces.condition,
+        condition_names=pieces.names,
+        measured=runs.measured[:, rows, at],
+        time=np.abs(time - time[:, :1]),
+        order=np.arange(len(at), dtype=float),
+        coordinates={
+            k: replace(c, values=c.values[rows, at]) for k, c in runs.coordinates.items()
+        },
+        inputs={k: v[rows, at] for k, v in runs.inputs.items()},
+        roughness=None if runs.roughness is None else runs.roughness[rows, at],
+        facts={k: v[pieces.rows] for k, v in runs.facts.items()},
+    )

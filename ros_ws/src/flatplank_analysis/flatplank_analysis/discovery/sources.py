@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What gives a floor: ranked sources, each with the most that a verdict may say on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flatplank_analysis.discovery.model import Model
+from flatplank_analysis.discovery.recurring import Pieces, Seen, laps, visits, ways
+from flatplank_analysis.discovery.runs import RunSet
+
+FOUND, PARTLY, UNDECIDED = "found", "partly", "not decidable"
+CLAIMS = (FOUND, "found group", "tire law only")
+"""verdicts that say that everything is explained"""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Something that can give a floor."""
+
+    identifier: str
+    title: str
+    """in words, as it follows 'floor by'"""
+    at_most: str
+    """the strongest verdict that it allows"""
+    offered: Callable[[RunSet], bool | Pieces | None]
+    """whether runs have it; pieces, where their records must be cut for it"""
+    lower_bound: bool = False
+    """the scatter is no smaller, and may be larger"""
+    systematic: bool = False
+    """what differs between its repeats is ordered: an effect that shows there is the floor"""
+
+    def words(self) -> str:
+        return self.title + (" (lower bound)" if self.lower_bound else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """For programs: keys of the JSON of `diagnose` and `compare`."""
+        return {
+            "floor_from": self.words(),
+            "floor_is_lower_bound": self.lower_bound,
+            "verdict_at_most": self.at_most,
+        }
+
+
+def _repeats(runs: RunSet) -> bool:
+    """A condition measured twice in one session; where no session is said all are of one."""
+    sessions = runs.facts.get("session", np.zeros(runs.runs))
+    return any(len(np.unique(sessions[g])) < len(g) for g in runs.groups)
+
+
+SOURCES = (
+    Source("repeats", "repeats of a condition", FOUND, _repeats),
+    Source("laps", "laps of a periodic input in one record", FOUND, laps),
+    Source("visits", "a level visited twice", FOUND, visits),
+    Source("ways", "up and down through the same values", PARTLY, ways, systematic=True),
+    Source("sessions", "the same condition in other sessions", PARTLY, lambda r: r.repeated),
+    Source("rest", "noise at rest", PARTLY, lambda r: min(r.rest, default=0.0) > 0.0,
+           lower_bound=True),
+    Source("resolution", "resolution of what was recorded", PARTLY, lambda r: all(
+        level_of(r, c) > 0.0 for c in range(len(r.channels))
+    ), lower_bound=True),
+    Source("nothing", "nothing", UNDECIDED, lambda _: True),
+)  # fmt: skip
+"""best first; the last one is always there"""
+BY_NAME = {s.identifier: s for s in SOURCES}
+
+
+def source_of(runs: RunSet) -> Source:
+    """What gives these runs their floor."""
+    return BY_NAME[runs.floor_from] if runs.floor_from else _best(runs)[0]
+
+
+def seen(model: Model) -> Model:
+    """The model with its runs cut into pieces where the best source wants them so."""
+    if model.runs.floor_from:
+        return model
+    source, pieces = _best(model.runs)
+    return Seen(model, pieces, source.identifier) if pieces is not None else model
+
+
+def can_show(runs: RunSet, columns: np.ndarray) -> bool:
+    """False where an effect of these columns (k, channels, runs, samples) is the floor itself."""
+    if not source_of(runs).systematic:
+        return True
+    return bool(np.sum(runs.contrast(columns) ** 2) < 0.5 * np.sum(columns**2))
+
+
+def level_of(runs: RunSet, channel: int) -> float:
+    """Lower bound of the scatter of a channel, in its unit."""
+    at_rest, resolution, inputs = (
+        values[channel] if values else 0.0
+        for values in (runs.rest, runs.resolution, runs.input_noise)
+    )
+    return float(np.sqrt(max(at_rest**2, resolution**2 / 12.0) + inputs**2))
+
+
+def _best(runs: RunSet) -> tuple[Source, Pieces | None]:
+    for source in SOURCES:
+        offer = source.offered(runs)
+        if offer:
+            return source, offer if isinstance(offer, Pieces) else None
+    raise AssertionError("the last source is always there")
+
+
+def capped(source: Source, verdict: str, reason: str) -> tuple[str, str]:
+    """Verdict and reason as the floor allows them; the reason names a floor that is no repeats."""
+    if source.at_most == FOUND:
+        return verdict, reason
+    told = f"{reason}; the floor is by {source.words()}"
+    if verdict not in CLAIMS:
+        return verdict, told
+    return PARTLY, f"{told}, which allows no more than '{PARTLY}': repeat the conditions"

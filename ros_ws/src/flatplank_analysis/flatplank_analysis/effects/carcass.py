@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Deflection of the carcass: creep, and its stiffness over load, pressure and force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.effects.base import Tire, TireProperty
+
+
+@dataclass(frozen=True)
+class CarcassCreep(TireProperty):
+    """Part of the deflection comes late: a spring and a damper in series with the carcass."""
+
+    identifier = "carcass_creep"
+    title = "Creep of the carcass"
+    coordinate = "time"
+    law = True
+    source = "the tire itself, not the thesis's machine"
+    what = "Rubber creeps: the deflection goes on under a constant force."
+    check = "The same run at 0.0015 m/s; hold the standing tire under a force."
+
+    share: float = param(
+        0.0, unit="1", bounds=(-0.2, 2.0), screen=0.1, matters=0.05,
+        note="late deflection over prompt deflection",
+    )  # fmt: skip
+    time: float = param(10.0, unit="s", bounds=(1.0, 60.0), note="time constant")
+
+    @classmethod
+    def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        return [{"time": t} for t in (4.0, 15.0)]
+
+    def tire(self, tire: Tire) -> None:
+        tire.x.creep += self.per_run.share
+        tire.x.creep_time = self.per_run.time
+
+
+@dataclass(frozen=True)
+class CarcassLoad(TireProperty):
+    """The carcass gets stiffer or softer with the nominal load."""
+
+    identifier = "carcass_load"
+    title = "Carcass stiffness depends on the load"
+    coordinate = "load"
+    source = "thesis figure 7.24"
+    what = (
+        "The relaxation length grows otherwise with the load than the slip stiffness alone "
+        "would make it."
+    )
+    check = "Runs at three loads."
+
+    slope: float = param(
+        0.0, unit="1", bounds=(-1.0, 2.0), screen=0.2, matters=0.05,
+        note="relative change per relative change of load",
+    )  # fmt: skip
+    bend: float = param(
+        0.0, unit="1", bounds=(-0.6, 0.6), prior=0.3,
+        note="change with the square of the relative change of load",
+    )  # fmt: skip
+
+    def tire(self, tire: Tire) -> None:
+        more = tire.data.nominal / tire.data.reference.load - 1.0
+        change = 1.0 + self.per_run.slope * more + self.per_run.bend * more**2
+        change = np.maximum(change, 0.1)
+        tire.x.carcass *= change
+        tire.y.carcass *= change
+
+
+@dataclass(frozen=True)
+class CarcassPressure(TireProperty):
+    """The carcass gets stiffer with the pressure."""
+
+    identifier = "carcass_pressure"
+    title = "Carcass stiffness depends on the pressure"
+    coordinate = "slip level"
+    source = "thesis figure 7.24"
+    what = "A soft tire has a soft carcass."
+    check = "Runs at two pressures."
+
+    slope: float = param(
+        0.0, unit="1", bounds=(-1.0, 3.0), screen=0.2, matters=0.05,
+        note="relative change per relative change of pressure",
+    )  # fmt: skip
+
+    def tire(self, tire: Tire) -> None:
+        data = tire.data
+        change = 1.0 + self.per_run.slope * (data.pressure / data.reference.pressure - 1.0)
+        tire.x.carcass *= change
+        tire.y.carcass *= change
+
+
+@dataclass(frozen=True)
+class CarcassSoftening(TireProperty):
+    """The deflection of the carcass grows faster than the force."""
+
+    identifier = "carcass_softening"
+    title = "The carcass softens with the force"
+    coordinate = "distance since the step"
+    law = True
+    source = "the tire itself, not the thesis's machine"
+    what = "A carcass is not a straight spring: large forces deflect it more."
+    check = "Stiffness test of the standing tire to large forces."
+
+    soften: float = param(
+        0.0, unit="1", bounds=(-0.4, 2.0), screen=0.1, matters=0.05,
+        note="relative compliance added at 4 kN",
+    )  # fmt: skip
+
+    def tire(self, tire: Tire) -> None:
+        tire.x.soften += self.per_run.soften

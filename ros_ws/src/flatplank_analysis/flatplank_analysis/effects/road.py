@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Speed and surface of the road."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.discovery.runs import RunSet
+from flatplank_analysis.effects.base import Motion, Tire, TireEffect
+
+BEFORE, AFTER = 0.1, 0.2
+"""[m] about a step that all runs have in common: no patch is looked for"""
+
+
+@dataclass(frozen=True)
+class RoadSpeedError(TireEffect):
+    """The road is faster or slower than its encoder says: the same slip offset in all runs."""
+
+    identifier = "road_speed_error"
+    title = "Mean error of the road speed"
+    coordinate = "slip level"
+    source = "thesis 6.3: 0.03092 against 0.03096 m/s is -0.13 % of slip"
+    what = (
+        "A wrong pitch radius or gear in the road encoder gives the same slip offset in all runs."
+    )
+    check = (
+        "Measure the plank travel with a tape or a laser over the whole length; compare with "
+        "the encoder. In these runs it cannot be told from the effective rolling radius."
+    )
+    removes = "The right pinion pitch radius in the parameters."
+
+    error: float = param(0.0, unit="1", bounds=(-0.02, 0.02), screen=1e-3, matters=5e-4)
+
+    def motion(self, motion: Motion) -> None:
+        motion.travel *= 1.0 + self.error
+
+
+@dataclass(frozen=True)
+class SpeedDroop(TireEffect):
+    """The plank loses speed in proportion to the longitudinal force, unseen by its encoder."""
+
+    identifier = "speed_droop"
+    title = "The plank drive yields to the force"
+    coordinate = "slip level"
+    source = "thesis table 6.3: about 0.08 % per kN"
+    what = (
+        "The plank drive gives way under the force. What the encoder on the pinion sees of it "
+        "is in the data already; this is what it does not see."
+    )
+    check = "Second encoder on the plank during a 10 % step."
+    removes = "A stiffer speed loop of the plank drive; measured plank position."
+
+    give: float = param(
+        0.0, unit="1/N", bounds=(-4e-6, 4e-6), screen=4e-7, matters=2e-7,
+        note="relative speed per force",
+    )  # fmt: skip
+
+    def tire(self, tire: Tire) -> None:
+        tire.x.give += self.per_run.give
+
+
+@dataclass(frozen=True)
+class Wear(TireEffect):
+    """The friction drops from run to run."""
+
+    identifier = "wear"
+    title = "Wear of the road surface over the runs"
+    coordinate = "run order"
+    source = "thesis 3.1: the sandpaper wears during a campaign"
+    what = "The sandpaper loses grip during the campaign; runs with much sliding show it."
+    check = "Repeat the first run at the end."
+    removes = "New sandpaper; order of the runs at random, so that wear is no trend in the slip."
+
+    loss: float = param(
+        0.0, unit="1", bounds=(-0.3, 0.5), screen=0.02, matters=0.01,
+        note="friction lost from the first to the last run",
+    )  # fmt: skip
+
+    def tire(self, tire: Tire) -> None:
+        data = tire.data
+        share = data.reference.share(data.runs.order, data.reference.first)
+        tire.friction *= 1.0 - self.loss * share[:, None]
+
+
+@dataclass(frozen=True)
+class WornPatch(TireEffect):
+    """Less friction at one place of the plank; grows with the slip."""
+
+    identifier = "worn_patch"
+    title = "Worn patch of the road surface"
+    coordinate = "plank position"
+    source = "thesis 3.1: worn sandpaper at 0.15, 2.35 and 3.90 m"
+    what = "The sandpaper is worn or loose at one place of the plank."
+    check = "Look at the place; move the step to another position: the dip stays on the plank."
+    removes = "New sandpaper."
+    instances = 3
+    local = True
+
+    depth: float = param(
+        0.0, unit="1", bounds=(-0.3, 0.7), screen=0.05, matters=0.01,
+        note="relative loss of friction",
+    )  # fmt: skip
+    position: float = param(2.0, unit="m", bounds=(0.0, 4.2))
+    width: float = param(0.2, unit="m", bounds=(0.03, 0.8))
+    blur: float = param(
+        0.04, unit="m", bounds=(0.005, 0.1),
+        note="half length over which an edge comes in: that of the contact, or sharper",
+    )  # fmt: skip
+
+    @classmethod
+    def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
+        """Places over the plank; not where all runs step, for there a patch is not to be told
+        from the form of the tire's transient."""
+        last = float(runs.coordinates["plank position"].values.max())
+        steps = runs.facts.get("step", np.array([np.nan]))
+        steps = steps[np.isfinite(steps)]
+        step = float(np.median(steps)) if len(steps) and np.ptp(steps) < 0.05 else -1.0
+        places = np.arange(0.2, last, 0.16)
+        places = places[(places < step - BEFORE) | (places > step + AFTER)]
+        return [{"position": float(p), "width": 0.2} for p in places]
+
+    @classmethod
+    def scanned(cls, runs: RunSet) -> int:
+        return 30
+
+    def tire(self, tire: Tire) -> None:
+        away = tire.data.position - self.position
+        cover = _edge((away + 0.5 * self.width) / self.blur)
+        cover = cover - _edge((away - 0.5 * self.width) / self.blur)
+        tire.friction *= 1.0 - self.depth * cover
+
+
+def _edge(u: np.ndarray) -> np.ndarray:
+    """Share of a parabolic contact pressure that has passed an edge, u = -1 .. 1."""
+    u = np.clip(u, -1.0, 1.0)
+    return 0.5 + 0.75 * u - 0.25 * u**3

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Forces and slip that wave over the wheel angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from flatplank_analysis.discovery.parameters import param
+from flatplank_analysis.effects.base import Motion, Signal, Tire, TireEffect, Wave
+
+
+def wave(angle: np.ndarray, order: int, cos: np.ndarray, sin: np.ndarray) -> np.ndarray:
+    """cos * cos(order angle) + sin * sin(order angle)."""
+    return cos * np.cos(order * angle) + sin * np.sin(order * angle)
+
+
+@dataclass(frozen=True)
+class TurningForce(TireEffect):
+    """Forces in x and z that wave over the wheel angle; the size is the amplitude in x."""
+
+    coordinate = "wheel angle"
+
+    fx_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
+    fx_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0, matters=5.0)
+    fz_cos: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
+    fz_sin: float = param(0.0, unit="N", bounds=(-500.0, 500.0), screen=20.0)
+
+    @classmethod
+    def size(cls, values: dict[str, float]) -> float:
+        return float(np.hypot(values["fx_cos"], values["fx_sin"]))
+
+
+@dataclass(frozen=True)
+class ParasiticForce(TurningForce):
+    """Once per turn of the wheel, the same at every slip and load, in the forces that the hub
+    shows."""
+
+    identifier = "parasitic_force"
+    title = "Parasitic force of the preloaded shaft"
+    source = "thesis Appendix C: about 300 N before, 15-25 N after the correction"
+    what = (
+        "The shaft is bent or the flexplates are preloaded: the hub feels a force that turns "
+        "with the wheel, even when the wheel is lifted."
+    )
+    check = "Turn the unloaded wheel three times and look at the forces."
+    removes = "The parasitic filter with a fresh three-turn run; a longer flexplate drum."
+
+    def tire(self, tire: Tire) -> None:
+        # the load channel shows a force that the tire does not feel
+        tire.load -= wave(tire.data.wheel_turn, 1, self.fz_cos, self.fz_sin)
+
+    def signal(self, signal: Signal) -> None:
+        angle = signal.data.wheel_turn
+        signal.fx = signal.fx + wave(angle, 1, self.fx_cos, self.fx_sin)
+        signal.fz = signal.fz + wave(angle, 1, self.fz_cos, self.fz_sin)
+
+
+@dataclass(frozen=True)
+class NonUniformity(TurningForce):
+    """The rolling tire makes a force that waves over the turn and grows with the load."""
+
+    kind = "tire"
+    source = "tire uniformity practice"
+    what = (
+        "The tire is not even around its circumference: tangential and radial force wave with "
+        "the wheel angle while it rolls under load."
+    )
+    check = (
+        "Turn the tire on the rim by 180 deg: the wave goes with the tire. Unloaded turn: no wave."
+    )
+    removes = "A more even tire; measure at all start angles and take the mean."
+    per_turn: ClassVar[int]
+    """waves in a turn of the wheel"""
+
+    def signal(self, signal: Signal) -> None:
+        data = signal.data
+        grow = (data.nominal / data.reference.load)[:, None] * (data.position > 0.0005)
+        turn, order = data.wheel_turn, self.per_turn
+        signal.fx = signal.fx + grow * wave(turn, order, self.fx_cos, self.fx_sin)
+        signal.fz = signal.fz + grow * wave(turn, order, self.fz_cos, self.fz_sin)
+
+
+@dataclass(frozen=True)
+class NonUniformity1(NonUniformity):
+    """One wave in a turn of the wheel."""
+
+    identifier = "nonuniformity_1"
+    title = "Non-uniformity of the tire, order 1"
+    per_turn = 1
+
+
+@dataclass(frozen=True)
+class NonUniformity2(NonUniformity):
+    """Two waves in a turn."""
+
+    identifier = "nonuniformity_2"
+    title = "Non-uniformity of the tire, order 2"
+    per_turn = 2
+
+
+@dataclass(frozen=True)
+class NonUniformity3(NonUniformity):
+    """Three waves in a turn: the same at all three start angles."""
+
+    identifier = "nonuniformity_3"
+    title = "Non-uniformity of the tire, order 3"
+    per_turn = 3
+    removes = f"{NonUniformity.removes[:-1]} (order 3 stays in it)."
+
+
+@dataclass(frozen=True)
+class RunOut(Wave):
+    """The rolling radius waves over the turn: slip and load wave with it."""
+
+    per_turn: ClassVar[int]
+    """waves in a turn of the wheel"""
+    coordinate = "wheel angle"
+    source = "thesis 3.1: run-out turns with the start angle"
+    what = (
+        "Rim or tire run out of true: the rolling radius changes with the wheel angle, and "
+        "with it the slip; the fixed axle height turns it into load."
+    )
+    check = "Dial gauge on the rim and on the tread over one turn."
+    removes = "True the rim on its hub; measure at all start angles."
+
+    cos: float = param(
+        0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5,
+        note="amplitude of the rolling radius",
+    )  # fmt: skip
+    sin: float = param(0.0, unit="m", bounds=(-3e-3, 3e-3), screen=2e-4, matters=5e-5)
+    radial: float = param(
+        0.0, unit="N/m", bounds=(-2e6, 2e6),
+        note="load per change of rolling radius; that changes by a third of the run-out or less",
+    )  # fmt: skip
+
+    def motion(self, motion: Motion) -> None:
+        data = motion.data
+        change = wave(data.wheel_turn, self.per_turn, self.cos, self.sin)
+        motion.rolled += change * data.turned
+
+    def signal(self, signal: Signal) -> None:
+        change = wave(signal.data.wheel_turn, self.per_turn, self.cos, self.sin)
+        signal.fz = signal.fz + self.radial * change
+
+
+@dataclass(frozen=True)
+class RunOut1(RunOut):
+    """One wave in a turn of the wheel."""
+
+    identifier = "runout_1"
+    title = "Run-out of wheel and tire, order 1"
+    per_turn = 1
+
+
+@dataclass(frozen=True)
+class RunOut2(RunOut):
+    """Two waves in a turn."""
+
+    identifier = "runout_2"
+    title = "Run-out of wheel and tire, order 2"
+    per_turn = 2
+
+
+@dataclass(frozen=True)
+class RunOut3(RunOut):
+    """Three waves in a turn: the same at all three start angles."""
+
+    identifier = "runout_3"
+    title = "Run-out of wheel and tire, order 3"
+    per_turn = 3
+    removes = f"{RunOut.removes[:-1]} (order 3 is the same in all three)."

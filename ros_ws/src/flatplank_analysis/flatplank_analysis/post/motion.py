@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Slip, load and road speed before and after a step (Table 6.3, figure 6.5), and its stop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flatplank_data.table import MeasurementTable
+
+WINDOW_BEFORE = 0.5
+"""length of road before the step that counts as free rolling [m]"""
+GUARD = 0.01
+"""left out after the step: the wheel needs this long to change its speed [m]"""
+
+
+@dataclass(frozen=True)
+class StepFacts:
+    """Averages before and after a step; SI, slip as a fraction; NaN where not measured."""
+
+    kappa: float
+    """desired slip"""
+    kappa_before: float
+    kappa_actual: float
+    """from the turned angle and the travelled road after the step"""
+    fz_before: float
+    fz_after: float
+    speed_before: float
+    speed_after: float
+
+    @property
+    def load_change(self) -> float:
+        """Delta F_z as a fraction of the load before the step."""
+        return self.fz_after / self.fz_before - 1.0
+
+
+def step_facts(table: MeasurementTable) -> StepFacts:
+    """Facts of one run with a slip step; angles and travel are used, not noisy velocities."""
+    info = table.info
+    x = table["plank_position"]
+    step = info.step_position if math.isfinite(info.step_position) else float(x[0])
+    before = (x >= step - WINDOW_BEFORE) & (x < step)
+    after = x >= step + GUARD
+    if not before.any():
+        before = x < step
+    radius = info.effective_rolling_radius * 1.0 / math.cos(math.radians(info.alpha_deg))
+    fz = table.get("fz")
+    return StepFacts(
+        info.kappa,
+        radius * _ratio(table, "wheel_angle", before) - 1.0,
+        radius * _ratio(table, "wheel_angle", after) - 1.0,
+        _mean(fz, before),
+        _mean(fz, after),
+        _speed(table, before),
+        _speed(table, after),
+    )
+
+
+def _ratio(table: MeasurementTable, name: str, mask: np.ndarray) -> float:
+    """Change of a column per metre of road; least squares, so that encoder steps average out."""
+    if mask.sum() < 3 or not table.has(name):
+        return math.nan
+    x, y = table["plank_position"][mask], table[name][mask]
+    x = x - x.mean()
+    spread = float(x @ x)
+    return float(x @ (y - y.mean())) / spread if spread > 0.0 else math.nan
+
+
+def _speed(table: MeasurementTable, mask: np.ndarray) -> float:
+    slowness = _ratio(table, "time", mask)
+    return 1.0 / slowness if slowness else math.nan
+
+
+def _mean(values: np.ndarray, mask: np.ndarray) -> float:
+    chosen = values[mask]
+    chosen = chosen[np.isfinite(chosen)]
+    return float(chosen.mean()) if chosen.size else math.nan
+
+
+WINDOW = 0.1
+"""half the time over which the plank's speed is taken [s]"""
+FULL = 0.97
+"""share of the usual speed from which on the plank has not begun to stop [-]"""
+
+
+def until_stop(table: MeasurementTable) -> MeasurementTable:
+    """The run up to the last moment at its usual speed; as it is where it does not stop."""
+    time, position = table["time"], table["plank_position"]
+    if len(time) < 3 or time[-1] - time[0] < 10.0 * WINDOW:
+        return table
+    before, after = (np.clip(time + d, time[0], time[-1]) for d in (-WINDOW, WINDOW))
+    way = np.abs(np.interp(after, time, position) - np.interp(before, time, position))
+    speed = way / (after - before)
+    usual = float(np.median(speed[speed > 0.5 * speed.max()]))
+    full = np.flatnonzero(speed >= FULL * usual)
+    return table if full[-1] == len(time) - 1 else table.rows(slice(0, int(full[-1]) + 1))

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a campaign leaves beside its data: verdicts of runs, campaign.yaml and tire.yaml."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from flatplank_analysis.models.tire_record import FILE as RECORD
+from flatplank_analysis.models.tire_record import TireRecord
+from flatplank_analysis.steady.rolling_radius import radius_of_run
+from flatplank_control.calibration.fits import still_fits
+from flatplank_control.runner.campaign.conductor import Conductor, Job, Outcome
+from flatplank_control.runner.campaign.quality import (
+    EVALUATIONS,
+    Finding,
+    Limits,
+    judge,
+    profile,
+    travel,
+)
+from flatplank_control.runner.campaign.supervised import Standstill, TurnWatch
+from flatplank_control.runner.conditions import PRELOAD
+from flatplank_control.runner.moves import ENOUGH
+from flatplank_data.campaign import CAMPAIGN_FILE, FORMAT, Run
+from flatplank_data.files import write_atomic
+from flatplank_data.readers import describe
+from flatplank_data.run_record import RunRecord
+from flatplank_data.store import open_store
+from flatplank_data.table import MeasurementTable
+from flatplank_data.yaml_text import load_yaml
+
+COLUMNS = [
+    "time", "plank_position", "plank_velocity", "wheel_angle", "motor_velocity", "fx", "fy", "fz",
+    "loaded_radius",
+]  # fmt: skip
+STOOD = 0.02
+"""a wheel that turned by less stood [rad]"""
+ZERO_LIMIT = 60.0
+"""change of the hub's zero over a run [N]"""
+
+
+def read(path: Path) -> MeasurementTable:
+    """The samples of a bag or a table from the trigger on."""
+    return Run(RunRecord(file=path.name), open_store(path.parent)).table(COLUMNS)
+
+
+def outcome_of(
+    path: Path,
+    job: Job,
+    limits: Limits,
+    before: Standstill,
+    after: Standstill,
+    turn: TurnWatch | None = None,
+) -> Outcome:
+    """Verdict, effective rolling radius of a free-rolling run, zeros."""
+    table = read(path)
+    enough = ENOUGH in str(describe(open_store(path.parent), path.name).get("stop_reason", ""))
+    verdict = judge(table.columns, job.measurement, limits, job.earlier, enough)
+    facts: dict[str, Any] = {
+        "profile": profile(table.columns), "travel": round(travel(table.columns), 3),
+    }  # fmt: skip
+    zeros: list[Finding] = []
+    if before.fx and after.fx:
+        change = max(abs(b - a) for b, a in zip(before.zero, after.zero, strict=True))
+        # without the filter the preloaded shaft turns the zero with the wheel
+        turned = float(abs(table.columns["wheel_angle"][-1] - table.columns["wheel_angle"][0]))
+        hidden = 0.0 if after.filter_on or turned < STOOD else PRELOAD
+        zeros = [Finding("zero_change", change, ZERO_LIMIT + hidden)]
+        facts |= {"before": before.facts(), "after": after.facts()}
+    if turn is not None and turn.left == turn.left:
+        facts["once_per_turn_unloaded"] = round(turn.left, 1)
+        if turn.filter_on and (warning := still_fits(turn.left)):
+            facts["warnings"] = [warning]
+    evaluate = EVALUATIONS.get(job.measurement.measurement)
+    if evaluate is not None:
+        found_values = evaluate(table.columns, job.measurement)
+        facts |= {name: float(f"{value:.6g}") for name, value in found_values.items()}
+    if job.measurement.measurement == "free_rolling":
+        found = radius_of_run(table)
+        facts |= {"radius": found.radius, "radius_force": found.force}
+    return Outcome(path.name, replace(verdict, findings=(*verdict.findings, *zeros)), facts)
+
+
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+
+def list_kept(conductor: Conductor, folder: Path) -> None:
+    """List what the journal kept; a crash between the two is made up at the next start."""
+    kept = conductor.kept()
+    counting = {done.counts for done in kept}
+    others = {file for done in conductor.journal.done.values() for file in done.files} - counting
+    if kept or (folder / CAMPAIGN_FILE).exists():
+        write_tire(folder, conductor.plan.tire.record)
+        runs = [(done.record, done.counts) for done in kept if done.record]
+        write_campaign(folder, conductor.plan.tire.name, runs, others)
+
+
+def write_tire(folder: Path, record: TireRecord) -> None:
+    """The record of the mounted tire beside the runs; one that is there stays."""
+    path = folder / RECORD
+    if not path.exists():
+        write_atomic(path, record.to_yaml())
+
+
+def write_campaign(
+    folder: Path,
+    tire: str,
+    runs: Sequence[tuple[Mapping[str, Any], str]],
+    others: Collection[str] = (),
+) -> None:
+    """Put records and files of runs into the folder's campaign.yaml, and take `others` out."""
+    path = folder / CAMPAIGN_FILE
+    old = load_yaml(path.read_bytes(), path) if path.exists() else {}
+    names = {file for _, file in runs}.union(others)
+    kept = [run for run in old.get("runs", []) if run["file"] not in names]
+    new = [_entry(record, file) for record, file in runs]
+    content = {"format": FORMAT, "tire": tire, "runs": [*kept, *new]}
+    write_atomic(path, yaml.dump(content, Dumper=_DUMPER, sort_keys=False))
+
+
+def _entry(record: Mapping[str, Any], file: str) -> dict:
+    said = {k: v for k, v in record.items() if v not in (None, "", {}) and k != "name"}
+    return {"file": file, **said}

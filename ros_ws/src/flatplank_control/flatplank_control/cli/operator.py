@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the operator of `run`, `slip` and `investigate` reads and presses."""
+
+from __future__ import annotations
+
+import select
+import sys
+import termios
+import time
+import tty
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from flatplank_control.runner.campaign import CampaignPlan, Journal
+
+
+class Keys:
+    """A context manager; without a terminal no key ever comes."""
+
+    def __enter__(self) -> Keys:
+        self._terminal = sys.stdin.isatty()
+        if self._terminal:
+            self._before = termios.tcgetattr(sys.stdin)
+            tty.setcbreak(sys.stdin)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._terminal:
+            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+
+    def pressed(self) -> str:
+        """A key that was pressed, or an empty text."""
+        if not self._terminal or not select.select([sys.stdin], [], [], 0.0)[0]:
+            return ""
+        return sys.stdin.read(1)
+
+    def line(self, prompt: str) -> str:
+        """A whole line, with echo."""
+        if not self._terminal:
+            return ""
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+        try:
+            return input(prompt)
+        finally:
+            tty.setcbreak(sys.stdin)
+
+
+class Wish(NamedTuple):
+    """What a key is for."""
+
+    text: str
+    service: str
+    """of the runner"""
+
+
+OF_A_RUN = {
+    "c": Wish("confirm what was asked for", "confirm"),
+    "e": Wish("enough: this run ends here and is kept", "enough"),
+}
+OF_A_CAMPAIGN = {
+    **OF_A_RUN,
+    "r": Wish("repeat this run from its beginning", "repeat"),
+    "d": Wish("discard this run and go on", "discard"),
+    "s": Wish("skip this run", "skip"),
+}
+
+
+def tell(client: Any, wishes: Mapping[str, Wish], key: str) -> None:
+    """Call the service of a key and print what came of it; other keys do nothing."""
+    if key not in wishes:
+        return
+    from std_srvs.srv import Trigger
+
+    answer = client.call(Trigger, f"/measurement_runner/{wishes[key].service}")
+    print(wishes[key].text if answer.success else answer.message, flush=True)
+
+
+NOT_ALL_GOOD = 3
+"""exit code"""
+
+
+class Talk:
+    """Lines with progress and, at the pace so far, the time left."""
+
+    def __init__(self, left: float = 0.0, now: Callable[[], float] = time.monotonic) -> None:
+        """`left`: bench time of what is to be made, else of the first line [s]."""
+        self._most, self._now = left, now
+        self._began, self._last = now(), ""
+
+    def __call__(self, done: int, total: int, text: str, left: float, asks: bool = False) -> None:
+        """`left`: bench time of the runs to come [s]. What was just said is not said again, but
+        what `asks` is."""
+        self._most = max(self._most, left)
+        if text == self._last and not asks:
+            return
+        self._last = text
+        made = self._most - left
+        minutes = (self._now() - self._began) / made * left / 60.0 if made > 0.0 else 0.0
+        tail = f"; {minutes:.0f} min left" if made > 0.0 else ""
+        print(f"{done}/{total} {text}{tail}", flush=True)
+
+
+def conclude(plan: CampaignPlan, journal: Journal) -> int:
+    """Say what became of every run; 0 when all are there and good."""
+    known = [(run, journal.done[run.key]) for run in plan.runs if run.key in journal.done]
+    made = [done for _, done in known if done.ok]
+    doubtful = [(run, done) for run, done in known if journal.doubtful(run.key)]
+    flagged = [done for _, done in doubtful if not done.skipped]
+    skipped = [run for run, done in doubtful if done.skipped]
+    print(f"{len(made)} of {len(plan.runs)} runs in {journal.path.parent}")
+    for done in flagged:
+        print(f"flagged: {done.files[-1]}: {done.facts.get('verdict', 'see the journal')}")
+    for run in skipped:
+        print(f"skipped: {run.key} ({plan.where}:{run.line})")
+    if not flagged and not skipped:
+        return 0
+    print(
+        f"{len(flagged)} flagged, {len(skipped)} skipped: look at the flagged ones before they "
+        "are used; --redo makes them once more"
+    )
+    return NOT_ALL_GOOD

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Constant vertical force on a driven vertical axis; off by default.
+
+Axle speed from the error of Fz: the tire is the spring, so an integrating axis needs only P and a
+little I."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flatplank_data.limits import LIMITS, Limit
+from flatplank_data.params import Params, param
+from flatplank_hw.samples import EncoderSample, HubSample, Reference
+
+SOURCE = "follow"
+
+
+@dataclass(frozen=True)
+class LoadParameters(Params):
+    """Gains in the units of the loop: crossover instead of gain, since C_z is a parameter."""
+
+    enabled: bool = param(False, "hold Fz instead of the axle's height")
+    rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
+    vertical_stiffness: float = param(
+        2.0e5, "C_z of the tire", unit="N/m", bounds=(1e4, 1e7), placeholder=True
+    )
+    crossover: float = param(10.0, "of the loop", unit="rad/s", bounds=(0.1, 100.0))
+    integral_share: float = param(0.15, "zero of the PI over the crossover", bounds=(0.0, 1.0))
+    speed_limit: float = param(0.005, "of the axle", unit="m/s", bounds=(1e-5, 0.1))
+    filter_time: float = param(
+        0.01, "low-pass of the measured force", unit="s", bounds=(0.001, 1.0)
+    )
+    ramp: float = param(2000.0, "of a new set-point", unit="N/s", bounds=(1.0, 1e5))
+    fz_limit: float = param(LIMITS["fz"].high, "largest set-point", unit="N", bounds=(0.0, 1e5))
+
+
+class LoadController:
+    """`step` gives the speed of the axle [m/s], upwards positive; no overshoot by a ramp and no
+    integration while the speed is limited."""
+
+    def __init__(self, p: LoadParameters) -> None:
+        self.parameters = p
+        self._gain = p.crossover / p.vertical_stiffness
+        self._rate = p.integral_share * p.crossover / p.rate_hz
+        self._smooth = -math.expm1(-1.0 / (p.filter_time * p.rate_hz))
+        self.set_point = 0.0
+        self._ramp = self._force = math.nan
+        self._integral = 0.0
+
+    def set_load(self, fz: float) -> None:
+        """New set-point [N]; ValueError when the machine does not stand it."""
+        if reason := Limit(0.0, self.parameters.fz_limit, "N").refusal("fz", fz):
+            raise ValueError(reason)
+        self.set_point = fz
+
+    def reset(self) -> None:
+        """Begin anew from the load that is there."""
+        self._ramp = self._force = math.nan
+        self._integral = 0.0
+
+    def reference(self, hub: HubSample, _encoders: EncoderSample) -> Reference:
+        """Set-point of the vertical axis in mode `follow`; not valid while it is off."""
+        on = self.parameters.enabled
+        speed = self.step(hub)
+        return Reference(hub.cycle, hub.stamp_ns, SOURCE, speed, on and math.isfinite(speed))
+
+    def step(self, hub: HubSample) -> float:
+        """Axle speed of this cycle [m/s]; 0 when the controller is off."""
+        p = self.parameters
+        if not p.enabled:
+            return 0.0
+        fz = hub.contact.fz
+        if self._ramp != self._ramp:
+            self._ramp = self._force = fz
+        self._force += self._smooth * (fz - self._force)
+        step = p.ramp / p.rate_hz
+        self._ramp += min(max(self.set_point - self._ramp, -step), step)
+        error = self._ramp - self._force
+        wanted = self._gain * (error + self._integral)
+        speed = min(max(wanted, -p.speed_limit), p.speed_limit)
+        arrived = self._ramp == self.set_point
+        if speed == wanted and arrived:
+            self._integral += self._rate * error
+        return -speed

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A plan on paper: performed by kinematics alone, for bench time, progress, road and load."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from flatplank_control.runner import steps as S
+from flatplank_control.runner.campaign.plan import CampaignPlan
+from flatplank_control.runner.conditions import QUANTITIES, condition_of
+from flatplank_control.runner.measurement import TRIGGER_AT
+from flatplank_control.runner.moves import SLOW, SPEED
+from flatplank_control.runner.plans import plan_of
+from flatplank_control.runner.steps import Patience, PlanFailed
+from flatplank_data.machine import ROAD_LENGTH
+from flatplank_hw.cia402 import State
+from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
+
+STEP = 0.1
+"""[s]"""
+WHEEL_SPEED = 0.15
+"""of a move [rad/s]"""
+BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2}
+"""typical time of an operator's action on the simulated bench [s]; angles: at 2 deg/s"""
+ANGLE_SPEED = 2.0
+
+
+class DryBench:
+    """`time` is the bench time [s] of all that was performed."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.plank = self.wheel = 0.0
+        self.road_used = 0.0
+        """farthest position of the plank behind the trigger [m]"""
+        self.steps: list[S.Step] = []
+        self._direction, self._fast, self._stop_at = 0, True, math.nan
+        self._target = math.nan
+        self._omega = 0.0
+        self._enabled = False
+        self._set: dict[str, float] = {}
+        self._do: dict[type, Callable[[Any], None]] = {
+            S.Manual: self._manual,
+            S.Plank: self._switch,
+            S.Enable: lambda s: setattr(self, "_enabled", s.on),
+            S.Mode: self._mode,
+            S.MoveTo: lambda s: setattr(self, "_target", math.radians(s.angle_deg)),
+            S.Wait: self._wait,
+        }
+
+    def perform(self, plan: Iterable[S.Step]) -> None:
+        """A whole plan; PlanFailed when it waits for what never comes."""
+        for step in plan:
+            self.steps.append(step)
+            act = self._do.get(type(step))
+            if act:
+                act(step)
+
+    def _manual(self, step: S.Manual) -> None:
+        before = self._set.get(step.quantity, 0.0)
+        self._set[step.quantity] = step.value
+        if step.quantity == "unload":
+            self._set["load"] = 0.0
+        needed = BY_HAND.get(step.quantity)
+        needed = abs(step.value - before) / ANGLE_SPEED if needed is None else needed
+        quantity = QUANTITIES[step.quantity]
+        self._wait(S.Wait(quantity.prompt, condition_of(step), quantity.timeout, needed + 0.2))
+
+    def _switch(self, step: S.Plank) -> None:
+        self._direction, self._fast, self._stop_at = step.direction, step.fast, step.stop_at
+
+    def _mode(self, step: S.Mode) -> None:
+        self._target = math.nan
+        self._omega = 0.0
+
+    def _wait(self, step: S.Wait) -> None:
+        patience = Patience(step, self.time)
+        while not patience.over(self.snapshot(), self.time):
+            self._advance()
+
+    def _advance(self) -> None:
+        self.time += STEP
+        speed = self._direction * (SPEED if self._fast or self._direction < 0 else SLOW)
+        self.plank = min(max(self.plank + speed * STEP, -0.01), ROAD_LENGTH)
+        if self._direction > 0 and self.plank >= self._stop_at:
+            self.plank, self._direction = self._stop_at, 0
+        if self._direction > 0:
+            self.road_used = max(self.road_used, self.plank - TRIGGER_AT)
+        self._omega = 0.0
+        if self._target == self._target and self._enabled:
+            left = self._target - self.wheel
+            step = math.copysign(min(abs(left), WHEEL_SPEED * STEP), left)
+            self.wheel, self._omega = self.wheel + step, step / STEP
+        elif self._direction > 0:
+            self.wheel += speed * STEP / 0.31
+
+    @property
+    def _moves(self) -> bool:
+        return (
+            self._direction > 0
+            and self.plank < ROAD_LENGTH
+            or self._direction < 0
+            and self.plank > -0.01
+        )
+
+    def snapshot(self) -> S.Snapshot:
+        """What a bench without noise would say."""
+        stamp, cycle = round(self.time * 1e9), round(self.time / STEP)
+        moves = self._moves
+        fz = self._set.get("load", 0.0)
+        force = Wrench(0.0, 0.0, fz, 0.0, 0.0, 0.0)
+        speed = SPEED * self._direction if moves else 0.0
+        steer = math.radians(self._set.get("steer_deg", 0.0))
+        camber = math.radians(self._set.get("road_camber_deg", 0.0))
+        encoders = EncoderSample(
+            cycle, stamp, self.plank - TRIGGER_AT, speed, self.wheel, self._omega, steer, camber,
+            math.nan, 0.0, 0.0, moves, self.plank > TRIGGER_AT, 0.0,
+        )  # fmt: skip
+        hub = HubSample(cycle, stamp, force, force, 0.3, camber, fz, False, 0)
+        state = State.OPERATION_ENABLED if self._enabled else 0
+        drive = DriveSample(
+            cycle, stamp, state, 0, self.wheel, self._omega, 0.0, 0.0, 0.0, 0.0, 0, 0
+        )
+        return S.Snapshot(encoders, hub, drive)
+
+
+class Progress:
+    """`step` steps of the plan are done and the next one takes `seconds` so far."""
+
+    def __init__(self, ends: Sequence[float]) -> None:
+        """`ends`: bench time at the end of each step on paper [s]."""
+        self._ends = list(ends)
+        self.total = self._ends[-1] if self._ends else 0.0
+
+    def left(self, step: int, seconds: float = 0.0) -> float:
+        """Bench time to come [s]; a step that takes longer than on paper counts as done."""
+        begin = self._ends[step - 1] if step else 0.0
+        end = self._ends[min(step, len(self._ends) - 1)] if self._ends else 0.0
+        return self.total - min(begin + seconds, end)
+
+    def done(self, step: int, seconds: float = 0.0) -> float:
+        """Share that is done, 0 .. 1."""
+        return 1.0 - self.left(step, seconds) / self.total if self.total else 1.0
+
+
+def on_paper(plan: Iterable[S.Step]) -> Progress:
+    """Perform a plan on paper; what waits for something that paper does not have takes no time."""
+    bench, ends = DryBench(), []
+    for step in plan:
+        with suppress(PlanFailed):
+            bench.perform([step])
+        ends.append(bench.time)
+    return Progress(ends)
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """What a campaign will take."""
+
+    durations: dict[str, float]
+    """bench time of each run by its key [s]"""
+    kinds: dict[str, int]
+    """runs per kind of measurement and role"""
+    road: float
+    """farthest position of the plank [m]"""
+    largest_load: float
+    """[N]"""
+    prompts: int
+    """things that an operator sets by hand"""
+
+    @property
+    def total(self) -> float:
+        """[s]"""
+        return sum(self.durations.values())
+
+    def lines(self, plan: CampaignPlan) -> list[str]:
+        """For people."""
+        kinds = ", ".join(f"{n} {kind}" for kind, n in self.kinds.items())
+        hours = self.total / 3600.0
+        return [
+            f"plan {plan.name}: {len(plan.runs)} runs ({kinds}) with the {plan.tire.name}",
+            f"bench time {hours:.1f} h without repeats ({self.total / len(plan.runs):.0f} s each)",
+            f"road {self.road:.2f} m of {ROAD_LENGTH:.2f} m, up to {self.largest_load:.0f} N, "
+            f"{self.prompts} settings by hand",
+        ]
+
+
+def dry_run(plan: CampaignPlan) -> DryRun:
+    """Perform every run on paper, one after the other; PlanFailed names line and reason."""
+    bench = DryBench()
+    durations: dict[str, float] = {}
+    for run in plan.runs:
+        before = bench.time
+        try:
+            bench.perform(plan_of(run.measurement))
+        except (PlanFailed, ValueError) as error:
+            raise PlanFailed(f"{plan.where}:{run.line}: {error}") from None
+        durations[run.key] = bench.time - before
+    kinds = Counter(
+        run.measurement.measurement if run.role == "run" else f"{run.role} run"
+        for run in plan.runs
+    )
+    by_hand = [step for step in bench.steps if isinstance(step, S.Manual)]
+    loads = [step.value for step in by_hand if step.quantity == "load"]
+    return DryRun(durations, dict(kinds), bench.road_used, max(loads, default=0.0), len(by_hand))

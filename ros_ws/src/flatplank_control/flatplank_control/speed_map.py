@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Travel of the road that the pinion encoder does not see, learnt from runs without slip.
+
+A map has the rack mesh and the mean error of the encoder, from the force of kappa = 0 runs. The
+tire is the sensor: Fx = C_Fk kappa in the mean, and de/dx = -(dFx/dx + Fx/sigma)/C_x for an
+error e of the travel. C_x is about 200 N/mm, so 10 um is 2 N."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from flatplank_control.bench.setup import BenchSetup
+from flatplank_control.sequencer import SequencerParameters
+from flatplank_data.params import Params, from_mapping, param
+from flatplank_data.yaml_text import load_yaml
+
+FOLLOWS = 3e-4
+"""a wheel that follows the encoder keeps to its travel within this part; the mean error that a map
+is for is five times as large"""
+SETTLED = 0.6
+"""of the road until the start is forgotten [m]"""
+STOPPING = 0.02
+"""before the end of a run: the plank stops before the wheel does [m]"""
+
+
+class Run(NamedTuple):
+    """Samples of a run without slip, shape (n,)."""
+
+    position: np.ndarray
+    """of the plank by its encoder [m]"""
+    wheel_angle: np.ndarray
+    """[rad]"""
+    fx: np.ndarray
+    """[N]"""
+
+
+_SEQUENCER = {f.name: f for f in fields(SequencerParameters)}
+
+
+def _of_the_sequencer(name: str) -> Any:
+    """A field like this parameter of the slip sequencer: default, unit and range."""
+    return param(_SEQUENCER[name].default, **_SEQUENCER[name].metadata)
+
+
+@dataclass(frozen=True)
+class RoadMap(Params):
+    """Travel of the road over what the encoder says."""
+
+    road_scale: float = _of_the_sequencer("road_scale")
+    mesh_turn_cos: float = _of_the_sequencer("mesh_turn_cos")
+    mesh_turn_sin: float = _of_the_sequencer("mesh_turn_sin")
+    mesh_tooth_cos: float = _of_the_sequencer("mesh_tooth_cos")
+    mesh_tooth_sin: float = _of_the_sequencer("mesh_tooth_sin")
+    tooth_pitch: float = _of_the_sequencer("tooth_pitch")
+    force_left: float = param(
+        0.0, "rms of Fx that the map does not explain", unit="N", bounds=(0.0, 1e5)
+    )
+
+    def parameters(self) -> dict[str, float]:
+        """Of the slip sequencer: what follows the road's travel by this map."""
+        values = asdict(self)
+        del values["force_left"]
+        return values
+
+    def save(self, path: Path) -> None:
+        path.write_text(yaml.safe_dump(asdict(self), sort_keys=False), encoding="utf-8")
+
+    @staticmethod
+    def load(path: Path) -> RoadMap:
+        """ValueError says what is wrong with the file."""
+        try:
+            data = load_yaml(path.read_bytes(), path)
+        except OSError as error:
+            raise ValueError(
+                f"{path}: cannot be read ({error.strerror}); flatplank road-map makes one"
+            ) from None
+        found = data if isinstance(data, dict) else {}
+        missing = set(RoadMap.__dataclass_fields__).difference(found)
+        if missing:
+            raise ValueError(
+                f"{path}: no map of the road, it has no {sorted(missing)[0]}; "
+                "flatplank road-map makes one"
+            )
+        return from_mapping(RoadMap, found, str(path))
+
+
+def learn(
+    runs: Sequence[Run],
+    stiffness: float,
+    relaxation: float,
+    *,
+    pitch_radius: float = 0.05,
+) -> RoadMap:
+    """The map from runs that follow the encoder, for C_x [N/m] and sigma [m]; radius in m."""
+    if not runs or not (stiffness > 0.0 and relaxation > 0.0):
+        raise ValueError("speed map: give kappa = 0 runs and a tire with C_x and sigma above 0")
+    tooth = RoadMap.tooth_pitch
+    waves = (1.0 / pitch_radius, 2.0 * math.pi / tooth)
+    rows, forces = [], []
+    for run in runs:
+        x, angle, fx = _rolling(run, "speed map")
+        # e cos(w x) gives a force through the first-order tire, in phase and out of phase
+        columns = [np.ones_like(x)]
+        for w in waves:
+            answer = -stiffness * 1j * w / (1j * w + 1.0 / relaxation)
+            e = np.exp(1j * w * x) * answer
+            columns += [e.real, e.imag]
+        # what turns with the wheel is no error of the road
+        columns += [np.cos(angle), np.sin(angle)]
+        rows.append(np.column_stack(columns))
+        forces.append(fx)
+    a, f = np.vstack(rows), np.concatenate(forces)
+    p = np.linalg.lstsq(a, f, rcond=None)[0]
+    slip = float(p[0]) / (stiffness * relaxation)
+    left = float(np.sqrt(np.mean((f - a @ p) ** 2)))
+    turn_cos, turn_sin, tooth_cos, tooth_sin = (float(v) for v in p[1:5])
+    return RoadMap(
+        float(1.0 / (1.0 + slip)), turn_cos, turn_sin, tooth_cos, tooth_sin, tooth, left
+    )
+
+
+def _rolling(run: Run, where: str) -> Run:
+    """What lies between start and stop; ValueError when that is too little."""
+    end = float(run.position.max())
+    if end < 1.0:
+        raise ValueError(f"{where}: a run ends at {end:.2f} m; 1 m is needed")
+    keep = (run.position > SETTLED) & (run.position < end - STOPPING)
+    return Run(*(column[keep] for column in run))
+
+
+def check_follows(run: Run, radius: float, where: str) -> None:
+    """ValueError when the wheel did not follow the encoder: its force then tells another error.
+
+    radius: effective rolling radius by which the wheel was turned [m].
+    """
+    x, angle, _ = _rolling(run, where)
+    part = float(radius * (angle[-1] - angle[0]) / (x[-1] - x[0]))
+    if not abs(part - 1.0) < FOLLOWS:
+        raise ValueError(
+            f"{where}: the wheel rolled {part:.4f} of the encoder's travel; "
+            "a map is learnt from runs that were made with --road follow"
+        )
+
+
+FOLLOW = "follow"
+WHOLE_RUN = 100.0
+"""[m]"""
+NODE = "slip_sequencer"
+
+
+def with_road(setup: BenchSetup, road: str) -> BenchSetup:
+    """`road`: empty for constant speed, `follow` for the encoder's travel, else the file of a
+    map."""
+    if not road:
+        return setup
+    values: dict[str, Any] = {"follow_until": WHOLE_RUN}
+    if road != FOLLOW:
+        values |= RoadMap.load(Path(road)).parameters()
+    own = {**setup.parameters.get(NODE, {}), **values}
+    return replace(setup, parameters={**setup.parameters, NODE: own})

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Angle of a driven steering or camber axis: held, or led along a profile.
+
+The hold keeps the hub's angle against the play of its worm drive. With an encoder on the hub
+the gap is seen and crossed. With the encoder on the worm, as in the thesis (3.1, issue 10), the
+gap is not seen; but the tire's moment about z says at which side of it the hub lies, and the
+play itself is on the pre-flight sheet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from flatplank_data.params import ParameterError, Params, describe, from_mapping, nearest, param
+from flatplank_hw.answers import Answer, refused
+from flatplank_hw.samples import EncoderSample, HubSample, Reference
+
+ANGLE = (-math.pi, math.pi)
+TIME = (1e-3, 1e4)
+
+
+@dataclass(frozen=True)
+class Profile(Params):
+    """`angle(t)` [rad] for t >= 0 [s]."""
+
+    name: ClassVar[str]
+
+    def angle(self, t: float) -> float:
+        raise TypeError(f"{type(self).__name__} must define angle")
+
+    def largest(self) -> float:
+        """Of |angle| [rad]."""
+        p: Any = self
+        return abs(p.amplitude)
+
+    def shown_after(self) -> float:
+        """When it has reached its largest angle, or is over where it has an end [s]."""
+        raise TypeError(f"{type(self).__name__} must define shown_after")
+
+
+def _triangle(turns: float) -> float:
+    """Triangle of period 1 between -1 and 1 that starts upwards from 0."""
+    return 1.0 - 4.0 * abs((turns + 0.25) % 1.0 - 0.5)
+
+
+@dataclass(frozen=True)
+class Wave(Profile):
+    """An angle that goes to and fro for ever."""
+
+    amplitude: float = param(0.0, "of the angle", unit="rad", bounds=ANGLE)
+    period: float = param(10.0, "of the wave", unit="s", bounds=TIME)
+    offset: float = param(0.0, "mean angle", unit="rad", bounds=ANGLE)
+
+    def largest(self) -> float:
+        return abs(self.amplitude) + abs(self.offset)
+
+    def shown_after(self) -> float:
+        return 0.25 * self.period
+
+
+@dataclass(frozen=True)
+class Sine(Wave):
+    """offset + amplitude sin(2 pi t / period)."""
+
+    name = "sine"
+
+    def angle(self, t: float) -> float:
+        return self.offset + self.amplitude * math.sin(math.tau * t / self.period)
+
+
+@dataclass(frozen=True)
+class Triangle(Wave):
+    """offset + amplitude times a triangle that starts upwards from 0."""
+
+    name = "triangle"
+
+    def angle(self, t: float) -> float:
+        return self.offset + self.amplitude * _triangle(t / self.period)
+
+
+@dataclass(frozen=True)
+class Parking(Profile):
+    """To and fro at a constant rate on the standing tire, so many times, then back to zero."""
+
+    name = "parking"
+    amplitude: float = param(0.3, "largest angle", unit="rad", bounds=ANGLE)
+    rate: float = param(0.017, "1 deg/s", unit="rad/s", bounds=(1e-4, 1.0))
+    cycles: int = param(1, "to both sides", bounds=(1, 100))
+
+    def angle(self, t: float) -> float:
+        if t >= self.shown_after():
+            return 0.0
+        return self.amplitude * _triangle(t / (self.shown_after() / self.cycles))
+
+    def shown_after(self) -> float:
+        return self.cycles * 4.0 * abs(self.amplitude) / self.rate
+
+
+@dataclass(frozen=True)
+class Impulse(Profile):
+    """A short turn of the steering and back: the impulse of a rolling tire."""
+
+    name = "impulse"
+    amplitude: float = param(0.02, "angle at its top", unit="rad", bounds=ANGLE)
+    start: float = param(1.0, "of the impulse", unit="s", bounds=(0.0, 1e4))
+    length: float = param(1.0, "there and back", unit="s", bounds=TIME)
+
+    def angle(self, t: float) -> float:
+        share = (t - self.start) / self.length
+        return self.amplitude * (1.0 - abs(2.0 * share - 1.0)) if 0.0 < share < 1.0 else 0.0
+
+    def shown_after(self) -> float:
+        return self.start + self.length
+
+
+PROFILES: dict[str, Callable[..., Profile]] = {
+    kind.name: kind for kind in (Sine, Triangle, Parking, Impulse)
+}
+"""name -> profile; a new one is a class and its place here"""
+
+
+@dataclass(frozen=True)
+class HoldParameters(Params):
+    """Gains; `play` 0 when the encoder sits on the hub."""
+
+    enabled: bool = param(False, "hold the hub's angle instead of the motor's")
+    gain: float = param(6.0, "speed over angle error", unit="1/s", bounds=(0.1, 100.0))
+    dead_band: float = param(
+        3.5e-4, "an error that is left alone: 0.02 deg", unit="rad", bounds=(0.0, 0.1)
+    )
+    speed_limit: float = param(0.035, "2 deg/s", unit="rad/s", bounds=(1e-4, 1.0))
+    play: float = param(
+        0.0, "gap of the worm that the encoder does not see", unit="rad", bounds=(0.0, 0.1)
+    )
+    play_moment: float = param(
+        15.0, "moment about z from which the hub has crossed the gap", unit="N m",
+        bounds=(0.0, 1e4),
+    )  # fmt: skip
+
+
+class SteeringHold:
+    """`step` gives the speed of the steering axis [rad/s]."""
+
+    def __init__(self, p: HoldParameters) -> None:
+        self.parameters = p
+        self.reset()
+
+    def reset(self) -> None:
+        """The hub lies in the middle of its gap."""
+        self.side = 0.0
+
+    def step(self, wanted: float, angle: float, moment: float = 0.0) -> float:
+        """For the wanted and the measured angle [rad] and the tire's moment about z [N m]; 0 when
+        it is off."""
+        p = self.parameters
+        if abs(moment) > p.play_moment:
+            # a positive moment turns the wheel to the left, which lowers the slip angle
+            self.side = -0.5 * p.play if moment > 0.0 else 0.5 * p.play
+        error = wanted - angle - self.side
+        if not p.enabled or abs(error) < p.dead_band:
+            return 0.0
+        return min(max(p.gain * error, -p.speed_limit), p.speed_limit)
+
+
+SOURCE = "follow"
+ANGLES: dict[str, Callable[[EncoderSample], float]] = {
+    "steer": lambda e: e.steer_angle,
+    "camber": lambda e: e.road_camber,
+}
+"""axis -> its angle [rad] in the encoders' sample"""
+OK = Answer(True, "", 0)
+
+
+@dataclass(frozen=True)
+class AngleParameters(HoldParameters):
+    """The hold, and which axis it has."""
+
+    axis: str = param("steer", "axis that is led", choices=sorted(ANGLES), read_only=True)
+    rate_hz: float = param(250.0, "bus rate", unit="Hz", bounds=(10.0, 4000.0))
+    limit: float = param(0.8378, "largest angle: 48 deg", unit="rad", bounds=(0.0, math.pi))
+
+
+class AngleControl:
+    """`reference` gives the speed of the axis; without a profile it holds the angle of its
+    beginning."""
+
+    def __init__(self, p: AngleParameters) -> None:
+        self.parameters = p
+        self._hold = SteeringHold(p)
+        self._read = ANGLES[p.axis]
+        self._profile: Profile | None = None
+        self._since = 0.0
+        self.wanted = math.nan
+        self._base = math.nan
+
+    def reset(self) -> None:
+        """Hold what is there, from the next cycle on."""
+        self._profile, self.wanted, self._base = None, math.nan, math.nan
+        self._hold.reset()
+
+    def hold(self, angle: float) -> Answer:
+        """Hold this angle [rad]."""
+        if not abs(angle) <= self.parameters.limit:
+            return refused(f"angle of {angle:.3g} rad is beyond {self.parameters.limit:.3g} rad")
+        self._profile, self.wanted = None, angle
+        self._base = angle
+        return OK
+
+    def set_profile(self, name: str, values: Mapping[str, float]) -> Answer:
+        """Lead the axis along a profile, from the next cycle on; refused as a whole."""
+        kind = PROFILES.get(name)
+        if kind is None:
+            return refused(f"unknown profile '{name}'{nearest(name, PROFILES)}")
+        # a message has no whole numbers
+        whole = {i.name for i in describe(kind) if isinstance(i.default, int)}
+        values = {k: int(v) if k in whole and v == v // 1 else v for k, v in values.items()}
+        try:
+            profile: Profile = from_mapping(kind, values, f"profile {name}")  # type: ignore[type-var]
+        except ParameterError as error:
+            return refused(str(error))
+        if profile.largest() > self.parameters.limit:
+            return refused(f"profile {name} reaches {profile.largest():.3g} rad, beyond "
+                           f"{self.parameters.limit:.3g} rad")  # fmt: skip
+        self._profile, self._since = profile, 0.0
+        return OK
+
+    def reference(self, hub: HubSample, encoders: EncoderSample) -> Reference:
+        """Set-point of the axis in mode `follow` [rad/s]."""
+        p = self.parameters
+        angle = self._read(encoders)
+        if self._base != self._base:
+            self._base = self.wanted = angle
+        ahead = 0.0
+        if self._profile is not None:
+            wanted = self._profile.angle(self._since)
+            self._since += 1.0 / p.rate_hz
+            ahead = (self._profile.angle(self._since) - wanted) * p.rate_hz
+            self.wanted = wanted
+        # a moment [N m] about z of the tire turns the hub within the play of its worm
+        speed = ahead + self._hold.step(self.wanted, angle, hub.contact.mz)
+        speed = min(max(speed, -p.speed_limit), p.speed_limit)
+        return Reference(encoders.cycle, encoders.stamp_ns, SOURCE, speed, True)

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an answer of the search does not keep of what always holds, see `invariants`."""
+
+from __future__ import annotations
+
+from flatplank_analysis.discovery import invariants
+from flatplank_analysis.discovery.verdict import Diagnosis
+
+
+def broken(result: Diagnosis) -> list[str]:
+    """What an answer does not keep, in words; empty when it keeps everything."""
+    search = result.search
+    if search is None:
+        return [] if not result.found else ["something is named without a search"]
+    out, last = [], search.last.state
+    errors = [s.state.runs.rmse(s.state.residual[0]) for s in search.steps]
+    for one, other, e, f in zip(search.steps, search.steps[1:], errors, errors[1:], strict=False):
+        grown = len(other.found) > len(one.found)
+        if grown and f > e * (1.0 + 1e-9):
+            out.append(f"the error rises from {e:.3f} to {f:.3f}")
+    if result.rmse_after > result.rmse_before * (1.0 + 1e-9):
+        out.append(f"the error rises from {result.rmse_before:.3f} to {result.rmse_after:.3f}")
+    if result.verdict.startswith("found"):
+        left = invariants.rest(last, True)
+        out += [f"{result.verdict}, and {left}"] if left else []
+    if result.verdict == "found" and any(f.alike for f in result.found):
+        out.append("found, and something could stand in for it")
+    if result.found and invariants.far_off(last):
+        out.append("something is named on a base that is far off everywhere")
+    claims = ("none of these", *(["partly"] if result.source.at_most == "found" else []))
+    if result.verdict in claims and not invariants.rest(last, bool(result.found)):
+        out.append(f"{result.verdict}, and nothing of consequence is left")
+    told = " ".join(result.notes)
+    ends = [t for f in (last.fit, last.whitened.fit) for t in invariants.at_ends(last.fitter, f)]
+    return out + [f"not told: {t}" for t in ends if t not in told]
