@@ -15,7 +15,6 @@ from flatplank_validation.blind.third import DESIGNS, SAMPLES, ThirdMachine, Thi
 from flatplank_validation.blind.third_world import HIDES, ThirdWorld
 from flatplank_validation.blind.worlds import Scatter
 
-BUMPS = np.array([12.0, 0.4, 8.0, 1.9])
 CALM = np.zeros(4)
 
 

@@ -13,9 +13,6 @@ from flatplank_hw.cia402 import State
 from flatplank_hw.drive import REASONS, DriveParameters
 from flatplank_hw.drive.safety import RULES, Situation, first_stop
 
-LIMIT = 0.1
-"""The wheel must stand after so long [s]."""
-
 
 def overspeed(rig: Rig) -> None:
     rig.velocity = 1.0

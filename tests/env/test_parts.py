@@ -12,7 +12,6 @@ import pytest
 from flatplank_control.cli import test as verb
 
 TESTS = Path(__file__).parents[1]
-OK = [sys.executable, "-c", "print('first')"]
 SCRIPT = "import sys; from flatplank_control.cli.test import side_by_side;"
 
 

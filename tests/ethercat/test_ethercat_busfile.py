@@ -16,7 +16,6 @@ from flatplank_hw.ethercat.layout import TYPES, Layout, limits
 from flatplank_hw.ethercat.reader import BusFileError, parse_bus, read_bus_file
 from flatplank_hw.ethercat.writer import write_bus
 
-DATA = Path(__file__).parent / "data"
 FILES = sorted(BUS_FILES.glob("*.yaml"))
 
 

@@ -8,7 +8,7 @@ from ethercat_rig import BUS_FILES
 
 from flatplank_hw.bus.histogram import Histogram
 from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
-from flatplank_hw.ethercat.busfile import BusFile, Entry, Pdo, Slave
+from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master import link
 from flatplank_hw.ethercat.master.health import (
     EFFECT_TIMEOUT_S,
@@ -31,7 +31,7 @@ from flatplank_hw.ethercat.reader import BusFileError, read_bus_file
 
 BENCH = read_bus_file(BUS_FILES / "bench.yaml")
 PERIOD = 4_000_000
-ENABLED, OFF, RUN, STOP, SHUTDOWN = 0x0237, 0x0250, 0x0F, 0x02, 0x06
+ENABLED, RUN = 0x0237, 0x0F
 
 
 def axis(status: int = ENABLED) -> AxisInputs:
@@ -95,13 +95,6 @@ def test_a_bus_without_an_emergency_contact_has_it_closed() -> None:
     bus = BusFile("x", tuple(s for s in BENCH.slaves if s.name != "digital_in"))
     blank = [bytes((s.input_bits + 7) // 8) for s in bus.slaves]
     assert InputImage(bus).decode(blank, 0, 0, 0).digital == Digital.EMERGENCY_STOP_OK
-
-
-def terminal(name: str, bits: int, outputs: bool = False) -> Slave:
-    pdo = (Pdo(0x1600, (Entry(0x7000, 1, f"bit{bits}" if bits < 8 else "uint8", bits),)),)
-    return Slave(
-        name, "generic", 1, 2, 3, outputs=pdo if outputs else (), inputs=() if outputs else pdo
-    )
 
 
 def test_small_slaves_share_a_byte() -> None:

@@ -38,8 +38,6 @@ KAPPA, RADIUS = 0.05, 0.3108
 ROLL, STEP_AHEAD, SLIP = 0.04, 0.01, 0.05
 """plank travel [m]: free rolling; to the slip step; of the slip run"""
 ENABLED, FAULT = State.OPERATION_ENABLED, State.FAULT
-BUS_LOST = 1
-"""stop reason"""
 RECORDS = {
     "rolled": {"fz": FZ, "measurement": "free_rolling"},
     "slipped": {

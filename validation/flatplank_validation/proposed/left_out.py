@@ -7,7 +7,7 @@ from __future__ import annotations
 from flatplank_validation.blind.menu import KIN
 from flatplank_validation.proposed.forces import PLANK, Truth
 
-SIGNAL, MOTION, TRAVEL = ("signal",), ("motion",), ("motion", "signal")
+SIGNAL, TRAVEL = ("signal",), ("motion", "signal")
 WAVES = ("harmonic 1",)
 
 LEFT_OUT: dict[str, Truth] = {

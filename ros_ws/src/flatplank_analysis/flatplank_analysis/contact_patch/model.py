@@ -21,8 +21,6 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 
 CHUNK = 48
 """lanes computed at once"""
-BOTH = ("shape", "fall", "round", "tread", "memory", "combine", "swing", "rotate")
-"""numbers of the base that are the same along and across the wheel plane"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 

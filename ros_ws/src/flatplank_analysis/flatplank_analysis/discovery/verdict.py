@@ -32,7 +32,6 @@ AT_FLOOR = "at floor"
 GROUP = "found group"
 LAW = "tire law only"
 NONE = "none of these"
-VERDICTS = (AT_FLOOR, FOUND, GROUP, LAW, PARTLY, NONE, UNDECIDED)
 LEAST_RUNS = 6
 
 

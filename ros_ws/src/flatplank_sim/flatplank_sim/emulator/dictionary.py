@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from flatplank_hw.ethercat.layout import TYPES
 
-VARIABLE, ARRAY, RECORD = 7, 8, 9
+VARIABLE, RECORD = 7, 9
 
 ABORT_UNKNOWN_COMMAND = 0x05040001
 ABORT_TOGGLE = 0x05030000
