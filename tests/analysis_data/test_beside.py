@@ -82,8 +82,7 @@ def folder(tmp_path_factory):
     faster = 1.0 + 50.0 / 9e4
     tables.append(
         rolling.with_columns(
-            fx=np.full(len(rolling), 50.0),
-            motor_velocity=rolling["motor_velocity"] * faster,
+            fx=np.full(len(rolling), 50.0), motor_velocity=rolling["motor_velocity"] * faster
         )
     )
     speed = np.repeat(np.linspace(0.0, 200.0, 21), 20)

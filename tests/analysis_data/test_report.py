@@ -232,8 +232,7 @@ def test_a_run_with_another_waveform_is_no_repeat_of_a_step(tmp_path):
     wave = 0.02 / 1j * (np.exp(1j * path * since) - np.exp(-since / SIGMA))
     force = STIFFNESS * (wave / (1.0 + turned)).real
     sine = step.with_columns(wheel_angle=(x + slip_travel) / RADIUS, fx=force).with_info(
-        waveform={"name": "sine", "amplitude": 0.02, "wavelength": 0.8},
-        file="sine.parquet",
+        waveform={"name": "sine", "amplitude": 0.02, "wavelength": 0.8}, file="sine.parquet"
     )
     folder = export_campaign([step, sine], tmp_path / "c")
     found = analyse(Campaign.load(folder))

@@ -5,10 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatplank_analysis.identify.mf.points import (
-    SteadyPoints,
-    steady_points,
-)
+from flatplank_analysis.identify.mf.points import SteadyPoints, steady_points
 from flatplank_analysis.identify.mf.problem import OutputProblem
 from flatplank_analysis.identify.mf.stages import COEFFICIENTS
 from flatplank_analysis.models.magic_formula import steady_forces

@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 from idn_runs import X, numbers, run
 
-from flatplank_analysis.identify import (
-    repeats,
-)
+from flatplank_analysis.identify import repeats
 from flatplank_analysis.identify import repeats as means
 from flatplank_analysis.identify.linear import linear_run
 from flatplank_analysis.identify.results import Estimate

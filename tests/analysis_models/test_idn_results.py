@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from flatplank_analysis.identify import (
-    repeats,
-)
+from flatplank_analysis.identify import repeats
 from flatplank_analysis.identify.results import Confusion, Estimate, Fit, to_plain
 
 

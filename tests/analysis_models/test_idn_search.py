@@ -6,9 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatplank_analysis.identify import (
-    least_squares,
-)
+from flatplank_analysis.identify import least_squares
 
 
 def test_derivatives_stay_inside_of_the_bounds():

@@ -8,12 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flatplank_analysis.models import nonlinear as nl
-from flatplank_analysis.models.base import (
-    TOYO,
-    TransientModel,
-    slip_inputs,
-    stack_runs,
-)
+from flatplank_analysis.models.base import TOYO, TransientModel, slip_inputs, stack_runs
 from flatplank_analysis.models.linear import LinearX
 from flatplank_analysis.models.magic_formula import Coefficients
 from flatplank_analysis.models.mf_tyre import ContactPointMF, MFTyre

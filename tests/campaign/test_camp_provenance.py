@@ -41,10 +41,7 @@ def test_a_bench_as_it_comes_is_told_shortly():
 
 
 def test_what_is_unusual_is_told():
-    own = {
-        "slip_sequencer": {"road_scale": 1.0013},
-        "measurement_hub": {"et_value": 0.031},
-    }
+    own = {"slip_sequencer": {"road_scale": 1.0013}, "measurement_hub": {"et_value": 0.031}}
     record = of(BenchSetup(parameters=own))
     assert record.parameters["slip_sequencer"]["road_scale"] == 1.0013
     assert record.et_value == 0.031  # has a place of its own

@@ -38,8 +38,7 @@ def test_a_new_stop_ends_the_plan_and_an_old_one_does_not():
 
 
 @pytest.mark.parametrize(
-    ("step", "ends"),
-    [(S.Plank(1), True), (S.Plank(0), False), (S.Plank(1, stop_at=2.0), False)],
+    ("step", "ends"), [(S.Plank(1), True), (S.Plank(0), False), (S.Plank(1, stop_at=2.0), False)]
 )
 def test_a_plank_that_stands_ends_a_plan_that_did_not_stop_it(step: S.Plank, ends: bool):
     watch = StopWatch()

@@ -97,10 +97,7 @@ def throw(seed: int, k: float, repeats: int = 3, a: float = 0.0) -> Ball:
         time=np.broadcast_to(TIME, shape).copy(),
         order=np.arange(len(plan), dtype=float),
         coordinates={"time": Coordinate(np.broadcast_to(TIME, shape).copy(), "s", local=True)},
-        facts={
-            "height": np.array([h for h, _ in plan]),
-            "throw": np.array([v for _, v in plan]),
-        },
+        facts={"height": np.array([h for h, _ in plan]), "throw": np.array([v for _, v in plan])},
     )
     ball = Ball(runs)
     hidden = ((Drag, np.array([k])), (Wind, np.array([a])))

@@ -156,8 +156,7 @@ def test_effects_verb(capsys, tmp_path):
 def test_model_file_round_trip_and_faults(tmp_path):
     path = tmp_path / "m.yaml"
     model = modelfile.ModelFile(
-        parameters={"stiff": 9e4},
-        effects=(modelfile.Entry("road_play", {"gap": 1e-3}),),
+        parameters={"stiff": 9e4}, effects=(modelfile.Entry("road_play", {"gap": 1e-3}),)
     ).with_step("add", "road_play", {"rmse": 10.0})
     modelfile.save_model(model, path)
     assert modelfile.load_model(path).to_dict() == model.to_dict()

@@ -191,8 +191,7 @@ def test_short_peaks_of_load_do_not_trip():
 
 
 @pytest.mark.parametrize(
-    ("attribute", "name"),
-    [("fz", "fz"), ("steer", "steering"), ("plank_position", "road_end")],
+    ("attribute", "name"), [("fz", "fz"), ("steer", "steering"), ("plank_position", "road_end")]
 )
 def test_nan_does_not_pass_for_safe(attribute, name):
     """What comes as counts is always a number; `test_drive_rules.py` asks the rules alone."""

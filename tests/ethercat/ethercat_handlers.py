@@ -180,11 +180,7 @@ MUTATIONS = (
         "fault and (message or trips)",
     ),
     Mutation(
-        "a reset in a burst gets lost",
-        "master/pacing.py",
-        "shown.add(axis)",
-        "pass",
-        "burst",
+        "a reset in a burst gets lost", "master/pacing.py", "shown.add(axis)", "pass", "burst"
     ),
     Mutation(
         "error codes of drives are not read",

@@ -142,11 +142,7 @@ class EmulatedGraph:
 
     def plank(self, direction: int) -> None:
         self.ask(
-            PlankSwitch,
-            "/simulated_plant/plank",
-            direction=direction,
-            fast=True,
-            stop_at=math.nan,
+            PlankSwitch, "/simulated_plant/plank", direction=direction, fast=True, stop_at=math.nan
         )
 
     def process(self, word: str) -> tuple[int, list[str]]:

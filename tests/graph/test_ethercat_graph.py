@@ -22,13 +22,7 @@ from flatplank_control.bench.setup import BenchSetup
 from flatplank_hw.bus.image import Digital
 from flatplank_hw.cia402 import State
 from flatplank_msgs.msg import BusInputs, DriveStatus, EncoderState, HubState
-from flatplank_msgs.srv import (
-    SdoRead,
-    SdoWrite,
-    SetOperationMode,
-    SetSlipStep,
-    SetValue,
-)
+from flatplank_msgs.srv import SdoRead, SdoWrite, SetOperationMode, SetSlipStep, SetValue
 from flatplank_sim.twin.twin import Cycle, Twin
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(240)]

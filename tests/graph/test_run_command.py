@@ -48,10 +48,7 @@ def test_ctrl_c_cancels_and_waits_for_the_safe_end(tmp_path, monkeypatch):
 
 
 def test_a_skipped_run_is_told_and_has_its_exit_code(tmp_path, monkeypatch):
-    with (
-        graph(tmp_path, monkeypatch) as bench,
-        running(tmp_path, "--lab") as (process, line),
-    ):
+    with graph(tmp_path, monkeypatch) as bench, running(tmp_path, "--lab") as (process, line):
         while "turn the plank switch" not in line:
             line = process.stdout.readline()
         assert line.startswith("0/1 ")

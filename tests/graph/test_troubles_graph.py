@@ -87,10 +87,7 @@ def enable(bench: Graph) -> None:
     bench.advance(25)
 
 
-WRONG = {
-    "measurement_hub": {"saturation_volts": SATURATION},
-    "encoders": {"gear_ratio": 1200.0},
-}
+WRONG = {"measurement_hub": {"saturation_volts": SATURATION}, "encoders": {"gear_ratio": 1200.0}}
 """a hub whose amplifier is too sensitive for the load, a gear that the machine has not"""
 
 

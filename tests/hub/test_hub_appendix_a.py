@@ -11,11 +11,7 @@ import pytest
 from hub_inputs import bus, volts_from_wheel, wheel_from_contact
 
 from flatplank_hw.hub import HubParameters, MeasurementHub
-from flatplank_hw.hub.appendix_a import (
-    contact_from_wheel,
-    gains,
-    wheel_from_volts,
-)
+from flatplank_hw.hub.appendix_a import contact_from_wheel, gains, wheel_from_volts
 from flatplank_hw.samples import Wrench
 
 P = HubParameters(et_value=0.038, adapter_thickness=0.025)
@@ -38,11 +34,7 @@ def appendix_a1(c, p):
 
 def rotation(gamma):
     return np.array(
-        [
-            [1, 0, 0],
-            [0, math.cos(gamma), -math.sin(gamma)],
-            [0, math.sin(gamma), math.cos(gamma)],
-        ]
+        [[1, 0, 0], [0, math.cos(gamma), -math.sin(gamma)], [0, math.sin(gamma), math.cos(gamma)]]
     )
 
 

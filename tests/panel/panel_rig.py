@@ -64,10 +64,7 @@ IDLE = {
 
 def loopback() -> dict[str, str]:
     """Environment of a graph that nobody else hears."""
-    return {
-        "ROS_DOMAIN_ID": str(FIRST_DOMAIN + (os.getpid() * 13 + 5) % DOMAINS),
-        **on_loopback(),
-    }
+    return {"ROS_DOMAIN_ID": str(FIRST_DOMAIN + (os.getpid() * 13 + 5) % DOMAINS), **on_loopback()}
 
 
 def free_port() -> int:

@@ -14,12 +14,7 @@ from flatplank_control.recording.topics import RUN_TOPIC, run_message
 from flatplank_control.recording.typestore import typestore
 from flatplank_data.errors import RecordingError
 from flatplank_data.record_checks import STATUSES
-from flatplank_data.run_record import (
-    RunRecord,
-    load_record,
-    record_from_dict,
-    record_from_yaml,
-)
+from flatplank_data.run_record import RunRecord, load_record, record_from_dict, record_from_yaml
 
 FULL = samples.toyo(
     operator="Jürgen: 'x'",

@@ -170,10 +170,7 @@ def test_discard(session, tmp_path):
 
 
 def test_whatever_happens_it_is_closed(tmp_path):
-    with (
-        pytest.raises(ZeroDivisionError),
-        RecordingSession(tmp_path, samples.TOPICS) as session,
-    ):
+    with pytest.raises(ZeroDivisionError), RecordingSession(tmp_path, samples.TOPICS) as session:
         path = session.start(samples.toyo(), 0, at_once=True)
         feed(session, range(5))
         raise ZeroDivisionError

@@ -8,12 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from flatplank_control.bench.launching import (
-    ARGUMENTS,
-    refuse_unknown,
-    setup_of,
-    why_ended,
-)
+from flatplank_control.bench.launching import ARGUMENTS, refuse_unknown, setup_of, why_ended
 
 DEFAULTS = {name: argument.default for name, argument in ARGUMENTS.items()}
 

@@ -32,11 +32,7 @@ PIP_ENV = os.environ | {"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
 FIRST = ("workspace", "main")
 """sections that every verb needs: what builds the workspace, and what it runs on"""
 
-MORE = {
-    "panel": ("panel",),
-    "test": ("panel", "test"),
-    "bench-speed": ("panel", "test"),
-}
+MORE = {"panel": ("panel",), "test": ("panel", "test"), "bench-speed": ("panel", "test")}
 """verb -> sections that it needs on top"""
 
 PIP_TO_UV = {

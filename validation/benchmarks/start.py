@@ -49,10 +49,7 @@ def start(environment: dict[str, str]) -> dict[str, Row]:
 def table(warm: dict[str, Row], cold: dict[str, Row]) -> list[str]:
     """Lines of a Markdown table; the last row has the slowest node, and the sums."""
     head = "connected after [s] | processor [s] | memory [MiB]"
-    lines = [
-        f"| node | warm: {head} | cold: {head} |",
-        "|---|--:|--:|--:|--:|--:|--:|",
-    ]
+    lines = [f"| node | warm: {head} | cold: {head} |", "|---|--:|--:|--:|--:|--:|--:|"]
     for name in warm:
         lines.append(f"| {name} | {numbers(warm[name])} | {numbers(cold[name])} |")
     return [*lines, f"| **all** | {numbers(total(warm))} | {numbers(total(cold))} |"]

@@ -37,10 +37,7 @@ def rival_scores(entries: Sequence[Mapping[str, Any]]) -> str:
             lambda w: share(p["verdict"] in SILENT for p in of(w, "outside")),
         ),
         row("hidden effects all named", lambda w: share(p["all"] for p in hidden[w])),
-        row(
-            "false terms per campaign",
-            lambda w: f"{mean(p['false'] for p in points[w]):.2f}",
-        ),
+        row("false terms per campaign", lambda w: f"{mean(p['false'] for p in points[w]):.2f}"),
         row(
             "90 % intervals that cover",
             lambda w: share(m["covered"] for p in hidden[w] for m in p["sizes"]),

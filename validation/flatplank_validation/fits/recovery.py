@@ -119,11 +119,7 @@ def _design() -> tuple[np.ndarray, ...]:
     return tuple(np.repeat(np.array(rows), 3, axis=0).T)
 
 
-STUDIES: dict[str, Draw] = {
-    "linear": draw_linear,
-    "nonlinear": draw_nonlinear,
-    "mf": draw_mf,
-}
+STUDIES: dict[str, Draw] = {"linear": draw_linear, "nonlinear": draw_nonlinear, "mf": draw_mf}
 
 
 @dataclass(frozen=True)

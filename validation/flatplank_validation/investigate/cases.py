@@ -21,12 +21,7 @@ from flatplank_analysis.investigation.inquiry import questions
 from flatplank_analysis.investigation.loop import Choose, Loop, Memory, ask
 from flatplank_analysis.investigation.notebook import summary
 from flatplank_analysis.investigation.planner import DECIDED, SPENT, Choice
-from flatplank_analysis.investigation.settings import (
-    SLIPS,
-    STARTS,
-    Candidate,
-    Setting,
-)
+from flatplank_analysis.investigation.settings import SLIPS, STARTS, Candidate, Setting
 from flatplank_sim.sealed.conditions import LOAD, PRESSURE, STEP
 from flatplank_sim.sealed.menu import MENU
 from flatplank_validation.blind.journal import JUDGED, code_version, commit, read, solved

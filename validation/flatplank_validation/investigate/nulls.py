@@ -10,13 +10,7 @@ from flatplank_analysis.contact_patch.session import Session
 from flatplank_analysis.discovery.decide import Judge
 from flatplank_analysis.discovery.screen import VISIBLE, best_per_effect
 from flatplank_analysis.discovery.state import term_of
-from flatplank_analysis.investigation.evidence import (
-    ALPHA,
-    Bet,
-    Evidence,
-    log_e,
-    times,
-)
+from flatplank_analysis.investigation.evidence import ALPHA, Bet, Evidence, log_e, times
 from flatplank_analysis.investigation.loop import rows_of
 from flatplank_analysis.investigation.settings import Setting
 from flatplank_validation.blind.points import share

@@ -22,11 +22,7 @@ from flatplank_data.run_record import RunRecord
 from flatplank_data.table import MeasurementTable
 from flatplank_sim.sealed.conditions import STEP
 from flatplank_validation.blind.noise import NOISES, RELATIVE, noise
-from flatplank_validation.blind.nulls import (
-    lines_of_form,
-    lines_of_nulls,
-    lines_of_unrepeated,
-)
+from flatplank_validation.blind.nulls import lines_of_form, lines_of_nulls, lines_of_unrepeated
 from flatplank_validation.blind.plan import runs_of
 from flatplank_validation.blind.worlds import Scatter, SecondWorld
 

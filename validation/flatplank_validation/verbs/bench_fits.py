@@ -10,13 +10,7 @@ from pathlib import Path
 
 from flatplank_analysis.cli import common
 from flatplank_data.arguments import Parser
-from flatplank_validation.fits import (
-    bag_import,
-    campaign_fit,
-    magic_formula,
-    nonlinear_fit,
-    tires,
-)
+from flatplank_validation.fits import bag_import, campaign_fit, magic_formula, nonlinear_fit, tires
 
 Part = Callable[[argparse.Namespace], Mapping[str, float]]
 #: part -> what is measured, what is wanted

@@ -92,11 +92,7 @@ class RoadMap(Params):
 
 
 def learn(
-    runs: Sequence[Run],
-    stiffness: float,
-    relaxation: float,
-    *,
-    pitch_radius: float = 0.05,
+    runs: Sequence[Run], stiffness: float, relaxation: float, *, pitch_radius: float = 0.05
 ) -> RoadMap:
     """The map from runs that follow the encoder, for C_x [N/m] and sigma [m]; radius in m."""
     if not runs or not (stiffness > 0.0 and relaxation > 0.0):

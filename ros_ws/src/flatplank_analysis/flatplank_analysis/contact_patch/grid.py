@@ -138,11 +138,7 @@ def node_positions(step: float, end: float) -> np.ndarray:
     """Plank positions [m] of the nodes of a run with a step at `step` (NaN: none)."""
     starts = [(0.0, FINE), (0.09, 2.0 * FINE), (0.15, COARSE)]
     if np.isfinite(step) and step > 0.2:
-        starts += [
-            (step - 2.0 * COARSE, FINE),
-            (step + 0.15, 2.0 * FINE),
-            (step + 0.4, COARSE),
-        ]
+        starts += [(step - 2.0 * COARSE, FINE), (step + 0.15, 2.0 * FINE), (step + 0.4, COARSE)]
     starts.append((end, COARSE))
     parts = [
         np.arange(a, b - 0.5 * h, h)

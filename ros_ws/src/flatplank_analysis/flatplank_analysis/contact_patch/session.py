@@ -22,12 +22,7 @@ from flatplank_analysis.discovery.fit import Fit, Fitter, Term
 from flatplank_analysis.discovery.modelfile import Entry, ModelFile
 from flatplank_analysis.discovery.search import Options, run_search
 from flatplank_analysis.discovery.shortlist import line_search
-from flatplank_analysis.discovery.state import (
-    channel_weights,
-    make_state,
-    start_base,
-    term_of,
-)
+from flatplank_analysis.discovery.state import channel_weights, make_state, start_base, term_of
 from flatplank_analysis.discovery.steps import Progress, Step
 from flatplank_analysis.discovery.verdict import Diagnosis, six_digits
 from flatplank_analysis.effects.checks import sound_library

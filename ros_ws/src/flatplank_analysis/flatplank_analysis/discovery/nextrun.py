@@ -43,11 +43,7 @@ def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
     if gain < 0.5:
         return out | {"what": "no run of the bench tells these apart; check on the machine"}
     repeats = int(np.clip(np.ceil(NEEDED / gain), 1, 30))
-    return out | {
-        "what": plans[best].text,
-        "settings": plans[best].settings,
-        "repeats": repeats,
-    }
+    return out | {"what": plans[best].text, "settings": plans[best].settings, "repeats": repeats}
 
 
 class Pair:

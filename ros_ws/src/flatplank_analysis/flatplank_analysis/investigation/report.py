@@ -15,12 +15,7 @@ from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, clea
 from flatplank_analysis.discovery.report.page import Book, template
 from flatplank_analysis.investigation.evidence import ALPHA
 from flatplank_analysis.investigation.loop import decoy_words
-from flatplank_analysis.investigation.notebook import (
-    entries_of,
-    proposal_of,
-    summary,
-    verdict_of,
-)
+from flatplank_analysis.investigation.notebook import entries_of, proposal_of, summary, verdict_of
 from flatplank_data.files import write_atomic
 from flatplank_data.wording import sized
 

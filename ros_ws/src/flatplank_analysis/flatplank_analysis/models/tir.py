@@ -19,15 +19,7 @@ from pathlib import Path
 
 from flatplank_data.errors import FlatplankError
 
-from .magic_formula import (
-    DEFAULTS,
-    LATEST,
-    NOT_OF,
-    OLD,
-    REQUIRED,
-    SECTION_OF,
-    Coefficients,
-)
+from .magic_formula import DEFAULTS, LATEST, NOT_OF, OLD, REQUIRED, SECTION_OF, Coefficients
 from .magic_formula.coefficients import UNITS, factor
 
 LAWS = {5: OLD, 6: OLD, 21: OLD, 51: OLD, 52: OLD, 60: LATEST, 61: LATEST, 62: LATEST}

@@ -56,9 +56,7 @@ ORDER = 2
 
 
 def low_pass(
-    values: np.ndarray,
-    spacing: float = 1e-4,
-    cutoff: float = CUTOFF_PER_METRE,
+    values: np.ndarray, spacing: float = 1e-4, cutoff: float = CUTOFF_PER_METRE
 ) -> np.ndarray:
     """`values` on an even grid of `spacing` [m] without what is above `cutoff` [1/m].
 
@@ -108,10 +106,7 @@ class Gridded:
         return Gridded(self.position, columns, self.runs)
 
 
-def on_grid(
-    table: MeasurementTable,
-    names: Sequence[str],
-) -> Gridded:
+def on_grid(table: MeasurementTable, names: Sequence[str]) -> Gridded:
     """Columns of a run interpolated over road displacement.
 
     Where the plank stands still or its encoder repeats a count, the last sample counts.

@@ -70,9 +70,7 @@ def _slope(radius: np.ndarray, force: np.ndarray) -> float:
 
 
 def static_longitudinal_stiffness(
-    table: MeasurementTable,
-    share: tuple[float, float] = (0.05, 0.25),
-    max_turn: float = 1.5e-3,
+    table: MeasurementTable, share: tuple[float, float] = (0.05, 0.25), max_turn: float = 1.5e-3
 ) -> float:
     """C_x of the standing tire [N/m]: the plank moves, the wheel is still held by its drive.
 

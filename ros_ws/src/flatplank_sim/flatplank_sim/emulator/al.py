@@ -40,9 +40,7 @@ class StateMachine:
     """State with its checks; the owner hears of every change."""
 
     def __init__(
-        self,
-        check: Callable[[State], int],
-        changed: Callable[[State, State], None],
+        self, check: Callable[[State], int], changed: Callable[[State, State], None]
     ) -> None:
         """check(target) returns an AL status code (0: allowed); changed(old, new) is told."""
         self.state = State.INIT

@@ -17,14 +17,7 @@ from flatplank_sim.plant.drives import (
     wrap32,
 )
 from flatplank_sim.plant.drivetrain import substep
-from flatplank_sim.plant.road import (
-    TURN,
-    operator_axes,
-    plank_speed,
-    ride,
-    rolling_radius,
-    shear,
-)
+from flatplank_sim.plant.road import TURN, operator_axes, plank_speed, ride, rolling_radius, shear
 
 WHEEL, PLANK, STEER, VERTICAL, CAMBER = range(5)
 TRIGGER, ESTOP_OK, LIMIT_FRONT, LIMIT_REAR = 1, 2, 4, 8

@@ -27,8 +27,7 @@ TIRE = _record(
 )
 
 TIRE_STATE = _record(
-    "q ux uy ucx fx fy mz gx gy a friction re cz slide_share",
-    "first last passes",
+    "q ux uy ucx fx fy mz gx gy a friction re cz slide_share", "first last passes"
 )
 
 MACHINE = _record(

@@ -13,14 +13,7 @@ import math
 from flatplank_sim.plant.bridges import read, sense
 from flatplank_sim.plant.compiling import entry, inner
 from flatplank_sim.plant.drivetrain import friction_torque, interpolate
-from flatplank_sim.plant.road import (
-    TURN,
-    plank_speed,
-    ride,
-    rolling_radius,
-    shear,
-    vertical_load,
-)
+from flatplank_sim.plant.road import TURN, plank_speed, ride, rolling_radius, shear, vertical_load
 from flatplank_sim.plant.tire import advance
 
 

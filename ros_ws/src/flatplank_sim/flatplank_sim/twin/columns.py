@@ -159,11 +159,7 @@ TOPICS: dict[str, TopicColumns] = {
         lambda c: c.drive,
         _drive_joints,
     ),
-    "/wheel_drive/reference": TopicColumns(
-        lambda _n: {},
-        lambda c: c.reference,
-        _reference,
-    ),
+    "/wheel_drive/reference": TopicColumns(lambda _n: {}, lambda c: c.reference, _reference),
     "/slip_sequencer/state": TopicColumns(_frame(""), _inside("slip"), _inside_columns),
     "/free_rolling_controller/state": TopicColumns(
         _frame(""), _inside("free_rolling"), _inside_columns

@@ -51,10 +51,7 @@ def template(name: str, folder: Path = HERE) -> Template:
 
 
 def write_report(
-    result: Diagnosis,
-    folder: Path,
-    campaign: str,
-    history: Sequence[Mapping[str, Any]] = (),
+    result: Diagnosis, folder: Path, campaign: str, history: Sequence[Mapping[str, Any]] = ()
 ) -> Path:
     """Write page, figures and JSON; returns the page."""
     if result.search is None:

@@ -243,11 +243,7 @@ def _output_of(name: str) -> str:
 
 
 def _solve(
-    output: str,
-    data: SteadyPoints,
-    free: Sequence[str],
-    base: Coefficients,
-    settings: FitFile,
+    output: str, data: SteadyPoints, free: Sequence[str], base: Coefficients, settings: FitFile
 ) -> tuple[OutputProblem, Solution]:
     limits = {n: _limit(n, settings) for n in free}
     priors = {n: Prior(*p) for n, p in settings.prior.items() if n in free}
@@ -277,10 +273,7 @@ def _limit(name: str, settings: FitFile) -> Coefficient:
 
 
 def _jointly(
-    points: SteadyPoints,
-    touched: Mapping[str, list[str]],
-    base: Coefficients,
-    settings: FitFile,
+    points: SteadyPoints, touched: Mapping[str, list[str]], base: Coefficients, settings: FitFile
 ) -> tuple[Coefficients, dict[str, tuple[OutputProblem, Solution]]]:
     solved = {}
     for output in JOINT_ORDER:

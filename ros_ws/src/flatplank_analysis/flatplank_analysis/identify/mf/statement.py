@@ -101,10 +101,7 @@ def report(
 
 
 def _estimates(
-    problem: OutputProblem,
-    solution: Solution,
-    cover: Covariance,
-    open_mask: np.ndarray,
+    problem: OutputProblem, solution: Solution, cover: Covariance, open_mask: np.ndarray
 ) -> tuple[Estimate, ...]:
     out = []
     spare = len(np.unique(problem.points.run)) - int(np.count_nonzero(~open_mask))
