@@ -11,8 +11,7 @@ from typing import Any
 from flatplank_control.runner.campaign.tires import TireEntry
 from flatplank_control.runner.measurement import DRAGGED, PROFILED, ROAD_LENGTH, Measurement
 from flatplank_control.runner.plans import CLEAT_AT, PLANS, STANDS_AT
-from flatplank_control.sequencer.waveforms import WAVEFORMS
-from flatplank_control.sequencer.waveforms.base import LENGTH
+from flatplank_control.sequencer.waveforms import LENGTH, WAVEFORMS
 from flatplank_control.steering_hold import PROFILES
 from flatplank_data.limits import LIMITS
 from flatplank_data.params import ParameterError, from_mapping, nearest

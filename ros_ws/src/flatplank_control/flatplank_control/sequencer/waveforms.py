@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The waveforms: each a parameter set with one pure function of distance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from flatplank_data.limits import LIMITS
+from flatplank_data.params import Params, param
+
+SLIP = LIMITS["kappa"].bounds
+MAX_SLIP = SLIP[1]
+LENGTH = (1e-3, 100.0)
+
+
+@dataclass(frozen=True)
+class Waveform(Params):
+    """Slip over the distance since the start position; before it the tire rolls freely."""
+
+    name: ClassVar[str]
+
+    def slip(self, distance: float) -> float:
+        """kappa [-] at `distance` >= 0 [m]; ISO W, driving > 0."""
+        raise TypeError(f"{type(self).__name__} must define slip")
+
+
+@dataclass(frozen=True)
+class Wave(Waveform):
+    """Slip that goes up and down over the road."""
+
+    amplitude: float = param(0.0, "of the slip", bounds=SLIP)
+    wavelength: float = param(1.0, "of the wave on the road", unit="m", bounds=LENGTH)
+    offset: float = param(0.0, "mean slip", bounds=SLIP)
+
+    def check(self) -> str | None:
+        """Why the wave cannot be: it goes beyond the largest slip."""
+        peak = abs(self.offset) + abs(self.amplitude)
+        return f"the slip reaches {peak:g}, beyond {MAX_SLIP:g}" if peak > MAX_SLIP else None
+
+
+@dataclass(frozen=True)
+class Constant(Waveform):
+    """kappa from the start position to the end of the road; with start position 0 from the first
+    motion on."""
+
+    name = "constant"
+    kappa: float = param(0.0, "slip", bounds=SLIP)
+
+    def slip(self, distance: float) -> float:
+        return self.kappa
+
+
+@dataclass(frozen=True)
+class Step(Waveform):
+    """kappa after the step; back to free rolling after `length`."""
+
+    name = "step"
+    kappa: float = param(0.0, "slip after the step", bounds=SLIP)
+    length: float = param(100.0, "of the step", unit="m", bounds=LENGTH)
+
+    def slip(self, distance: float) -> float:
+        return self.kappa if distance < self.length else 0.0
+
+
+@dataclass(frozen=True)
+class DoubleStep(Waveform):
+    """kappa_1 for `length`, then kappa_2."""
+
+    name = "double_step"
+    kappa_1: float = param(0.0, "slip after the first step", bounds=SLIP)
+    kappa_2: float = param(0.0, "slip after the second step", bounds=SLIP)
+    length: float = param(1.0, "from the first step to the second", unit="m", bounds=LENGTH)
+
+    def slip(self, distance: float) -> float:
+        return self.kappa_1 if distance < self.length else self.kappa_2
+
+
+@dataclass(frozen=True)
+class Sine(Wave):
+    """offset + amplitude sin(2 pi distance / wavelength)."""
+
+    name = "sine"
+
+    def slip(self, distance: float) -> float:
+        return self.offset + self.amplitude * math.sin(math.tau * distance / self.wavelength)
+
+
+@dataclass(frozen=True)
+class Triangle(Wave):
+    """offset + amplitude times a triangle of period `wavelength` that starts upwards from 0."""
+
+    name = "triangle"
+
+    def slip(self, distance: float) -> float:
+        quarter = (distance / self.wavelength + 0.25) % 1.0
+        return self.offset + self.amplitude * (1.0 - 4.0 * abs(quarter - 0.5))
+
+
+WAVEFORMS: dict[str, type[Waveform]] = {
+    waveform.name: waveform for waveform in (Constant, Step, DoubleStep, Sine, Triangle)
+}
