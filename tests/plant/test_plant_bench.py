@@ -9,12 +9,13 @@ from plant_rig import Rig
 
 from flatplank_hw.bus.image import AXES, AxisCommand
 from flatplank_sim.plant import Plant, PlantConfig
+from flatplank_sim.plant.yamlconfig import to_plain
 
 
 def test_the_configuration_survives_yaml_and_names_the_nearest_key(tmp_path) -> None:
     (tmp_path / "bench.yaml").write_text("plank: {road_lenght: 3.0}\n")
     config = PlantConfig.load("continental", preset="thesis2023")
-    plain = yaml.safe_load(yaml.safe_dump(config.to_plain()))
+    plain = yaml.safe_load(yaml.safe_dump(to_plain(config)))
     assert PlantConfig.from_plain(plain) == config
     for over, hint in (
         ({"plank.road_lenght": 3.0}, "nearest is 'road_length'"),

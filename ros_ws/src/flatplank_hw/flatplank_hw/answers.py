@@ -22,26 +22,21 @@ def refused(reason: str) -> Answer:
 
 
 class Agenda:
-    """Accepted actions that wait for their cycle; the core calls `run` when `due` is not empty."""
+    """Accepted actions that wait for the next cycle; the core calls `run` when `due` is not empty."""
 
     __slots__ = ("due", "last_cycle")
 
     def __init__(self) -> None:
-        self.due: list[tuple[int, Callable[[], None]]] = []
+        self.due: list[Callable[[], None]] = []
         self.last_cycle = -1
 
-    def accept(self, action: Callable[[], None], at_cycle: int | None = None) -> Answer:
-        """Put an action down for `at_cycle`, or for the next cycle; a past cycle is refused."""
-        following = self.last_cycle + 1
-        cycle = following if at_cycle is None else at_cycle
-        if cycle < following:
-            return refused(f"cycle {cycle} is over, the next one is {following}")
-        self.due.append((cycle, action))
-        return Answer(True, "", cycle)
+    def accept(self, action: Callable[[], None]) -> Answer:
+        """Put an action down for the next cycle."""
+        self.due.append(action)
+        return Answer(True, "", self.last_cycle + 1)
 
-    def run(self, cycle: int) -> None:
-        """Do what is due at `cycle`, in the order in which it was accepted."""
-        now = [action for at, action in self.due if at <= cycle]
-        self.due = [item for item in self.due if item[0] > cycle]
+    def run(self) -> None:
+        """Do what is due, in the order in which it was accepted."""
+        now, self.due = self.due, []
         for action in now:
             action()

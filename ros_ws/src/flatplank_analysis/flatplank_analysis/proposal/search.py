@@ -56,8 +56,6 @@ class Outcome:
     best: Tried | None
     tried: tuple[Tried, ...]
     """all refits, the best first"""
-    sites: tuple[Scanned, ...]
-    """the best sites with their curves"""
     looked: int
     """numbers of all curves: the price of looking"""
     curve: Drawn | None = None
@@ -172,7 +170,7 @@ class Proposer:
         if taken and not waves(taken.sentence.shape):
             curve = scanner.drawn(taken.sentence.site, self.level)
         looks = sum(s.looks for s in scanned)
-        return Outcome(taken, tuple(tried), tuple(best), looks, curve)
+        return Outcome(taken, tuple(tried), looks, curve)
 
     def instead(
         self, scanner: Scanner, ranked: Sequence[Scanned], tried: Sequence[Tried],

@@ -191,7 +191,7 @@ class SlipSequencer:
         """Speed reference of this cycle [rad/s at the wheel]; about 2 us."""
         agenda = self._agenda
         if agenda.due:
-            agenda.run(encoders.cycle)
+            agenda.run()
         agenda.last_cycle = encoders.cycle
         self._sample = encoders
         self._position = encoders.plank_position

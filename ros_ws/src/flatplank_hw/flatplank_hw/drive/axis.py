@@ -48,7 +48,7 @@ class AxisDrive(DriveRequests):
         self._state, self._error = decode(axis.status_word), axis.error_code
         agenda = self._agenda
         if agenda.due:
-            agenda.run(cycle)
+            agenda.run()
         agenda.last_cycle = cycle
 
         source = self._mode.source

@@ -57,11 +57,6 @@ class DriveRequests:
         return self._mode.source
 
     @property
-    def stop_text(self) -> str:
-        """Why the axis is held or stopped; empty when it is not."""
-        return safety.REASONS[self._stop]
-
-    @property
     def troubles(self) -> dict[str, str]:
         """Troubles that the last cycle had, with what was measured."""
         situation, p = self._watch.situation, self.parameters
@@ -95,7 +90,7 @@ class DriveRequests:
         return asked and self._turning() is None
 
     # requests
-    def enable(self, at_cycle: int | None = None) -> Answer:
+    def enable(self) -> Answer:
         """Bring the drive into operation; clears a latched stop whose cause is gone."""
         if not self._shaft.known:
             return refused("no inputs yet: start the bus")
@@ -107,31 +102,31 @@ class DriveRequests:
         rule = safety.first_stop(self._latching, situation, self.parameters)
         if rule is not None:
             return refused(TROUBLES[rule.name].line(detail(rule.name, situation, self.parameters)))
-        return self._agenda.accept(self._enable, at_cycle)
+        return self._agenda.accept(self._enable)
 
-    def disable(self, at_cycle: int | None = None) -> Answer:
+    def disable(self) -> Answer:
         """Take the drive out of operation; a turning axis is braked first."""
-        return self._agenda.accept(lambda: self._stop_with(0), at_cycle)
+        return self._agenda.accept(lambda: self._stop_with(0))
 
-    def quick_stop(self, at_cycle: int | None = None) -> Answer:
+    def quick_stop(self) -> Answer:
         """Brake at once and stay stopped until enabled again."""
-        return self._agenda.accept(lambda: self._stop_with(safety.QUICK_STOP), at_cycle)
+        return self._agenda.accept(lambda: self._stop_with(safety.QUICK_STOP))
 
-    def reset_fault(self, at_cycle: int | None = None) -> Answer:
+    def reset_fault(self) -> Answer:
         """Reset a fault of the drive, or a latched stop; never enables."""
         if self._state is not State.FAULT and not self._stop:
             return refused("there is no fault and no stop to reset")
         rule = safety.first_stop(self._lasting, self._watch.situation, self.parameters)
         if rule is not None:
             return refused(f"{rule.text}: reset when that is over")
-        return self._agenda.accept(self._reset, at_cycle)
+        return self._agenda.accept(self._reset)
 
-    def home(self, at_cycle: int | None = None) -> Answer:
+    def home(self) -> Answer:
         """Make the present position zero."""
         reason = self._not_ready() or self._turning()
-        return refused(reason) if reason else self._agenda.accept(self._start_homing, at_cycle)
+        return refused(reason) if reason else self._agenda.accept(self._start_homing)
 
-    def move_to(self, position: float, speed: float = 0.0, at_cycle: int | None = None) -> Answer:
+    def move_to(self, position: float, speed: float = 0.0) -> Answer:
         """Go to a position [unit]; speed 0 is the axis's own."""
         mode, p = self._position_mode, self.parameters
         reason = self._not_ready() or mode.refuse(position)
@@ -149,11 +144,9 @@ class DriveRequests:
             self._change(mode)
             mode.set_value(position)
 
-        return self._agenda.accept(act, at_cycle)
+        return self._agenda.accept(act)
 
-    def set_operation_mode(
-        self, name: str, value: float = 0.0, at_cycle: int | None = None
-    ) -> Answer:
+    def set_operation_mode(self, name: str, value: float = 0.0) -> Answer:
         """Choose a mode; `value` is its position, velocity or torque, ignored by the others.
 
         A position is gone to only when the drive is enabled; else the axis holds where it is.
@@ -162,9 +155,9 @@ class DriveRequests:
         if mode is None:
             return refused(f"unknown mode '{name}'{nearest(name, MODES)}")
         if mode.name == "homing":
-            return self.home(at_cycle)
+            return self.home()
         if mode is self._position_mode and self._wanted:
-            return self.move_to(value, at_cycle=at_cycle)
+            return self.move_to(value)
         reason = mode.refuse(value) or (self._turning() if mode is not self._mode else None)
         if reason:
             return refused(reason)
@@ -173,18 +166,18 @@ class DriveRequests:
             self._change(mode)
             mode.set_value(value)
 
-        return self._agenda.accept(act, at_cycle)
+        return self._agenda.accept(act)
 
-    def set_trigger(self, distance: float, at_cycle: int | None = None) -> Answer:
+    def set_trigger(self, distance: float) -> Answer:
         """Digital output for an optical system: a pulse each `distance` [m] of road, 0: a level;
         below 0: off."""
         if not math.isfinite(distance):
             return refused(f"trigger distance is {distance} m: give a number")
         trigger = self.road_trigger
         act = trigger.disarm if distance < 0.0 else lambda: trigger.arm(distance)
-        return self._agenda.accept(act, at_cycle)
+        return self._agenda.accept(act)
 
-    def claim(self, client: str, at_cycle: int | None = None) -> Answer:
+    def claim(self, client: str) -> Answer:
         """Take charge: from now on `heartbeat` must come, or the axis stops. Whoever has it may
         ask again: the claim is there then, even if it had lapsed."""
         charge = self._watch.charge
@@ -192,11 +185,11 @@ class DriveRequests:
             return refused("a claim needs the name of the client")
         if charge.client not in ("", client):
             return refused(f"'{charge.client}' is in charge")
-        return self._agenda.accept(lambda: charge.claim(client), at_cycle)
+        return self._agenda.accept(lambda: charge.claim(client))
 
-    def release(self, at_cycle: int | None = None) -> Answer:
+    def release(self) -> Answer:
         """Give the charge back; nobody has it then."""
-        return self._agenda.accept(self._watch.charge.release, at_cycle)
+        return self._agenda.accept(self._watch.charge.release)
 
     def hear_in_charge(self, client: str) -> Answer:
         """Another drive has answered a claim: `client` is in charge of this axis too; empty:

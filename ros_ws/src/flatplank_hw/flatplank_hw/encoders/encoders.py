@@ -60,16 +60,16 @@ class Encoders:
         self.parameters = p
         self._steer_offset = math.radians(p.slip_angle_offset_deg)
 
-    def arm(self, at_cycle: int | None = None) -> Answer:
+    def arm(self) -> Answer:
         """Let the next motion trigger set the plank position to zero."""
-        return self._agenda.accept(lambda: setattr(self, "_armed", True), at_cycle)
+        return self._agenda.accept(lambda: setattr(self, "_armed", True))
 
     def step(self, inputs: BusInputs) -> EncoderSample:
         """One cycle; about 5 us."""
         cycle = inputs.cycle
         agenda = self._agenda
         if agenda.due:
-            agenda.run(cycle)
+            agenda.run()
         agenda.last_cycle = cycle
         plank, wheel, motor = self._plank, self._wheel, self._motor
         last = self._last

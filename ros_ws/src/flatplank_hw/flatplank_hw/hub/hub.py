@@ -100,7 +100,7 @@ class MeasurementHub:
         self._camber_zero = math.radians(p.wheel_camber_deg + p.road_camber_offset_deg)
         self._camber_counts = None
 
-    def tare(self, at_cycle: int | None = None) -> Answer:
+    def tare(self) -> Answer:
         """Average `tare_samples` from the stated cycle on and make them zero."""
         if self._tare is not None:
             return refused("a tare is running")
@@ -110,27 +110,26 @@ class MeasurementHub:
             return refused("the plank moves: stop it, then tare")
         if abs(self._fz) > self.parameters.tare_limit_fz:
             return refused(f"Fz is {self._fz:.0f} N: unload the tire, then tare")
-        return self._agenda.accept(self._start_tare, at_cycle)
+        return self._agenda.accept(self._start_tare)
 
-    def set_filter(self, on: bool, at_cycle: int | None = None) -> Answer:
+    def set_filter(self, on: bool) -> Answer:
         """Switch the parasitic filter."""
         if on and self._fit is None and not self._fit_coming:
             return refused("no parasitic fit is loaded: load the file of this mounting first")
-        return self._agenda.accept(lambda: self._switch(on), at_cycle)
+        return self._agenda.accept(lambda: self._switch(on))
 
-    def load_fit(self, path: str, at_cycle: int | None = None) -> Answer:
+    def load_fit(self, path: str) -> Answer:
         """Load the fit of a mounting from its file."""
         try:
             fit = parasitic.load(path)
         except ValueError as error:
             return refused(str(error))
-        return self.use_fit(fit, at_cycle)
+        return self.use_fit(fit)
 
-    def use_fit(self, fit: ParasiticFit, at_cycle: int | None = None) -> Answer:
+    def use_fit(self, fit: ParasiticFit) -> Answer:
         """Take a fit that was just identified."""
-        answer = self._agenda.accept(lambda: self._use_fit(fit), at_cycle)
-        self._fit_coming = self._fit_coming or answer.accepted
-        return answer
+        self._fit_coming = True
+        return self._agenda.accept(lambda: self._use_fit(fit))
 
     # status
     @property
@@ -149,7 +148,7 @@ class MeasurementHub:
         cycle, stamp = inputs.cycle, inputs.stamp_ns
         agenda = self._agenda
         if agenda.due:
-            agenda.run(cycle)
+            agenda.run()
         agenda.last_cycle = cycle
         self._watch_plank(inputs.plank_counts, stamp)
 

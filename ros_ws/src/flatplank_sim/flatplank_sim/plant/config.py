@@ -25,7 +25,6 @@ from flatplank_sim.plant.yamlconfig import (
     merge,
     read_overlay,
     read_yaml,
-    to_plain,
     undot,
 )
 
@@ -258,10 +257,6 @@ class PlantConfig:
         config = build(PlantConfig, data, where)
         config.check(where)
         return config
-
-    def to_plain(self) -> dict[str, Any]:
-        """Plain data for YAML."""
-        return to_plain(self)
 
     def check(self, where: str) -> None:
         """Values that do not fit together."""

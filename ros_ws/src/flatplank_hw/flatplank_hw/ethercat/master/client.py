@@ -68,8 +68,6 @@ class BusClient:
         self.rate_hz = rate_hz or self.bus.rate_hz
         self.period_ns = 1_000_000_000 // self.rate_hz
         self.process: subprocess.Popen[bytes] | None = None
-        self.last_report: dict[str, Any] = {}
-        """diagnostics that the bus process left at its end"""
         self._bus_file = str(bus_file)
         self._slip = slip
         self._flags = ["--fifo"] * fifo + ["--slip"] * slip
@@ -254,8 +252,6 @@ class BusClient:
         return json.loads(data) if data else None
 
     def _event(self, message: dict[str, Any]) -> None:
-        if message.get("event") == "stopped":
-            self.last_report = message["diagnostics"]
         if "event" in message:
             self._on_event(message)
 
