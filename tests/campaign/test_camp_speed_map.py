@@ -14,56 +14,16 @@ import pytest
 from flatplank_control.speed_map import RoadMap, Run, check_follows, learn
 from flatplank_sim.plant.truth import truth_row
 from flatplank_validation.bench.start_bench import StartBench
+from flatplank_validation.bench.start_cases import driven
 
-DEFECTS = {
-    "road_speed_error": {"relative": 0.0013, "unseen": 0.0015},
-    "speed_droop": {"per_kn": 0.0008},
-    "mesh_ripple": {"tooth": 20e-6, "turn": 40e-6},
-}
-TURN = 2.0 * math.pi * 0.05
 FZ, PRESSURE = 3700.0, 2.5
-
-
-def drive(
-    kappa: float, distance: float, wrong: float = 1.0, road_encoder: bool = False, **sequencer
-) -> tuple[Run, np.ndarray]:
-    """Measured samples, and true slip averaged over turns of the pinion.
-
-    `wrong`: r_e that was measured over the true one.
-    """
-    fitted = {"encoders.road_encoder_fitted": True} if road_encoder else {}
-    bench = StartBench(
-        "toyo",
-        overrides={"defects": DEFECTS, **fitted},
-        sequencer=sequencer,
-        encoders={"road_encoder_fitted": True} if road_encoder else None,
-    )
-    radius = wrong * truth_row(bench.config, FZ, PRESSURE).effective_rolling_radius
-    bench.sequencer.set_slip_step(kappa, 0.5, radius)
-    bench.ready(FZ, "slip")
-    bench.encoders.arm()
-    bench.plant.operator.plank(1, fast=True)
-    measured, true = [], []
-    while not true or true[-1][0] < distance:
-        bench.cycle()
-        e, t = bench.encoder_sample, bench.plant.truth
-        measured.append((e.plank_position, e.wheel_angle, bench.hub_sample.contact.fx))
-        true.append((t.road_position, t.wheel_angle, t.effective_rolling_radius))
-    rows = np.array(true)
-    first = int(np.searchsorted(rows[:, 0], 1.2))
-    slips = []
-    while (last := int(np.searchsorted(rows[:, 0], rows[first, 0] + TURN))) < len(rows):
-        turned = (rows[last, 1] - rows[first, 1]) * rows[first:last, 2].mean()
-        slips.append(turned / (rows[last, 0] - rows[first, 0]) - 1.0)
-        first = last
-    return Run(*np.array(measured).T), np.array(slips)
 
 
 @pytest.fixture(scope="module")
 def road() -> RoadMap:
     bench = StartBench("toyo")
     truth = truth_row(bench.config, FZ, PRESSURE)
-    run, _ = drive(0.0, 3.2, follow_until=100.0)
+    run, _ = driven(0.0, 3.2, follow_until=100.0)
     return learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
 
 
@@ -77,8 +37,8 @@ def test_the_map_is_learnt_from_the_force_of_a_run_without_slip(road, tmp_path):
 
 @pytest.mark.parametrize("kappa", [0.1, 0.05])
 def test_slip_is_right_over_every_turn_of_the_pinion(road, kappa, capsys):
-    _, ours = drive(kappa, 2.2, follow_until=100.0, road_scale=road.road_scale)
-    _, thesis = drive(kappa, 2.2)
+    _, ours = driven(kappa, 2.2, follow_until=100.0, road_scale=road.road_scale)
+    _, thesis = driven(kappa, 2.2)
     errors = [float(np.abs(slips - kappa).max()) for slips in (thesis, ours)]
     with capsys.disabled():
         print(
@@ -93,9 +53,9 @@ def test_a_map_takes_the_error_of_a_measured_radius_along(capsys):
     bench = StartBench("toyo")
     truth = truth_row(bench.config, FZ, PRESSURE)
     wrong = 1.002
-    run, _ = drive(0.0, 3.2, wrong, follow_until=100.0)
+    run, _ = driven(0.0, 3.2, wrong, follow_until=100.0)
     road = learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
-    _, slips = drive(0.05, 2.2, wrong, follow_until=100.0, **road.parameters())
+    _, slips = driven(0.05, 2.2, wrong, follow_until=100.0, **road.parameters())
     error = float(np.abs(slips - 0.05).max())
     with capsys.disabled():
         print(f"\nr_e 0.2 % wrong, map of its own runs: slip within {100 * error:.4f} %")
@@ -110,14 +70,14 @@ def test_the_mesh_is_fed_back(road):
         a = np.linalg.lstsq(basis, run.fx[keep], rcond=None)[0]
         return float(np.hypot(a[2], a[3]))
 
-    plain, _ = drive(0.0, 2.2, follow_until=100.0, road_scale=road.road_scale)
-    with_mesh, slips = drive(0.0, 2.2, follow_until=100.0, **road.parameters())
+    plain, _ = driven(0.0, 2.2, follow_until=100.0, road_scale=road.road_scale)
+    with_mesh, slips = driven(0.0, 2.2, follow_until=100.0, **road.parameters())
     assert once_per_turn(with_mesh) < 0.4 * once_per_turn(plain)
     assert float(np.abs(slips).max()) < 5e-4
 
 
 def test_a_road_encoder_needs_no_map():
-    _, slips = drive(0.05, 2.2, road_encoder=True, follow_until=100.0)
+    _, slips = driven(0.05, 2.2, road_encoder=True, follow_until=100.0)
     assert float(np.abs(slips - 0.05).max()) < 5e-4
 
 
@@ -128,7 +88,7 @@ def test_bad_input_is_refused():
 
 @pytest.mark.parametrize("sequencer, rolled", [({"follow_until": 100.0}, ""), ({}, r"0\.99\d\d")])
 def test_only_runs_whose_wheel_followed_the_encoder_are_taken(sequencer, rolled):
-    run, _ = drive(0.0, 2.2, **sequencer)
+    run, _ = driven(0.0, 2.2, **sequencer)
     radius = truth_row(StartBench("toyo").config, FZ, PRESSURE).effective_rolling_radius
     if not rolled:
         check_follows(run, radius, "a.parquet")
@@ -140,7 +100,7 @@ def test_only_runs_whose_wheel_followed_the_encoder_are_taken(sequencer, rolled)
 def test_the_end_of_a_run_tells_nothing(road):
     """The plank stands and the wheel goes on for a moment."""
     truth = truth_row(StartBench("toyo").config, FZ, PRESSURE)
-    run, _ = drive(0.0, 3.2, follow_until=100.0)
+    run, _ = driven(0.0, 3.2, follow_until=100.0)
     count = 25
     ended = Run(
         np.append(run.position, np.full(count, run.position[-1])),

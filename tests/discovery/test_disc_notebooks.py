@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-import run_cells
 import yaml
 from bristles import Truth, campaign, save
 
@@ -16,6 +18,37 @@ from flatplank_data.errors import FlatplankError
 ROOT = Path(__file__).resolve().parents[2]
 BOOKS = ROOT / "examples" / "notebooks"
 SLIPS = (-0.05, -0.01, 0.01, 0.05)
+
+
+def cells(path: Path) -> list[str]:
+    """Texts of the code cells; a notebook is kept without results."""
+    book = json.loads(path.read_text(encoding="utf-8"))
+    assert book["nbformat"] == 4 and book["metadata"]["kernelspec"]["language"] == "python"
+    code = [c for c in book["cells"] if c["cell_type"] == "code"]
+    assert all(c["outputs"] == [] and c["execution_count"] is None for c in code)
+    return ["".join(c["source"]) for c in code]
+
+
+def run_cells(path: Path) -> tuple[dict[str, Any], list[str]]:
+    """The names at the end, and per cell that shows something its HTML or its text."""
+    names: dict[str, Any] = {}
+    shown = []
+    for i, text in enumerate(cells(path)):
+        body = ast.parse(text)
+        last = body.body.pop() if isinstance(body.body[-1], ast.Expr) else None
+        where = f"{path.name}, cell {i + 1}"
+        exec(compile(body, where, "exec"), names)
+        if last is not None:
+            value = eval(compile(ast.Expression(last.value), where, "eval"), names)
+            shown.append(_shown(value))
+    return names, shown
+
+
+def _shown(value: Any) -> str:
+    for way in ("_repr_html_", "_repr_png_"):
+        if hasattr(value, way) and (text := getattr(value, way)()) is not None:
+            return str(text)
+    return repr(value)
 
 
 @pytest.fixture
@@ -45,14 +78,14 @@ def test_a_slip_step_from_bag_to_report(tmp_path, monkeypatch):
         columns = {k: v for k, v in table.columns.items()}
         record = yaml.safe_dump(table.info.to_dict() | {"tire": "TOY"})
         write_run(tmp_path / "campaign" / name, columns, record, name)
-    names, shown = run_cells.run(BOOKS / "slip_step.ipynb")
+    names, shown = run_cells(BOOKS / "slip_step.ipynb")
     assert names["page"].is_file() and len(names["runs"]) == 2
     assert "-0.05" in shown[0] and "<table" in shown[0]
 
 
 @pytest.mark.timeout(400)
 def test_the_loop_of_discovery(here):
-    names, shown = run_cells.run(BOOKS / "discovery_loop.ipynb")
+    names, shown = run_cells(BOOKS / "discovery_loop.ipynb")
     assert "drive_backlash" in names["grown"].effects
     assert names["grown"].numbers["rmse"] < 0.5 * names["grown"].numbers["rmse_before"]
     assert (here / "model.yaml").is_file()
@@ -61,7 +94,7 @@ def test_the_loop_of_discovery(here):
 
 @pytest.mark.timeout(400)
 def test_an_effect_of_ones_own(here):
-    names, shown = run_cells.run(BOOKS / "own_effect.ipynb")
+    names, shown = run_cells(BOOKS / "own_effect.ipynb")
     assert names["model"].effects == ["rail_friction"]
     assert any("rail_friction" in text for text in shown)
     with pytest.raises(FlatplankError):

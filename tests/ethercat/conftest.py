@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ethercat_rig import namespace
+from ethercat_rig import Bench, namespace
 
 HERE = Path(__file__).parent
 
@@ -26,6 +26,14 @@ def stub_plants() -> Iterator[None]:
         del os.environ["PYTHONPATH"]
     else:
         os.environ["PYTHONPATH"] = before
+
+
+@pytest.fixture(scope="module")
+def bench() -> Iterator[Bench]:
+    rig = Bench()
+    rig.unload()
+    yield rig
+    rig.close()
 
 
 @pytest.fixture(scope="session")

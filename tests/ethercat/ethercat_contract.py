@@ -12,7 +12,6 @@ bag of the run is closed and readable.
 from __future__ import annotations
 
 import time
-from types import TracebackType
 from typing import Any
 
 import pytest
@@ -52,12 +51,7 @@ class Contract:
         self.mark()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self.recovers()
             self._measures_again()

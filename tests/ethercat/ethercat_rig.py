@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 from stalls import ATTEMPTS, EmulatorStalls
 
-from flatplank_hw.bus.image import AxisCommand, BusInputs, Health
+from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
 from flatplank_hw.ethercat.master import BusClient
 from flatplank_sim.emulated import MASTER, BenchNamespace, EmulatorProcess, NamespaceError
 
@@ -28,6 +28,7 @@ BENCH = BUS_FILES / "bench.yaml"
 TURNING = 200_000_000
 """motor speed of about 0.1 rad/s at the wheel [counts/s]"""
 VELOCITY_MODE = 9
+ENABLED, RUN = 0x0237, 0x0F
 _UPWARD = {0x40: 0x06, 0x60: 0x06, 0x21: 0x07, 0x23: 0x0F, 0x27: 0x0F}
 
 
@@ -49,6 +50,19 @@ def be_quick(on: bool) -> None:
     else:
         gc.enable()
         gc.unfreeze()
+
+
+def axis(status: int = ENABLED) -> AxisInputs:
+    return AxisInputs(status, 9, 1, 2, 3, 0)
+
+
+def image(status: int = ENABLED, digital: int = Digital.EMERGENCY_STOP_OK) -> BusInputs:
+    axes = (axis(status),) * len(AXES)
+    return BusInputs(1, 4_000_000, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, int(digital), 0, axes)
+
+
+def command(word: int = RUN, cycle: int = 1, which: int = 0) -> AxisCommand:
+    return AxisCommand(which, cycle, word, 9, 5, 1000, 77, 1)
 
 
 def namespace() -> BenchNamespace:

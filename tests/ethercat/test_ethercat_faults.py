@@ -4,7 +4,6 @@ itself."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -14,14 +13,6 @@ from ethercat_scenarios import SCENARIOS, Scenario
 from stalls import undisturbed
 
 pytestmark = pytest.mark.usefixtures("minute")
-
-
-@pytest.fixture(scope="module")
-def bench() -> Iterator[Bench]:
-    rig = Bench()
-    rig.unload()
-    yield rig
-    rig.close()
 
 
 def break_it(bench: Bench, scenario: Scenario, contract: Contract) -> dict[str, Any]:

@@ -4,26 +4,12 @@
 from __future__ import annotations
 
 import pytest
+from ethercat_rig import RUN, axis, command, image
 
-from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
+from flatplank_hw.bus.image import AXES, Digital, Health
 from flatplank_hw.ethercat.master.guard import Cause, Guard
 
-PERIOD = 4_000_000
-ENABLED, OFF, RUN, SHUTDOWN = 0x0237, 0x0250, 0x0F, 0x06
-
-
-def axis(status: int = ENABLED) -> AxisInputs:
-    return AxisInputs(status, 9, 1, 2, 3, 0)
-
-
-def image(status: int = ENABLED, digital: int = Digital.EMERGENCY_STOP_OK) -> BusInputs:
-    return BusInputs(
-        1, PERIOD, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, int(digital), 0, (axis(status),) * len(AXES)
-    )
-
-
-def command(word: int = RUN, cycle: int = 1, which: int = 0) -> AxisCommand:
-    return AxisCommand(which, cycle, word, 9, 5, 1000, 77, 1)
+OFF, SHUTDOWN = 0x0250, 0x06
 
 
 def step(guard: Guard, cycle: int, word: int = RUN, **facts) -> int:

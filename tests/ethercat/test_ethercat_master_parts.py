@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import pytest
-from ethercat_rig import BUS_FILES
+from ethercat_rig import BUS_FILES, command, image
 
 from flatplank_hw.bus.histogram import Histogram
-from flatplank_hw.bus.image import AXES, AxisCommand, AxisInputs, BusInputs, Digital, Health
+from flatplank_hw.bus.image import AxisCommand, AxisInputs, Digital, Health
 from flatplank_hw.ethercat.busfile import BusFile
 from flatplank_hw.ethercat.master import link
 from flatplank_hw.ethercat.master.health import (
@@ -31,21 +31,6 @@ from flatplank_hw.ethercat.reader import BusFileError, read_bus_file
 
 BENCH = read_bus_file(BUS_FILES / "bench.yaml")
 PERIOD = 4_000_000
-ENABLED, RUN = 0x0237, 0x0F
-
-
-def axis(status: int = ENABLED) -> AxisInputs:
-    return AxisInputs(status, 9, 1, 2, 3, 0)
-
-
-def image(status: int = ENABLED, digital: int = Digital.EMERGENCY_STOP_OK) -> BusInputs:
-    return BusInputs(
-        1, PERIOD, (0.0,) * 6, 0.0, 0, 0, 0, 0, 0, int(digital), 0, (axis(status),) * len(AXES)
-    )
-
-
-def command(word: int = RUN, cycle: int = 1, which: int = 0) -> AxisCommand:
-    return AxisCommand(which, cycle, word, 9, 5, 1000, 77, 1)
 
 
 # --- process image ------------------------------------------------------------------------

@@ -9,10 +9,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
 from ethercat_contract import Contract
 from ethercat_rig import BENCH, Bench, Emulator
 from stalls import undisturbed
@@ -30,14 +28,6 @@ m.open("veth0")
 m.config_init()
 m.close()
 """
-
-
-@pytest.fixture(scope="module")
-def bench() -> Iterator[Bench]:
-    rig = Bench()
-    rig.unload()
-    yield rig
-    rig.close()
 
 
 def states(bench: Bench) -> set[str]:

@@ -4,6 +4,7 @@ traceback."""
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import sys
 import time
@@ -27,6 +28,18 @@ STUB = ("--plant", "ethercat_stub_plant:make")
 def wire() -> Iterator[BenchNamespace]:
     with namespace() as ns:
         yield ns
+
+
+@pytest.fixture
+def emulator(wire: BenchNamespace) -> Iterator[Emulator]:
+    with contextlib.closing(Emulator(wire, BENCH, *STUB)) as running:
+        yield running
+
+
+@pytest.fixture
+def client(wire: BenchNamespace, emulator: Emulator) -> Iterator[BusClient]:
+    with BusClient(BENCH, MASTER, launch=wire.enter) as started:
+        yield started
 
 
 def changed(tmp_path: Path, slaves: list) -> Path:
@@ -65,66 +78,44 @@ def test_in_op_within_two_seconds(wire: BenchNamespace, name: str) -> None:
         emulator.close()
 
 
-def test_channels_arrive_where_they_belong(wire: BenchNamespace) -> None:
+def test_channels_arrive_where_they_belong(client: BusClient) -> None:
     """Every channel of the stub plant has a value of its own."""
-    emulator = Emulator(wire, BENCH, *STUB)
-    client = BusClient(BENCH, MASTER, launch=wire.enter)
-    try:
-        client.start()
-        node = InsistentNode(client)
-        node.cycles(5)
-        inputs = node.last
-        assert inputs.bridge_volts == pytest.approx((1, -2, 3, -4, 5, -6), abs=2e-6)
-        assert inputs.lvdt_volts == pytest.approx(7.5, abs=2e-6)
-        assert inputs.steer_counts == -inputs.plank_counts < 0
-        assert (inputs.camber_counts, inputs.road_counts) == (2**31 - 1, -5)
-        assert inputs.digital == 2 and len(inputs.axes) == 5
-    finally:
-        client.stop()
-        emulator.close()
+    node = InsistentNode(client)
+    node.cycles(5)
+    inputs = node.last
+    assert inputs.bridge_volts == pytest.approx((1, -2, 3, -4, 5, -6), abs=2e-6)
+    assert inputs.lvdt_volts == pytest.approx(7.5, abs=2e-6)
+    assert inputs.steer_counts == -inputs.plank_counts < 0
+    assert (inputs.camber_counts, inputs.road_counts) == (2**31 - 1, -5)
+    assert inputs.digital == 2 and len(inputs.axes) == 5
 
 
-def test_sdo_services(wire: BenchNamespace) -> None:
+def test_sdo_services(emulator: Emulator, client: BusClient) -> None:
     """Strings, numbers, long objects in segments, aborts with their text, unknown slaves."""
-    emulator = Emulator(wire, BENCH, *STUB)
-    client = BusClient(BENCH, MASTER, launch=wire.enter)
-    try:
-        client.start()
-        node = InsistentNode(client)
-
-        def ask() -> None:
-            assert client.sdo_read("wheel_drive", 0x1008) == b"wheel_drive"
-            assert client.sdo_read("wheel_drive", 0x6085) == (500_000_000).to_bytes(4, "little")
-            client.sdo_write("wheel_drive", 0x6085, 0, (7).to_bytes(4, "little"))
-            assert client.sdo_read("wheel_drive", 0x6085) == (7).to_bytes(4, "little")
-            with pytest.raises(LookupError, match="0x06020000"):
-                client.sdo_read("wheel_drive", 0x5FFF)
-            with pytest.raises(LookupError, match="0x08000022"):
-                client.sdo_write("bridges_a", 0x1C13, 0, b"\0")
-            with pytest.raises(LookupError, match="wheel_drive"):
-                client.sdo_read("wheel_driv", 0x1008)
-            emulator.send("mailbox_hang", slave="bridges_a")
-            with pytest.raises(LookupError, match="no answer within 20 ms"):
-                client.sdo_read("bridges_a", 0x1008)
-            emulator.send("mend")
-
-        node.cycles(5)
-        ask()
-        node.cycles(20)
-        assert client.diagnostics()["health"] == "OK"
-    finally:
-        client.stop()
-        emulator.close()
+    node = InsistentNode(client)
+    node.cycles(5)
+    assert client.sdo_read("wheel_drive", 0x1008) == b"wheel_drive"
+    assert client.sdo_read("wheel_drive", 0x6085) == (500_000_000).to_bytes(4, "little")
+    client.sdo_write("wheel_drive", 0x6085, 0, (7).to_bytes(4, "little"))
+    assert client.sdo_read("wheel_drive", 0x6085) == (7).to_bytes(4, "little")
+    with pytest.raises(LookupError, match="0x06020000"):
+        client.sdo_read("wheel_drive", 0x5FFF)
+    with pytest.raises(LookupError, match="0x08000022"):
+        client.sdo_write("bridges_a", 0x1C13, 0, b"\0")
+    with pytest.raises(LookupError, match="wheel_drive"):
+        client.sdo_read("wheel_driv", 0x1008)
+    emulator.send("mailbox_hang", slave="bridges_a")
+    with pytest.raises(LookupError, match="no answer within 20 ms"):
+        client.sdo_read("bridges_a", 0x1008)
+    emulator.send("mend")
+    node.cycles(20)
+    assert client.diagnostics()["health"] == "OK"
 
 
-def test_wrong_identity(wire: BenchNamespace) -> None:
-    emulator = Emulator(wire, BENCH, *STUB)
-    try:
-        emulator.send("identity", slave="wheel_drive", vendor=0x00ABCDEF)
-        text = refused(BusClient(BENCH, MASTER, launch=wire.enter))
-        assert "slave 2" in text and "0x00ABCDEF" in text and "wheel_drive" in text
-    finally:
-        emulator.close()
+def test_wrong_identity(wire: BenchNamespace, emulator: Emulator) -> None:
+    emulator.send("identity", slave="wheel_drive", vendor=0x00ABCDEF)
+    text = refused(BusClient(BENCH, MASTER, launch=wire.enter))
+    assert "slave 2" in text and "0x00ABCDEF" in text and "wheel_drive" in text
 
 
 @pytest.mark.parametrize(
@@ -136,43 +127,30 @@ def test_wrong_identity(wire: BenchNamespace) -> None:
 )
 def test_slaves_missing(wire: BenchNamespace, tmp_path: Path, drop: slice, words: str) -> None:
     there = changed(tmp_path, list(read_bus_file(BENCH).slaves[drop]))
-    emulator = Emulator(wire, there, *STUB)
-    try:
+    with contextlib.closing(Emulator(wire, there, *STUB)):
         assert words in refused(BusClient(BENCH, MASTER, launch=wire.enter))
-    finally:
-        emulator.close()
 
 
+@pytest.mark.usefixtures("emulator")
 def test_one_slave_too_many(wire: BenchNamespace, tmp_path: Path) -> None:
     known = changed(tmp_path, list(read_bus_file(BENCH).slaves[:8]))
-    emulator = Emulator(wire, BENCH, *STUB)
-    try:
-        text = refused(BusClient(known, MASTER, launch=wire.enter))
-        assert "unknown: 'digital_out'" in text
-    finally:
-        emulator.close()
+    text = refused(BusClient(known, MASTER, launch=wire.enter))
+    assert "unknown: 'digital_out'" in text
 
 
-def test_state_refused_at_start(wire: BenchNamespace) -> None:
-    emulator = Emulator(wire, BENCH, *STUB)
-    try:
-        emulator.send("al_refuse", slave="bridges_b", state="OP", code=0x0030)
-        text = refused(BusClient(BENCH, MASTER, launch=wire.enter))
-        assert "not all slaves reach OP" in text and "bridges_b: SAFEOP with error 0x0030" in text
-    finally:
-        emulator.close()
+def test_state_refused_at_start(wire: BenchNamespace, emulator: Emulator) -> None:
+    emulator.send("al_refuse", slave="bridges_b", state="OP", code=0x0030)
+    text = refused(BusClient(BENCH, MASTER, launch=wire.enter))
+    assert "not all slaves reach OP" in text and "bridges_b: SAFEOP with error 0x0030" in text
 
 
-def test_configuration_refused(wire: BenchNamespace) -> None:
-    emulator = Emulator(wire, BENCH, *STUB)
-    try:
-        emulator.send("mailbox_abort", slave="wheel_drive", code=0x06090030)
-        text = refused(BusClient(BENCH, MASTER, launch=wire.enter))
-        assert "wheel_drive refuses 0x605A:0" in text
-    finally:
-        emulator.close()
+def test_configuration_refused(wire: BenchNamespace, emulator: Emulator) -> None:
+    emulator.send("mailbox_abort", slave="wheel_drive", code=0x06090030)
+    text = refused(BusClient(BENCH, MASTER, launch=wire.enter))
+    assert "wheel_drive refuses 0x605A:0" in text
 
 
+@pytest.mark.usefixtures("emulator")
 def test_pdos_differ_from_the_bus_file(wire: BenchNamespace, tmp_path: Path) -> None:
     """The slave has more process data than the file says."""
     text = BENCH.read_text().replace(
@@ -181,12 +159,8 @@ def test_pdos_differ_from_the_bus_file(wire: BenchNamespace, tmp_path: Path) -> 
     )
     short = tmp_path / "short.yaml"
     short.write_text(text)
-    emulator = Emulator(wire, BENCH, *STUB)
-    try:
-        words = refused(BusClient(short, MASTER, launch=wire.enter))
-        assert "slave 'wheel_drive' has 18 input bytes, the bus file 16" in words
-    finally:
-        emulator.close()
+    words = refused(BusClient(short, MASTER, launch=wire.enter))
+    assert "slave 'wheel_drive' has 18 input bytes, the bus file 16" in words
 
 
 def test_no_slaves(wire: BenchNamespace) -> None:

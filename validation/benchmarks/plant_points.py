@@ -45,12 +45,9 @@ def simulate_point(
     fz: float = 3700.0,
     radius_scale: float = 1.0,
     seed: int = 0,
-    overrides: Mapping[str, Any] | None = None,
 ) -> list[MadeRun]:
     """Slip steps of one operating point; `radius_scale` on the slip control's rolling radius."""
-    config = PlantConfig.load(
-        preset=preset, overrides={**(overrides or {}), "defects": dict(defects or {})}
-    )
+    config = PlantConfig.load(preset=preset, overrides={"defects": dict(defects or {})})
     plant = Campaign(config)
     radius = radius_scale * plant.true_radius(fz, config.tire.vertical_stiffness)
     facts = [

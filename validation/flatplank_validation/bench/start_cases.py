@@ -74,10 +74,21 @@ def further(made: Made, controller: Mapping[str, Any]) -> dict[str, float]:
     }
 
 
-def driven(kappa: float, distance: float, sequencer: Mapping[str, Any]) -> tuple[Run, np.ndarray]:
-    """Measured samples, and true slip averaged over turns of the pinion against the true road."""
-    bench = StartBench("toyo", overrides={"defects": ROAD_DEFECTS}, sequencer=sequencer)
-    radius = truth_row(bench.config, FZ, PRESSURE).effective_rolling_radius
+def driven(
+    kappa: float, distance: float, wrong: float = 1.0, road_encoder: bool = False, **sequencer: Any
+) -> tuple[Run, np.ndarray]:
+    """Measured samples, and true slip averaged over turns of the pinion against the true road.
+
+    `wrong`: r_e that was measured over the true one.
+    """
+    fitted = {"encoders.road_encoder_fitted": True} if road_encoder else {}
+    bench = StartBench(
+        "toyo",
+        overrides={"defects": ROAD_DEFECTS, **fitted},
+        sequencer=sequencer,
+        encoders={"road_encoder_fitted": True} if road_encoder else None,
+    )
+    radius = wrong * truth_row(bench.config, FZ, PRESSURE).effective_rolling_radius
     bench.sequencer.set_slip_step(kappa, 0.5, radius)
     bench.ready(FZ, "slip")
     bench.encoders.arm()
@@ -101,11 +112,11 @@ def driven(kappa: float, distance: float, sequencer: Mapping[str, Any]) -> tuple
 def slip_errors(kappa: float) -> dict[str, float]:
     """Largest error of the slip over a turn of the pinion [%], the thesis's way and ours."""
     truth = truth_row(StartBench("toyo").config, FZ, PRESSURE)
-    run, _ = driven(0.0, 3.2, {"follow_until": 100.0})
+    run, _ = driven(0.0, 3.2, follow_until=100.0)
     road = learn([run], truth.standstill_stiffness_x, truth.relaxation_length_x)
     ways = {"thesis": {}, "ours": {"follow_until": 100.0, **road.parameters()}}
     found = {}
     for way, sequencer in ways.items():
-        _, slips = driven(kappa, 2.2, sequencer)
+        _, slips = driven(kappa, 2.2, **sequencer)
         found[way] = 100.0 * float(np.abs(slips - kappa).max())
     return found

@@ -48,8 +48,6 @@ class FastBench:
         seed: int,
         defects: Defects | None = None,
         effects: Mapping[str, type[Effect]] | None = None,
-        scatter: float = SCATTER,
-        kind: str = "usual",
         force: Force = lambda _columns, _run: np.zeros(1),
     ) -> None:
         """force: one that is in no library, added to Fx."""
@@ -57,8 +55,7 @@ class FastBench:
         plain = PlantConfig.load("toyo").tire
         self._tire = {n: getattr(plain, n) * random.uniform(0.94, 1.06) for n in TIRES}
         self.defects = {"mains_hum": None, "sensor_noise": {"bridge": 0.0}, **(defects or {})}
-        self.seed_number, self.scatter, self.kind = seed, scatter, kind
-        self.force = force
+        self.seed_number, self.force = seed, force
         self.effects = dict(library() if effects is None else effects)
         self.tables: dict[str, MeasurementTable] = {}
         self._stands: Setting | None = None
@@ -108,7 +105,7 @@ class FastBench:
 
     def _table(self, s: Setting, index: int) -> MeasurementTable:
         random = np.random.default_rng((self.seed_number, index))
-        gain = 1.0 + self.scatter * random.standard_normal()
+        gain = 1.0 + SCATTER * random.standard_normal()
         tire = dict(self._tire)
         for name in TIRES[:2]:
             tire[name] *= gain
@@ -126,7 +123,7 @@ class FastBench:
         columns["fx"] = columns["fx"] + self.force(columns, where)
         dt = float(columns["time"][1] - columns["time"][0])
         for name, share in RELATIVE.items():
-            own = noise(NOISES[self.kind], len(columns[name]), dt, random, share)
+            own = noise(NOISES["usual"], len(columns[name]), dt, random, share)
             columns[name] = columns[name] + own
         info = RunRecord(
             file=f"fast_{index:03d}.parquet", tire="FAST", kappa=s.kappa, fz=s.fz,

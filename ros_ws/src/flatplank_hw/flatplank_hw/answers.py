@@ -22,7 +22,7 @@ def refused(reason: str) -> Answer:
 
 
 class Agenda:
-    """Accepted actions that wait for the next cycle; the core calls `run` when `due` is not empty."""
+    """Accepted actions that wait for their cycle; the core calls `run` when `due` is not empty."""
 
     __slots__ = ("due", "last_cycle")
 

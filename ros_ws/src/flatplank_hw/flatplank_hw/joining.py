@@ -18,23 +18,18 @@ class CycleJoin:
     """
 
     def __init__(
-        self,
-        kinds: tuple[str, ...],
-        complete: Callable[[int, Mapping[str, Any]], None],
-        lag: dict[str, int] | None = None,
+        self, kinds: tuple[str, ...], complete: Callable[[int, Mapping[str, Any]], None]
     ) -> None:
         self.kinds = kinds
         self.needed = set(kinds)
         self._complete = complete
-        self._lag = dict.fromkeys(kinds, 0) | (lag or {})
         self._due: int | None = None
         self._latest: dict[str, Any] = dict.fromkeys(kinds)
         self._at: dict[str, int] = dict.fromkeys(kinds, -1)
         self._queues: dict[str, dict[int, Any]] = {kind: {} for kind in kinds}
 
-    def put(self, kind: str, at: int, sample: Any) -> None:
-        """Take a sample; `lag` [ns] is added for kinds that belong to the cycle before."""
-        due = at + self._lag[kind]
+    def put(self, kind: str, due: int, sample: Any) -> None:
+        """Take a sample of the cycle that is due at this time."""
         if self._due is not None and due < self._due:
             self._keep(kind, due, sample)
             return

@@ -77,20 +77,16 @@ class EmulatorProcess:
     """The emulator as a program of its own inside a namespace; ends with this process."""
 
     def __init__(
-        self,
-        namespace: BenchNamespace,
-        bus_file: str | Path,
-        arguments: Sequence[str] = (),
-        fifo: bool = True,
+        self, namespace: BenchNamespace, bus_file: str | Path, arguments: Sequence[str] = ()
     ) -> None:
         """arguments: further words of the command line. BusError when it does not start."""
         self._folder = tempfile.TemporaryDirectory(prefix="fp-")
         self.control_path = f"{self._folder.name}/control"
         words = [*namespace.enter, sys.executable, "-m", "flatplank_sim.emulator"]
         words += ["--interface", EMULATOR, "--bus", str(bus_file)]
-        words += ["--control", self.control_path, "--with-parent", *arguments]
+        words += ["--control", self.control_path, "--with-parent", "--fifo", *arguments]
         self.process = subprocess.Popen(
-            [*words, *["--fifo"] * fifo],
+            words,
             env=environment(Path(__file__).parents[1]),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

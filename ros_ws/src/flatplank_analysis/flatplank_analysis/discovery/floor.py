@@ -37,18 +37,16 @@ class Floor:
         return float(np.sqrt(max(self.raw**2 - self.floor**2, 0.0)))
 
 
-def contrast_blocks(
-    runs: RunSet, blocks: Sequence[np.ndarray], least: float = 0.5
-) -> list[np.ndarray]:
+def contrast_blocks(runs: RunSet, blocks: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Contrasts (k, runs, samples) of the blocks that differ between repeats.
 
-    A block counts when at least the share `least` of its size lies in the contrasts.
+    A block counts when at least half of its size lies in the contrasts.
     """
     out = []
     for block in blocks:
         size = np.sqrt(np.mean(block**2))
         contrasts = runs.contrast(block)
-        if size > 0.0 and np.sqrt(np.mean(contrasts**2)) > least * size:
+        if size > 0.0 and np.sqrt(np.mean(contrasts**2)) > 0.5 * size:
             out.append(contrasts)
     return out
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import yaml
 
@@ -36,22 +35,14 @@ def batch_name(number: int) -> str:
 
 
 def text_of(
-    name: str,
-    tire: str,
-    settings: Sequence[Setting],
-    radii: Radii,
-    first_run: int,
-    more: Mapping[str, Any] | None = None,
+    name: str, tire: str, settings: Sequence[Setting], radii: Radii, first_run: int
 ) -> str:
-    """A plan of settings of one condition; r_e is measured where it is not known.
-
-    more: further keys of the plan, `quality` or `common` for instance.
-    """
+    """A plan of settings of one condition; r_e is measured where it is not known."""
     radius = radii.get(settings[0].condition)
     given = {} if radius is None else {"effective_rolling_radius": radius}
     plan = {
         "format": FORMAT, "name": name, "tire": tire, "attempts": 1, "first_run": first_run,
-        "r_e": "measured" if radius is None else "given", **(more or {}),
+        "r_e": "measured" if radius is None else "given",
         "runs": [{"measurement": "slip", **s.plain(), **given} for s in settings],
     }  # fmt: skip
     return yaml.safe_dump(plan, sort_keys=False)
@@ -70,15 +61,11 @@ def settings_of(plan: CampaignPlan) -> dict[str, Setting]:
 
 
 def price_of(
-    tire: str,
-    settings: Sequence[Setting],
-    radii: Radii,
-    stands: Setting | None,
-    more: Mapping[str, Any] | None = None,
+    tire: str, settings: Sequence[Setting], radii: Radii, stands: Setting | None
 ) -> Price:
     """Minutes of a batch's dry run, the plank's way back before its first run with it, and of
     what is changed from how the bench stands."""
-    text = text_of("price", tire, (settings[0], *settings), radii, 0, more)
+    text = text_of("price", tire, (settings[0], *settings), radii, 0)
     before, minutes, changes = stands, _dry_minutes(text), 0
     for s in settings:
         for name, each in SET_UP.items():
@@ -111,10 +98,9 @@ class CampaignBench:
         tire: TireEntry,
         execute: Execute,
         effects: tuple[str, ...] = (),
-        more: Mapping[str, Any] | None = None,
     ) -> None:
         self.folder, self.tire, self.execute = folder, tire, execute
-        self.effects, self.more = effects, more or {}
+        self.effects = effects
         self._stands: Setting | None = None
 
     def files(self) -> list[str]:
@@ -140,7 +126,7 @@ class CampaignBench:
         """Minutes, and what is changed from the last run."""
         radii = self._known()[0]
         try:
-            return price_of(self.tire.name, candidate.settings, radii, self._stands, self.more)
+            return price_of(self.tire.name, candidate.settings, radii, self._stands)
         except (PlanFailed, ValueError):  # the bench cannot make it
             return Price(float("inf"), 0)
 
@@ -148,9 +134,7 @@ class CampaignBench:
         """The plan's text."""
         radii, first = self._known()
         name = batch_name(number)
-        return text_of(
-            name, self.tire.name, candidate.settings, radii, first, self.more
-        )  # fmt: skip
+        return text_of(name, self.tire.name, candidate.settings, radii, first)
 
     def measure(self, number: int, plan: str, left: float) -> Made:
         """Have the batch made; what the journal flags or skips is handed back."""

@@ -57,12 +57,10 @@ def _value(page: Page, mode: str, start: float) -> None:
         page.button(f"Set {what}", lambda: page.operator.set_mode(page.id, mode, field.value))
 
 
-def preview(
-    name: str, values: dict[str, Any], start: float, road: float = USABLE_ROAD
-) -> list[list[float]]:
+def preview(name: str, values: dict[str, Any], start: float) -> list[list[float]]:
     """Slip [%] over plank position [m]; ValueError when the waveform is refused."""
     wave = waveform_of(name, values)
-    x = np.unique(np.concatenate([np.linspace(0.0, road, 421), [start - 1e-6, start]]))
+    x = np.unique(np.concatenate([np.linspace(0.0, USABLE_ROAD, 421), [start - 1e-6, start]]))
     x = x[x >= 0.0]
     slip = [100.0 * wave.slip(p - start) if p >= start else 0.0 for p in x]
     return [[round(float(p), 4), round(s, 4)] for p, s in zip(x, slip, strict=True)]

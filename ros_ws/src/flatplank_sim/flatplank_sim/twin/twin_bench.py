@@ -26,13 +26,10 @@ from flatplank_sim.twin.twin import Twin, TwinAxis
 class TwinBench:
     """Performs plans in one process; `log` keeps what is recorded."""
 
-    def __init__(
-        self, twin: Twin, log: RunLog, say: Callable[[str], None] = lambda _: None
-    ) -> None:
+    def __init__(self, twin: Twin, log: RunLog) -> None:
         self.twin = twin
         self.kept: list[Path] = []
         self._log = log
-        self._say = say
         self._recording = False
         self._stops = StopWatch()
         operator = twin.plant.operator
@@ -58,7 +55,7 @@ class TwinBench:
             S.StopRecord: self._stop_record,
             S.Quick: self._quick,
             S.Wait: self._wait,
-            S.Say: lambda s: self._say(s.text),
+            S.Say: lambda _s: None,
             S.Trigger: lambda s: _need(twin.drive.set_trigger(s.distance)),
             S.HoldLoad: self._hold_load,
             S.AxisProfile: self._profile,
