@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The base of the search as a model: lanes of parameters and effects -> forces of all runs."""
+"""The base of the search: parameter sets (lanes) with effects -> forces of all runs."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from flatplank_analysis.effects.base import Block, Motion, Node, Signal, Tire
 CHUNK = 48
 """lanes computed at once"""
 BOTH = ("shape", "fall", "round", "tread", "memory", "combine", "swing", "rotate")
-"""numbers of the base that are the same along and across the wheel plane"""
+"""base parameters that are the same along and across the wheel plane"""
 THREADS = min(4, os.cpu_count() or 1)
 _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
 
 class TireModel:
-    """Contact-patch model in x and y; knows the hooks of `TireEffect`."""
+    """Contact-patch model in x and y; calls the hooks of `TireEffect`."""
 
     form = Form(mean=0.0012, stretch=0.005, bump=0.002, wave=0.0006, side=0.0018)
-    """the most on thirteen plants of other form (bristles of the bench, of the blind kit, of the
-    tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing hidden:
-    `bench-discovery --form` prints them"""
+    """largest errors on thirteen plants of other form (bristles of the bench, of the blind kit, of
+    the tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing
+    hidden: `bench-discovery --form` prints them"""
 
     usual = (0.01, 0.0)
-    """what the force of a tire scatters from run to run where no repeat shows it: the usual 1 %.
-    Without it, runs that differ by that much are said to have another friction in braking"""
+    """assumed scatter of the force (gain, slip offset) from run to run where no repeat shows it.
+    Without it, runs that differ by 1 % would show a false friction difference in braking"""
 
     def __init__(self, data: TireRuns) -> None:
         self.data = data
@@ -48,7 +48,7 @@ class TireModel:
         self._moving = 1.0 - np.exp(-np.maximum(data.position, 0.0) / 0.005)
 
     def take_references(self, other: TireModel) -> None:
-        """Tell load, pressure and run order against those of another campaign."""
+        """Use the references (load, pressure, run order) of another campaign."""
         self._names = list(other._names)
         self.data = replace(self.data, against=other.data.reference)
 
@@ -79,7 +79,7 @@ class TireModel:
         ]
         deep = [(e, e.with_values(v, 2)) for e, v in own]
         if len(lanes) > 1 and _alike(values) and all(_alike(v) for e, v in own if _deep(e)):
-            # only what the sensors show differs
+            # lanes differ only in what the sensors show: one force for all
             first = [(e, v[:1]) for e, v in own if _deep(e)]
             one = {k: v[:1] for k, v in base.items()}
             force = self._forces(one, 1, first, [(e, e.with_values(v, 2)) for e, v in first])
@@ -98,13 +98,13 @@ class TireModel:
         d = self.data
         shape = (lanes, *d.position.shape)
         zero, more = np.zeros(lanes), d.nominal / d.reference.load - 1.0
-        # the rolling radius goes with the load, whatever radius the runs were made with
+        # the rolling radius changes with the load, whatever radius the runs were made with
         offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
         offset = offset + base.get("slip_bend", zero)[:, None] * more**2
         scale = (1.0 + offset) * d.radius
         rolled = scale[:, :, None] * d.turned
         angle = d.alpha + base.get("angle_offset", zero)[:, None]
-        # the road runs at an angle to the wheel plane
+        # the road moves at an angle to the wheel plane
         along = np.cos(d.alpha)[:, None] * d.travel
         lateral = -np.tan(angle)[:, :, None] * along
         motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, lateral)
@@ -131,7 +131,7 @@ class TireModel:
         return tire, params
 
     def _fill(self, base: dict, params: np.ndarray) -> None:
-        """Numbers of the tire in x and y, per run."""
+        """Fill the tire parameters in x and y, per run."""
         d = self.data
         ratio = d.nominal / d.reference.load
         over = d.pressure / d.reference.pressure - 1.0
@@ -205,7 +205,7 @@ class TireModel:
         return force.reshape(2, lanes, runs, samples)
 
     def _slow(self, own, shape, given, block, nominal, force, across) -> None:
-        """Node by node, with the effects that want to know the last force."""
+        """Solve node by node, with the effects that need the last force."""
         ds, dw, dt, load, friction = given
         blocks = kernel.blocks_of(np.arange(len(ds)))
         states = kernel.rest(blocks, block, nominal)
@@ -245,12 +245,12 @@ def _alike(values: np.ndarray) -> bool:
 
 
 def _deep(effect) -> bool:
-    """True when an effect changes what is between tire and road."""
+    """True when an effect acts between tire and road, not only on the sensors."""
     return any(effect.overrides(hook) for hook in ("motion", "tire", "node"))
 
 
 def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
-    """Run a hook; what it may change must keep its shape."""
+    """Call a hook; the arrays that it may change must keep their shape."""
     ask(effect, hook, argument)
     for name in names:
         found = np.shape(getattr(argument, name))
@@ -259,9 +259,9 @@ def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -
 
 
 def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bool, bool]]:
-    """Blocks of elements and the directions in which they are wanted, for the threads.
+    """Blocks of elements and the directions to solve, as jobs for threads.
 
-    Where the directions need each other, by friction or by a drive that gives way, both are.
+    Both directions are solved where they depend on each other, by friction or a compliant drive.
     """
     runs = params.shape[2]
     give = params[0, ..., kernel.GIVE] * params[1, ..., kernel.TURN]
