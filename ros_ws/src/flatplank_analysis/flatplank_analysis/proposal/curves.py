@@ -28,8 +28,8 @@ ORDERS = 4
 
 
 def knots_of(values: np.ndarray, span: Span, fine: bool) -> np.ndarray:
-    """Knots of the hats: evenly over a place, at the values of a setting, otherwise at quantiles
-    of the values."""
+    """Knots of the hats: evenly over a place, at the values of a setting, otherwise half-way
+    between an even grid and the quantiles of the values."""
     count = (FINE if fine else COARSE).get(span.kind, OTHER_FINE if fine else OTHER_COARSE)
     if span.kind == PLACE:
         return np.linspace(span.low, span.high, count)
