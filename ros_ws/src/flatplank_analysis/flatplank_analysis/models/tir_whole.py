@@ -35,7 +35,7 @@ RANGES: dict[str, tuple[str, str, str, tuple[float, float]]] = {
 }
 """section -> keys, the quantity, and the range where none was measured [SI]: unlimited"""
 OWN = "FLATPLANK"
-"""prefix of this project's sections, which other programs ignore: written only as the file has
+"""prefix of this project's sections, ignored by other programs; written only if the file has
 them"""
 
 

@@ -139,8 +139,7 @@ AS_GOOD = 9.2
 """Cost difference below which twins are not distinguished: odds of 100 to 1 are 2 ln 100"""
 SURELY = 1.0
 """Standard deviations of the cost difference that must exceed AS_GOOD, as in five of six repeats
-of the campaign. With less, the campaigns that pass are a selection, and their intervals fail too
-often"""
+of the campaign. With less, campaigns that pass are a selection whose intervals fail too often"""
 APART = 0.5
 """Twins closer than this, in relevant sizes, are one solution"""
 
