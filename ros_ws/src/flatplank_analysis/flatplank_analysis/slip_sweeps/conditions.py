@@ -76,7 +76,7 @@ def levels(held: Held, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _valleys(order: np.ndarray, apart: float) -> np.ndarray:
-    """Values between levels: centres of ranges of width `apart` with hardly any sample."""
+    """Values between levels: centres of gaps in a histogram with bins of a quarter of `apart`."""
     low, high = order[0], order[-1]
     bins = int(np.clip(np.ceil(4.0 * (high - low) / apart), 1, 4000))
     count, edges = np.histogram(order, bins=bins, range=(low, high if high > low else low + 1.0))
