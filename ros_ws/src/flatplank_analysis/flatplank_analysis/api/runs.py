@@ -74,7 +74,7 @@ def load(
     campaign = Campaign.load(folder, mapping=given)
     warn(campaign.problems)
     rows = [_row(campaign, run) for run in campaign.runs]
-    said = {k for k in rows[0] if k in SHOWN or any(_says(row[k], k) for row in rows)}
+    said = {k for k in rows[0] if k in SHOWN or any(_has_value(row[k], k) for row in rows)}
     frame = pd.DataFrame([{k: v for k, v in row.items() if k in said} for row in rows])
     frame.attrs = {"units": {k: UNITS[k] for k in frame if k in UNITS}}
     return frame
@@ -91,7 +91,7 @@ _FIELDS = [f for f in dataclasses.fields(RunRecord) if f.name not in _LEFT_OUT]
 _DEFAULTS = {f.name: f.default for f in _FIELDS}
 
 
-def _says(value: Any, key: str) -> bool:
+def _has_value(value: Any, key: str) -> bool:
     """False for a default, NaN among them."""
     return key not in _DEFAULTS or (value != _DEFAULTS[key] and not is_nan(value))
 

@@ -70,9 +70,9 @@ def load_runs(campaign: Campaign) -> TireRuns:
         raise NothingUsableError(
             f"no usable slip run{first}", campaign.path, "measure runs with a slip step"
         )
-    short = {i: problem for i, problem in _ended_early(tables)}
+    short = {i: problem for i, problem in _short_runs(tables)}
     tables = [t for i, t in enumerate(tables) if i not in short]
-    for problem in (*short.values(), *_dropped(tables)):
+    for problem in (*short.values(), *_incomplete_channels(tables)):
         campaign.note(problem)
     return from_tables(tables)
 
@@ -85,7 +85,7 @@ def _require(table: MeasurementTable) -> None:
             )
 
 
-def _ended_early(tables: list[MeasurementTable]) -> Iterator[tuple[int, Problem]]:
+def _short_runs(tables: list[MeasurementTable]) -> Iterator[tuple[int, Problem]]:
     """Runs, by index, that are much shorter than the median of their step position and waveform:
     all runs with the same step are computed up to the shortest."""
     places = [t["plank_position"] for t in tables]
@@ -101,7 +101,7 @@ def _ended_early(tables: list[MeasurementTable]) -> Iterator[tuple[int, Problem]
                 yield i, Problem(tables[i].info.file, what, remedy=remedy)
 
 
-def _dropped(tables: list[MeasurementTable]) -> Iterator[Problem]:
+def _incomplete_channels(tables: list[MeasurementTable]) -> Iterator[Problem]:
     """Channels that only some runs have: the search does not use them."""
     for name in COLUMNS:
         lacking = [t.info.file for t in tables if not t.has(name)]

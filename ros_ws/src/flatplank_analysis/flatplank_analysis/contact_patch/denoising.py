@@ -53,10 +53,10 @@ class Common:
         rest = rest - wheel
         profile, own = np.zeros_like(values), np.zeros_like(values)
         for rows in self.grids:
-            profile[rows] = _trusted(np.stack([self._smooth(rows, r) for r in rest[rows]]))
+            profile[rows] = _shrunk_mean(np.stack([self._smooth(rows, r) for r in rest[rows]]))
         rest = rest - profile
         for rows in self.groups:
-            own[rows] = _trusted(np.stack([self._smooth(rows, r) for r in rest[rows]]))
+            own[rows] = _shrunk_mean(np.stack([self._smooth(rows, r) for r in rest[rows]]))
         return profile + wheel + own
 
     def level(self, values: np.ndarray) -> np.ndarray:
@@ -96,7 +96,7 @@ class Common:
         return (size @ flat).reshape(rest.shape)
 
 
-def _trusted(each: np.ndarray) -> np.ndarray:
+def _shrunk_mean(each: np.ndarray) -> np.ndarray:
     """Mean of several courses (k, samples), shrunk towards zero by the noise they contain."""
     k, mean = len(each), each.mean(axis=0)
     if k < 2:

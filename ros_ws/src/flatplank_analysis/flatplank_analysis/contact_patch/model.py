@@ -78,9 +78,13 @@ class TireModel:
             for i, effect in sorted(enumerate(effects), key=lambda item: item[1].order)
         ]
         deep = [(e, e.with_values(v, 2)) for e, v in own]
-        if len(lanes) > 1 and _alike(values) and all(_alike(v) for e, v in own if _deep(e)):
+        if (
+            len(lanes) > 1
+            and _alike(values)
+            and all(_alike(v) for e, v in own if _acts_on_tire(e))
+        ):
             # lanes differ only in what the sensors show: one force for all
-            first = [(e, v[:1]) for e, v in own if _deep(e)]
+            first = [(e, v[:1]) for e, v in own if _acts_on_tire(e)]
             one = {k: v[:1] for k, v in base.items()}
             force = self._forces(one, 1, first, [(e, e.with_values(v, 2)) for e, v in first])
             force = np.broadcast_to(force, (2, len(lanes), *force.shape[2:]))
@@ -113,7 +117,7 @@ class TireModel:
             motion.rolled = rolled + turned[:, :, None] * along
         for effect, instance in deep:
             if effect.overrides("motion"):
-                _act(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
+                _call_hook(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
         return motion
 
     def _tire(self, base: dict, lanes: int, own: list, deep: list) -> tuple[Tire, np.ndarray]:
@@ -127,7 +131,7 @@ class TireModel:
         for effect, instance in deep:
             if effect.overrides("tire"):
                 object.__setattr__(instance, "per_run", flat[id(effect)])
-                _act(effect, instance.tire, tire, ("load", "friction"), shape)
+                _call_hook(effect, instance.tire, tire, ("load", "friction"), shape)
         return tire, params
 
     def _fill(self, base: dict, params: np.ndarray) -> None:
@@ -186,9 +190,9 @@ class TireModel:
         across = 1 if block[..., kernel.COMBINE].any() else None
         if any(effect.overrides("node") for effect, _ in own):
             given = ds, dw, dt, load, friction
-            self._slow(own, (lanes, runs), given, block, nominal, force, across)
+            self._solve_by_node(own, (lanes, runs), given, block, nominal, force, across)
         else:
-            todo = _todo(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
+            todo = _distinct_lanes(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
 
             def part(blocks: np.ndarray, do_x: bool, do_y: bool) -> None:
                 kernel.sweep(
@@ -204,7 +208,7 @@ class TireModel:
                 shaped[axis, ~todo[axis]] = shaped[axis, 0]
         return force.reshape(2, lanes, runs, samples)
 
-    def _slow(self, own, shape, given, block, nominal, force, across) -> None:
+    def _solve_by_node(self, own, shape, given, block, nominal, force, across) -> None:
         """Solve node by node, with the effects that need the last force."""
         ds, dw, dt, load, friction = given
         blocks = kernel.blocks_of(np.arange(len(ds)))
@@ -220,7 +224,7 @@ class TireModel:
                 names = ("travel", "slip", "lateral", "load", "friction")
                 for name, value in zip(names, now, strict=True):
                     setattr(node, name, value.reshape(shape).copy())
-                _act(type(effect), effect.node, node, names, shape)
+                _call_hook(type(effect), effect.node, node, names, shape)
                 now = [np.reshape(getattr(node, k), -1) for k in names]
             travel, slip, lateral, w, mu = (np.ascontiguousarray(a)[:, None] for a in now)
             both, time = np.stack([slip, lateral]), np.ascontiguousarray(dt[:, n : n + 1])
@@ -234,7 +238,7 @@ class TireModel:
         names = self.runs.channels
         for effect, instance in deep:
             if effect.overrides("signal"):
-                _act(effect, instance.signal, signal, names, force.shape[1:])
+                _call_hook(effect, instance.signal, signal, names, force.shape[1:])
         if "fz" in names and np.any(signal.fz):
             signal.fz = self.data.only_common(signal.fz)
         return [getattr(signal, name) for name in names]
@@ -244,12 +248,12 @@ def _alike(values: np.ndarray) -> bool:
     return not (values != values[0]).any()
 
 
-def _deep(effect) -> bool:
+def _acts_on_tire(effect) -> bool:
     """True when an effect acts between tire and road, not only on the sensors."""
     return any(effect.overrides(hook) for hook in ("motion", "tire", "node"))
 
 
-def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
+def _call_hook(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
     """Call a hook; the arrays that it may change must keep their shape."""
     ask(effect, hook, argument)
     for name in names:
@@ -278,7 +282,7 @@ def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bo
                 yield part, do_x, do_y
 
 
-def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
+def _distinct_lanes(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
     """(2, lanes): False where a lane has the same inputs as the first one in that direction."""
     out = np.ones((2, lanes), dtype=bool)
     common = [a.reshape(lanes, -1) for a in (ds, load, friction)]

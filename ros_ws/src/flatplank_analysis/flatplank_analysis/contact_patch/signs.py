@@ -64,15 +64,15 @@ def wrong_signs(tables: Sequence[MeasurementTable]) -> tuple[WrongSign, ...]:
     """Wrong signs in the runs of a campaign; () when all agree with ISO W."""
     runs = [_run(t) for t in tables]
     return (
-        *_told(("fz",), [(1.0, r.fz) for r in runs],
+        *_sign_of(("fz",), [(1.0, r.fz) for r in runs],
                "Fz < 0 in {}, a loaded tire has Fz > 0"),
-        *_told(("wheel_angle", "plank_position"), [(1.0, r.turned) for r in runs if r.turned],
+        *_sign_of(("wheel_angle", "plank_position"), [(1.0, r.turned) for r in runs if r.turned],
                "wheel and plank go against each other in {}"),
         *_slip(runs),
-        *_told(("alpha_deg", "fy"), [*_by_angle(runs)],
+        *_sign_of(("alpha_deg", "fy"), [*_by_angle(runs)],
                "Fy has the sign of alpha in {}; ISO W: alpha > 0 gives Fy < 0"
                " (in SAE tables alpha > 0 gives Fy > 0)"),
-        *_told(("gamma_deg", "fy"), [*_by_camber(runs)],
+        *_sign_of(("gamma_deg", "fy"), [*_by_camber(runs)],
                "camber thrust has the sign of gamma in {}; ISO W: the other"),
     )  # fmt: skip
 
@@ -97,14 +97,16 @@ def _run(table: MeasurementTable) -> _Run:
         alpha=info.alpha_deg,
         gamma=info.gamma_deg,
         load=info.fz if np.isfinite(info.fz) else abs(fz),
-        turned=float(np.ptp(place)) * _gone(table, "wheel_angle") * _gone(table, "plank_position"),
+        turned=float(np.ptp(place))
+        * _change_of(table, "wheel_angle")
+        * _change_of(table, "plank_position"),
         step_x=mean("fx", late) - mean("fx", early) if stepped else np.nan,
         side=mean("fy", early),
         fz=fz,
     )
 
 
-def _gone(table: MeasurementTable, name: str) -> float:
+def _change_of(table: MeasurementTable, name: str) -> float:
     if not table.has(name):
         return 0.0
     values = table[name][np.isfinite(table[name])]
@@ -121,7 +123,7 @@ def _rolled(table: MeasurementTable, where: np.ndarray) -> float:
     return float(abs((angle[-1] - angle[0]) / ((place[-1] - place[0]) or np.nan)))
 
 
-def _against(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
+def _contradictions(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
     """Number of pairs (given, force) with opposite signs, and of pairs; 0 when unclear."""
     good = [(a, b) for a, b in pairs if np.isfinite(a) and np.isfinite(b) and a != 0.0]
     weight = sum(abs(b) for _, b in good)
@@ -130,11 +132,11 @@ def _against(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
     return (len(wrong) if clear else 0), len(good)
 
 
-def _told(
+def _sign_of(
     names: tuple[str, ...], pairs: Sequence[tuple[float, float]], text: str
 ) -> Iterator[WrongSign]:
     """A wrong sign for these names, where the pairs (given, force) clearly have opposite signs."""
-    wrong, count = _against(pairs)
+    wrong, count = _contradictions(pairs)
     if wrong:
         yield WrongSign(names, text.format(f"{wrong} of {count} runs"))
 
@@ -142,8 +144,8 @@ def _told(
 def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
     """Compare the record's kappa, the slip of the encoders and Fx: two decide against one."""
     slipped = [r for r in runs if abs(r.kappa) >= SLIP and abs(r.step_x) > SEEN * r.load]
-    wrong, count = _against([(r.kappa, r.step_x) for r in slipped])
-    turned, seen = _against([(r.kappa, r.measured_kappa) for r in slipped])
+    wrong, count = _contradictions([(r.kappa, r.step_x) for r in slipped])
+    turned, seen = _contradictions([(r.kappa, r.measured_kappa) for r in slipped])
     if wrong and not turned:
         text = f"a driving step lowers Fx in {wrong} of {count} runs, it ought to raise it"
         yield WrongSign(("fx",), text)

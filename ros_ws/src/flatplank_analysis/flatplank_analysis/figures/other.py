@@ -18,7 +18,7 @@ SPAN = (0.8, 1.1)
 """Range of the curves: shares of the lowest and of the highest frequency of a run."""
 
 
-def _told(run: dict) -> str:
+def _fitted(run: dict) -> str:
     """Parameters in words; waves much shorter than 2 pi sigma determine only their ratio."""
     sigma, stiffness = run["sigma"], 1e-3 * run["slip_stiffness"]
     if run["determined"]:
@@ -36,7 +36,7 @@ def waveforms(result: CampaignResult) -> Iterator[Figure]:
         yield Figure(
             f"waveform_{run['run']}",
             f"{run['waveform'].replace('_', ' ').capitalize()}, {run['run']}",
-            f"Linear model driven by the measured slip: {_told(run)}, RMSE {run['rmse']:.0f} N.",
+            f"Linear model driven by the measured slip: {_fitted(run)}, RMSE {run['rmse']:.0f} N.",
             (
                 Panel(pieces.SINCE_STEP, pieces.SLIP, [slip], span),
                 Panel(pieces.SINCE_STEP, pieces.FX, force, span),

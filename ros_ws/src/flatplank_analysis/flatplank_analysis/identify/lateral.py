@@ -165,12 +165,12 @@ class _Steady:
         rows = [
             (force + p["fy0"] - self.fy) / SHARE["fy"],
             (p["mz0"] - arm * force - self.mz) / SHARE["mz"],
-            *self._even_left(slip),
+            *self._odd_differences(slip),
         ]
         rows += [p[name] / spread for name, spread in PRIOR.items()]
         return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
 
-    def _even_left(self, slip: np.ndarray) -> list[np.ndarray]:
+    def _odd_differences(self, slip: np.ndarray) -> list[np.ndarray]:
         """Half the difference of Fx at +alpha and -alpha: parts even in alpha cancel."""
         rows = []
         for i, angle in enumerate(self.angle):

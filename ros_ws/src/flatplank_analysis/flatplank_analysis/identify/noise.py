@@ -195,7 +195,9 @@ def run_covariance(
     kept = values > 1e-13 * max(float(values[-1]), 1e-300)
     back = vectors[:, kept] / np.sqrt(values[kept])
     whole = back.T @ informations @ back
-    freed = np.array([_freed(k, back.T @ s) for k, s in zip(whole, scores, strict=True)])
+    freed = np.array(
+        [_leverage_corrected(k, back.T @ s) for k, s in zip(whole, scores, strict=True)]
+    )
     if carried is not None:
         pull = carried.response @ jacobian @ back
         np.add.at(freed, place[len(run) :], -pull)
@@ -206,7 +208,7 @@ def run_covariance(
     return Covariance(back @ matrix @ back.T, dof, names, freed @ back.T)
 
 
-def _freed(share: np.ndarray, score: np.ndarray) -> np.ndarray:
+def _leverage_corrected(share: np.ndarray, score: np.ndarray) -> np.ndarray:
     """(I - K_r)^(-1/2) score: corrects for the influence of the run on the fit."""
     values, vectors = np.linalg.eigh(share)
     values = np.clip(values, 0.0, LEVERAGE_LIMIT)

@@ -93,7 +93,9 @@ def log_e(bet: Bet, data: TireRuns, rows: np.ndarray) -> float:
     rows = np.array([r for r in rows if told_of(known, every[r])], dtype=int)
     if not len(rows):
         return 0.0
-    claim, null = (_surprise(bet.state, fit, data, rows) for fit in (bet.claim, bet.null))
+    claim, null = (
+        _negative_log_density(bet.state, fit, data, rows) for fit in (bet.claim, bet.null)
+    )
     return (null - claim) / bet.dispersion
 
 
@@ -105,7 +107,7 @@ def told_of(known: Sequence[Setting], other: Setting) -> bool:
     return bool(slips) and min(slips) <= other.kappa <= max(slips)
 
 
-def _surprise(state: State, fit: Fit, data: TireRuns, rows: np.ndarray) -> float:
+def _negative_log_density(state: State, fit: Fit, data: TireRuns, rows: np.ndarray) -> float:
     """Negative log predictive density of the new runs for a fit of the old ones, without terms
     that are the same for all fits."""
     model = TireModel(data)
@@ -118,7 +120,7 @@ def _surprise(state: State, fit: Fit, data: TireRuns, rows: np.ndarray) -> float
     here = replace(there, predicted=predicted[:, rows], jacobian=there.jacobian[:, :, rows])
     metric = _metric(state, model, here, rows)
     loose = fit.loose()
-    law = _law(runs.condition, here.predicted)
+    law = _law_error_columns(runs.condition, here.predicted)
     columns = np.concatenate([here.jacobian[loose], law])
     gram = metric.gram(runs.measured - here.predicted, columns)
     products, scores, energy = gram.total()
@@ -132,7 +134,7 @@ def _surprise(state: State, fit: Fit, data: TireRuns, rows: np.ndarray) -> float
     return 0.5 * (energy - explained + grown)
 
 
-def _law(condition: np.ndarray, predicted: np.ndarray) -> np.ndarray:
+def _law_error_columns(condition: np.ndarray, predicted: np.ndarray) -> np.ndarray:
     """Columns of the law's error: a factor on the first channel in each condition."""
     out = np.zeros((int(condition.max()) + 1, *predicted.shape))
     for c in range(len(out)):

@@ -65,14 +65,14 @@ def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) ->
     predictor = Predictor(search.model)
     if result.found:
         out = list(_between(search, predictor))
-        out += _of_evidence(search, predictor, evidence, made)
+        out += _evidence_questions(search, predictor, evidence, made)
     else:
-        out = list(_of_suspect(search, predictor))
+        out = list(_suspect_question(search, predictor))
     if result.verdict in (verdict.NONE, verdict.PARTLY):
         out.append(_of_place(made))
-        out += _of_levels(made, _left(search))
+        out += _of_levels(made, _residual_excess(search))
     if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
-        out.append(_of_all(search, predictor, len({s.repeats for s in made})))
+        out.append(_absence_question(search, predictor, len({s.repeats for s in made})))
     return out
 
 
@@ -88,15 +88,15 @@ def _between(search: Search, predictor: Predictor):
             needed = CLEAR * indifferent(found.decision, explained) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
             text = f"to separate {name} from {rival.name}"
-            yield Question(text, min(excess, needed), needed, _beyond(apart, drop))
+            yield Question(text, min(excess, needed), needed, _beyond_indifference(apart, drop))
 
 
-def _beyond(apart: Gain, drop: Gain) -> Gain:
+def _beyond_indifference(apart: Gain, drop: Gain) -> Gain:
     """Expected increase of a difference, minus the share that does not decide."""
     return lambda settings: max(apart(settings) - ALIKE * drop(settings), 0.0)
 
 
-def _of_evidence(
+def _evidence_questions(
     search: Search, predictor: Predictor, evidence: Evidence, made: Sequence[Setting]
 ) -> list[Question]:
     """Runs to which no bet was fitted, to refute the tire alone."""
@@ -115,7 +115,7 @@ def _of_evidence(
     return [Question(text, evidence.log, -math.log(ALPHA), gain)]
 
 
-def _of_suspect(search: Search, predictor: Predictor):
+def _suspect_question(search: Search, predictor: Predictor):
     """An effect that is likely but not accepted yet."""
     d = suspect(search)
     if d is None:
@@ -162,7 +162,7 @@ def _of_place(made: Sequence[Setting]) -> Question:
     )
 
 
-def _left(search: Search) -> np.ndarray:
+def _residual_excess(search: Search) -> np.ndarray:
     """Residual above the floor in the condition of each run [N]."""
     runs, floor = search.model.runs, search.last.state.floors[0]
     out = np.zeros(runs.runs)
@@ -204,29 +204,29 @@ def _of_levels(made: Sequence[Setting], left: Sequence[float]) -> Iterator[Quest
     )
 
 
-def _of_all(search: Search, predictor: Predictor, conditions: int) -> Question:
+def _absence_question(search: Search, predictor: Predictor, conditions: int) -> Question:
     """Whether any effect of consequence would have been detected: the least detectable effect of
     those that the bench shows at all."""
     state = search.last.state
-    terms = _that_matter(search)
+    terms = _effects_that_matter(search)
     weight = weight_of(state)
     old = _products(state.model, state.fit, terms, weight)
     known: dict[Setting, np.ndarray] = {}
-    had = np.minimum(0.5 * _seen(old, len(terms)), SEEN)
+    had = np.minimum(0.5 * _separations(old, len(terms)), SEEN)
 
     def gain(settings: tuple[Setting, ...]) -> float:
         for s in settings:
             if s not in known:
                 known[s] = _products(predictor(s), state.fit, terms, weight)
         more = old + sum(known[s] for s in settings)
-        return float(np.mean(np.minimum(0.5 * _seen(more, len(terms)), SEEN) - had))
+        return float(np.mean(np.minimum(0.5 * _separations(more, len(terms)), SEEN) - had))
 
     have = float(np.mean(had)) if terms else SEEN
     needed = 0.9 * SEEN if conditions >= FEW_CONDITIONS else SEEN
     return Question("to see what could still be hidden", have, needed, gain)
 
 
-def _that_matter(search: Search) -> list[Term]:
+def _effects_that_matter(search: Search) -> list[Term]:
     """Effects that the runs show at all, at the size that matters."""
     out = []
     for item in best_per_effect(search.last.screen):
@@ -253,7 +253,7 @@ def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarr
     return products_of(columns)
 
 
-def _seen(products: np.ndarray, effects: int) -> np.ndarray:
+def _separations(products: np.ndarray, effects: int) -> np.ndarray:
     """Separation of each effect from the tire alone."""
     n = len(products) - effects
     cross = products[:n, n:]

@@ -98,19 +98,21 @@ def candidates(
     """Runs around the existing ones, without those that were handed back twice, or refused."""
     refused = handed_back or {}
     found: dict[tuple[Setting, ...], Candidate] = {}
-    for c in _around(made):
+    for c in _candidates_around(made):
         if all(refused.get(s, 0) < TWICE for s in c.settings):
             found.setdefault(c.settings, c)
     return list(found.values())
 
 
-def _around(made: Sequence[Setting]) -> Iterator[Candidate]:
+def _candidates_around(made: Sequence[Setting]) -> Iterator[Candidate]:
     usual = _usual(made)
     for s in dict.fromkeys(replace(s, start=1) for s in made):
-        yield _more(made, s, f"slip {100 * s.kappa:+g} % once more{_where(s, usual)}")
+        yield _one_more_run(made, s, f"slip {100 * s.kappa:+g} % once more{_where(s, usual)}")
     for kappa in SLIPS:
-        yield _more(made, replace(usual, kappa=kappa), f"slip {100 * kappa:+g} %, a new level")
-    for kappa in _leading(s.kappa for s in made):
+        yield _one_more_run(
+            made, replace(usual, kappa=kappa), f"slip {100 * kappa:+g} %, a new level"
+        )
+    for kappa in _extreme_slips(s.kappa for s in made):
         base, text = replace(usual, kappa=kappa), f"slip {100 * kappa:+g} %"
         others = [
             *(replace(base, step_position=round(usual.step_position + d, 3)) for d in STEPS),
@@ -119,7 +121,7 @@ def _around(made: Sequence[Setting]) -> Iterator[Candidate]:
             *(replace(base, alpha_deg=usual.alpha_deg + d) for d in ANGLES),
         ]
         for other in others:
-            yield _more(made, other, text + _where(other, usual))
+            yield _one_more_run(made, other, text + _where(other, usual))
 
 
 def _usual(made: Sequence[Setting]) -> Setting:
@@ -143,7 +145,7 @@ def _where(s: Setting, usual: Setting) -> str:
     return "".join(text for text, yes in differs.items() if yes)
 
 
-def _leading(kappas: Iterable[float]) -> list[float]:
+def _extreme_slips(kappas: Iterable[float]) -> list[float]:
     """The smallest and the largest slip of either sign: small ones show play, large ones
     friction."""
     known = sorted(set(kappas), key=abs)
@@ -154,7 +156,7 @@ def _leading(kappas: Iterable[float]) -> list[float]:
     return list(dict.fromkeys(out))
 
 
-def _more(made: Sequence[Setting], s: Setting, text: str) -> Candidate:
+def _one_more_run(made: Sequence[Setting], s: Setting, text: str) -> Candidate:
     """One more run of an existing condition, from its least used wheel angle; two of a new
     condition."""
     count = Counter(m.start for m in made if m.repeats == s.repeats)

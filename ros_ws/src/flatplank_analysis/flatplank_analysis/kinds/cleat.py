@@ -75,7 +75,7 @@ def cleat(table: MeasurementTable) -> Cleat:
             table.info.file,
             "write parameters: {measurement: {cleat_mm: ...}}",
         )
-    x, fx, fz = _around(table)
+    x, fx, fz = _near_cleat(table)
     unknowns = (
         Unknown("C_z", "N/m", float(np.ptp(fz)) / height, 1e4, 2e6),
         Unknown("R_cam", "m", 0.3, 0.02, 3.0),
@@ -129,7 +129,7 @@ def _peak(table: MeasurementTable) -> float:
     return float(x[int(np.argmax(fz))])
 
 
-def _around(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _near_cleat(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Travel since the largest load [m], Fx and Fz [N] around the cleat."""
     rows = np.vstack([table["fx"], table["fz"]])
     distance, (fx, fz) = bin_means(table["plank_position"] - _peak(table), rows, SPACING)

@@ -40,11 +40,13 @@ def exchange_test(
         part = weight * responses[:, g]
         along[:, g] = np.einsum("rt,hrt->hr", weight * contrast[g], part)
         inner.append(np.einsum("hrt,hst->hrs", part, part))
-    taken = np.array([_taken(runs, along, inner, drawn**k) for k in POWERS]).max(axis=0)
+    taken = np.array([_explained_energy(runs, along, inner, drawn**k) for k in POWERS]).max(axis=0)
     return float(np.mean(taken >= taken[0] * (1.0 - 1e-9)))
 
 
-def _taken(runs: RunSet, along: np.ndarray, inner: list[np.ndarray], u: np.ndarray) -> np.ndarray:
+def _explained_energy(
+    runs: RunSet, along: np.ndarray, inner: list[np.ndarray], u: np.ndarray
+) -> np.ndarray:
     """Energy of the contrasts explained by the best response, for sets of values u (n, runs)."""
     energy = np.zeros((len(along), len(u)))
     for g, products in zip(runs.groups, inner, strict=True):

@@ -113,13 +113,13 @@ def of_diagnosis(
     only = _columns(session) if result.verdict in _NAMED else None
     made = Proposal(NOTHING, f"{result.verdict}: {result.reason}", result)
     if only != []:
-        made = _beside(session, result, model, only, progress)
+        made = _residual_proposal(session, result, model, only, progress)
     if made.sentence is None and result.verdict in _NAMED:
-        made = _in_place(session, result, model, progress) or made
+        made = _replacing_proposal(session, result, model, progress) or made
     return replace(made, seconds=time.perf_counter() - began)
 
 
-def _beside(
+def _residual_proposal(
     session: Session, result: Diagnosis, model: ModelFile | None, only: list[str] | None,
     progress: Progress | None,
 ) -> Proposal:  # fmt: skip
@@ -133,7 +133,7 @@ def _beside(
     if why:
         return Proposal(NOTHING, why, result, outcome)
     assert outcome.best is not None
-    made = _written(session, result, step, outcome, outcome.best, model)
+    made = _refitted_proposal(session, result, step, outcome, outcome.best, model)
     assert made.numbers is not None and made.sentence is not None
     against = refuted(made.numbers, result.verdict in _AT_FLOOR)
     if against:
@@ -142,7 +142,7 @@ def _beside(
     return made
 
 
-def _in_place(
+def _replacing_proposal(
     session: Session, result: Diagnosis, model: ModelFile | None, progress: Progress | None
 ) -> Proposal | None:
     """A sentence that fits better than all effects that were found; None when there is none.
@@ -158,7 +158,7 @@ def _in_place(
     margin = EVIDENCE * proposer.level + ALIKE * (first.state.whitened.chi2 - together.chi2)
     if outcome.best is None or outcome.best.found.chi2 > together.chi2 - margin:
         return None
-    made = _written(session, result, first, outcome, outcome.best, model)
+    made = _refitted_proposal(session, result, first, outcome, outcome.best, model)
     assert made.numbers is not None
     if refuted(made.numbers):
         return None
@@ -248,7 +248,7 @@ def refuted(numbers: dict[str, Any], at_floor: bool = False) -> str:
     return ""
 
 
-def _written(
+def _refitted_proposal(
     session: Session, result: Diagnosis, step: Step, outcome: Outcome, best: Tried,
     model: ModelFile | None,
 ) -> Proposal:  # fmt: skip
@@ -260,7 +260,7 @@ def _written(
     _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))
     numbers |= {
         "held_out_level": verdict.six_digits(held_out_level(after.state)),
-        "acts_in": verdict.six_digits(_acting_in(after.state)),
+        "acts_in": verdict.six_digits(_acting_share(after.state)),
     }
     if numbers["rmse"] > invariants.limits(after.state).error:
         numbers["doubts"].append("the error is not at the floor: more is left than this")
@@ -271,13 +271,13 @@ def _written(
         best.sentence,
         numbers={n: named[n] for n in best.sentence.numbers},
         interval=(low, high),
-        told=tuple(_told(session, numbers, outcome, after)),
+        told=tuple(_data_sentences(session, numbers, outcome, after)),
     )
     reason = f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N"
     return Proposal(PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers)
 
 
-def _acting_in(state: State) -> float:
+def _acting_share(state: State) -> float:
     """Share of all samples with force of the last effect in the first channel (participation
     ratio): one where it is the same everywhere, small where it acts at one place."""
     square = amplitude(state.fit, len(state.fit.terms) - 1)[0] ** 2
@@ -301,7 +301,9 @@ def _named(s: Sentence, session: Session) -> Sentence:
     return s
 
 
-def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) -> Iterator[str]:
+def _data_sentences(
+    session: Session, n: dict[str, Any], outcome: Outcome, after: Step
+) -> Iterator[str]:
     """Sentences about the data, for the head of the file."""
     runs, folder = session.data.runs, Path(session.campaign.path).name
     yield f"From {runs.runs} runs of {len(runs.groups)} conditions of {folder}."

@@ -164,7 +164,7 @@ class Scanner:
         """The best wave over a place, constant or decaying after the step."""
         if site.place.span.kind != PLACE:
             return None
-        made = [f for f in (self._hinted(s, at) for s, at in _waving(site, self.event)) if f]
+        made = [f for f in (self._hinted(s, at) for s, at in _wave_shapes(site, self.event)) if f]
         if not made:
             return None
         best = max(made, key=lambda f: f.gain)
@@ -217,7 +217,7 @@ class Scanner:
         """Every shape that suits a site, with its best numbers."""
         site, span = scanned.site, scanned.site.place.span
         if scanned.kind == WAVE:
-            found = [*_waving(site, self.event), (shapes()["beat"], site)]
+            found = [*_wave_shapes(site, self.event), (shapes()["beat"], site)]
             yield from (f for f in (self._hinted(s, at) for s, at in found) if f)
             return
         direct = [s for s in shapes().values() if s.suits(span) and not waves(s)]
@@ -273,7 +273,7 @@ def _best(site: Site, shape: Shape, knots: np.ndarray, scores: Scores) -> Formed
     return best
 
 
-def _waving(site: Site, event: Place | None) -> Iterator[tuple[Shape, Site]]:
+def _wave_shapes(site: Site, event: Place | None) -> Iterator[tuple[Shape, Site]]:
     """Single waves over a place and their sites; decaying ones begin at the step."""
     yield shapes()["wave"], site
     if event and EVENT in (site.place.name, *site.place.alias):

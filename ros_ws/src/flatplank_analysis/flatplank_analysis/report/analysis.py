@@ -129,7 +129,7 @@ def analyse_point(job: PointJob) -> PointResult:
         tables: list[MeasurementTable] = []
         problems += problems_of(runs, partial(_keep, tables), COLUMNS)
         rolled = [t for t in tables if t.has("wheel_angle") or t.has("motor_velocity")]
-        found_radii = _told(problems, radius_of_run, rolled)
+        found_radii = _results_of(problems, radius_of_run, rolled)
         radii += [r for r in found_radii if math.isfinite(r.radius)]
         if condition.measurement == "slip" and tables:
             for kept, found_here in zip(more, beside(tables), strict=True):
@@ -137,7 +137,7 @@ def analyse_point(job: PointJob) -> PointResult:
             found = _guarded(problems, condition_result, condition, tables)
             if found is not None:
                 conditions.append(found)
-                steps += _told(problems, step_run, tables)
+                steps += _results_of(problems, step_run, tables)
     carcass, why, models = None, "", {}
     if conditions:
         models["linear"] = linear_curves(conditions)
@@ -167,7 +167,9 @@ def _guarded(problems: list[Problem], function: Callable, *args: object, file: s
         return None
 
 
-def _told(problems: list[Problem], function: Callable, tables: Iterable[MeasurementTable]) -> list:
+def _results_of(
+    problems: list[Problem], function: Callable, tables: Iterable[MeasurementTable]
+) -> list:
     """Results of a function for the tables that it can use."""
     found = (_guarded(problems, function, t, file=t.info.file) for t in tables)
     return [value for value in found if value is not None]

@@ -275,7 +275,7 @@ def _frequency(found: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _by_itself(tell: Callable[[MeasurementTable], Any], table: MeasurementTable) -> Found:
+def _single_run_result(tell: Callable[[MeasurementTable], Any], table: MeasurementTable) -> Found:
     return {"run": table.info.name, "condition": table.info.condition, "found": tell(table)}
 
 
@@ -286,5 +286,5 @@ EXTRAS: dict[str, Extra] = {
     "unloaded_turn": _unloaded,
     "free_rolling": _rows("free_rolling", _free_rolling),
     "waveform": _rows("waveforms", waveform_run),
-} | {kind: _rows(kind, partial(_by_itself, tell)) for kind, tell in RUN_BY_RUN.items()}
+} | {kind: _rows(kind, partial(_single_run_result, tell)) for kind, tell in RUN_BY_RUN.items()}
 """kind of measurement -> its evaluation, in this order"""

@@ -102,7 +102,7 @@ def source_table(result: CampaignResult) -> Table:
         ("by the force [%]", lambda p: 100.0 * (p[2] - p[3])),
         ("left [%]", lambda p: 100.0 * p[3]),
         ("left as force [N]", lambda p: p[3] * max(p[0].slip_stiffness, p[1].slip_stiffness)),
-        ("reading", lambda p: _reading(p[0], p[1], p[3])),
+        ("reading", lambda p: _explanation(p[0], p[1], p[3])),
     )
     note = (
         "First source less the second. By the force: Fx differs, and F makes a slip F/C_Fκ. What "
@@ -111,7 +111,7 @@ def source_table(result: CampaignResult) -> Table:
     return point_table("radius_sources", "Why rolling radii differ", rows, columns, note)
 
 
-def _reading(one: RadiusValue, other: RadiusValue, left: float) -> str:
+def _explanation(one: RadiusValue, other: RadiusValue, left: float) -> str:
     """Explanation of the remaining difference, as far as these runs allow."""
     if not math.isfinite(left):
         return "no slip stiffness: the force's share is not known"
