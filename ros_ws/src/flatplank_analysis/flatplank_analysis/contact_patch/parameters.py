@@ -1,5 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the base of the search; those that the campaign cannot determine are left out."""
+"""Parameters of the base of the search; those that the campaign cannot determine are left out.
+
+Steady force (`kernel.saturation`): `stiff` slip stiffness, `peak` friction, `shape` n, `fall` drop
+beyond the peak, `round` 1 for a curve without quadratic term, 0 for a brush, `denom` ns.
+Transient: `carcass` stiffness, `half` half contact length, `tread` factor in (7.19), `memory` w of
+the patch, `feel` how far the slip stiffness follows the load within a run. Combined slip
+(`kernel.shared`): `combine` share of the other slip, `swing`, `rotate`, `turn_y`, `grip_y`
+friction across over along. Endings: `_y` across the wheel plane; `_load`, `_bend`, `_pressure`
+linear and quadratic dependence on load, and on pressure.
+"""
 
 from __future__ import annotations
 

@@ -151,13 +151,13 @@ class Judge:
         kappa_c, freedom_c = among_conditions(runs.groups, local, info)
         # an effect that shows in two conditions has one degree of freedom: too few for a
         # dispersion of its own, so it is shrunk towards that among repeats
-        lent = max(PRIOR, self.usual.freedom)
-        drawn = (freedom_c * kappa_c + lent * kappa) / (freedom_c + lent)
-        drawn += _of_the_law(state, gram, base) / max(float(info.sum()), 1e-30)
+        prior_freedom = max(PRIOR, self.usual.freedom)
+        shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
+        shrunk += _of_the_law(state, gram, base) / max(float(info.sum()), 1e-30)
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
-        worth = 12.0 if term.effect.kind == "tire" else 6.0
-        wide = 5.0 if term.effect.local else 1.0
+        per_freedom = 12.0 if term.effect.kind == "tire" else 6.0
+        local_factor = 5.0 if term.effect.local else 1.0
         # the model's law has not the form of the tire's; repeats do not show this error, and the
         # smaller the visible share of an effect, the more of its size the law can imitate
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
@@ -165,15 +165,18 @@ class Judge:
         if visible < FAINT:
             visible = max(visible, self._visible_beside_the_bare(direction))
         form = FORM**2 / max(visible, 1e-9)
-        variance = max(kappa, drawn) / max(float(info.sum()), 1e-30) + form
-        allowed = worth * stretch_n + wide * SAME * drop, worth * condition_n + SAME * drop
+        variance = max(kappa, shrunk) / max(float(info.sum()), 1e-30) + form
+        allowed = (
+            per_freedom * stretch_n + local_factor * SAME * drop,
+            per_freedom * condition_n + SAME * drop,
+        )
         if stretch_q > allowed[0] or condition_q > allowed[1]:
             # a fault of another form has a different size in every stretch and condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         spread = abs(term.size) * float(student.ppf(0.95, freedom)) * np.sqrt(variance)
         p_repeats = _p_value(drop, k, kappa, freedom)
         # without repeats only conditions remain, which must then meet the family-wise level
-        p_conditions = _p_value(drop, k, drawn, freedom_c + lent)
+        p_conditions = _p_value(drop, k, shrunk, freedom_c + prior_freedom)
         decision = Decision(
             term=term,
             drop=drop,
@@ -230,7 +233,7 @@ def _reasons(d: Decision) -> Iterator[str]:
 
 
 def at_edge(term: Term) -> bool:
-    """True when the size stands at an end of its physical range."""
+    """True when the size is at an end of its physical range."""
     p = term.effect.main_parameter()
     value, width = term.named()[p.name], p.upper - p.lower
     low, high = value <= p.lower + 1e-6 * width, value >= p.upper - 1e-6 * width

@@ -75,7 +75,7 @@ class Pair:
         return _lambda(self.old + sum(more))
 
     def gain(self, planned: Model) -> float:
-        """What a planned run adds to the separation."""
+        """Increase of the separation by a planned run."""
         return self.separation(self.products(planned)) - self.separation()
 
 

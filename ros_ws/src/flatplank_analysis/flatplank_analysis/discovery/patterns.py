@@ -155,7 +155,7 @@ class _Kind:
     """(n, 2): middle and width of a bump, crest and period of a wave"""
 
     def shapes(self, values: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-        """Of some numbers (n, 2) over a place (runs, samples): (n, runs, samples)."""
+        """Shapes (n, runs, samples) for numbers (n, 2) over a place (runs, samples)."""
         at, width = numbers[:, 0, None, None], numbers[:, 1, None, None]
         u = (values - at) / width
         if self.waves:
@@ -188,10 +188,10 @@ class _TestedPatterns:
     place: _Place
     kind: _Kind
     group: np.ndarray
-    """(runs,) of 0 and 1"""
+    """(runs,) mask of 0 and 1"""
     under: str
     sizes: np.ndarray
-    """(n,) in the mean residual"""
+    """(n,) amplitudes in the mean residual"""
 
     def column(self, i: int) -> np.ndarray:
         (shape,) = self.kind.shapes(self.place.values, self.kind.numbers[i : i + 1])
@@ -210,7 +210,7 @@ class _TestedPatterns:
 
 
 def _tested(runs: RunSet, place: _Place, mean: np.ndarray) -> Iterator[_TestedPatterns]:
-    """All kinds over a place in all groups; mean (conditions, samples): what is left."""
+    """All patterns over a place in all groups of runs; mean (conditions, samples): residual."""
     heads = [g[0] for g in runs.groups]
     for kind in (*_bumps(place), *_waves(place)):
         own = kind.shapes(place.values[heads], kind.numbers)
@@ -222,7 +222,7 @@ def _tested(runs: RunSet, place: _Place, mean: np.ndarray) -> Iterator[_TestedPa
 
 
 class _ModelColumns:
-    """What the model itself can take."""
+    """The model's own columns, which are projected out of every pattern."""
 
     def __init__(
         self, runs: RunSet, metric: Metric, columns: np.ndarray, left: np.ndarray
@@ -247,7 +247,7 @@ class _ModelColumns:
         return score**2 / info if info > SEEN * products[-1, -1] else 0.0
 
     def dispersion(self, column: np.ndarray) -> tuple[float, float]:
-        """Of the scores of a pattern among repeats, and its freedom."""
+        """Dispersion of the scores of a pattern among repeats, and its degrees of freedom."""
         gram = self.gram(column)
         return among_repeats(self.runs.groups, *scores_of(gram, self.base.shape[1]))
 
@@ -256,6 +256,6 @@ class _ModelColumns:
         return usual([k for k, _ in pairs], [f for _, f in pairs])
 
     def p_value(self, gain: float, column: np.ndarray, known: Usual) -> float:
-        """Of one pattern, without the looking."""
+        """p-value of one pattern, not corrected for the number of patterns tested."""
         kappa, freedom = known.draw(*self.dispersion(column))
         return float(f_distribution.sf(gain / kappa, 1, freedom))
