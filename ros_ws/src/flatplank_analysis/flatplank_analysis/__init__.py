@@ -3,7 +3,7 @@
 
 For notebooks and scripts: `load`, `fit`, `diagnose`, `write_report`, `sweeps`, and `Motion` with
 `explain` for machines that are no tires (docs/python.md).
-They are imported when they are asked for: nodes import this package, too, and need none of it.
+They are imported on first use: nodes import this package, too, and need none of them.
 """
 
 from __future__ import annotations

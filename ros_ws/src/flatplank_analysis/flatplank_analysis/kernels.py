@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles the inner loops of the analysis into numba's cache, by calling each with nothing."""
+"""Compiles the inner loops of the analysis into numba's cache, by calling each with empty data."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flatplank_analysis.models.nonlinear import march
 
 
 def compile_all() -> None:
-    """As the set-up does, so that the first diagnosis does not wait for it."""
+    """Compile all inner loops during set-up, so that the first diagnosis does not wait for it."""
     none, node, pair = np.zeros(0), np.zeros((0, 1)), np.zeros((2, 0, 1))
     params = np.zeros((2, 0, contact_patch.WIDTH))
     blocks = contact_patch.blocks_of(np.arange(0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One way to do many independent pieces of work: here, in processes, or on a Dask cluster."""
+"""Parallel execution of independent jobs: in this process, in processes, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from flatplank_data.errors import FlatplankError
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 RETRIES = 3
-"""how often work is given out again when a worker has died"""
+"""number of retries of a job whose worker has died"""
 
 
 class Executor(Protocol):
-    """Maps a module-level function over items; results come in the order of the items."""
+    """Maps a module-level function over items; results keep the order of the items."""
 
     def map(
         self, function: Callable[[Item], Result], items: Iterable[Item]
@@ -29,7 +29,7 @@ class Executor(Protocol):
 
 
 class Serial:
-    """In this process."""
+    """Execution in this process."""
 
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
         return map(function, items)
@@ -38,13 +38,13 @@ class Serial:
 def worker_pool(
     jobs: int, context: multiprocessing.context.BaseContext | None = None
 ) -> ProcessPoolExecutor:
-    """Worker processes, started afresh by default, that end when this process ends, however."""
+    """Worker processes, spawned by default, that end when this process ends in any way."""
     chosen = context or multiprocessing.get_context("spawn")
     return ProcessPoolExecutor(jobs, mp_context=chosen, initializer=_end_with_parent)
 
 
 def _end_with_parent() -> None:
-    """A worker waits for work on a pipe that it holds open itself: it would wait for ever."""
+    """End a worker with its parent: it holds its own pipe open, and would wait for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         Thread(target=_wait_for, args=(parent,), daemon=True).start()
@@ -56,7 +56,7 @@ def _wait_for(parent: multiprocessing.process.BaseProcess) -> None:
 
 
 class Processes:
-    """In `jobs` processes; work of a process that died is given out again."""
+    """Execution in `jobs` processes; jobs of a process that died are repeated."""
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
@@ -84,7 +84,7 @@ class Processes:
 
 
 def _context(function: Callable) -> multiprocessing.context.BaseContext:
-    """Workers that share one import of what they need, where the system can do that."""
+    """Workers that share one import of their modules, where the system supports it."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -94,7 +94,7 @@ def _context(function: Callable) -> multiprocessing.context.BaseContext:
 
 
 class Dask:
-    """On a cluster whose scheduler is at an address; its own retries cover lost workers."""
+    """Execution on a cluster with a scheduler address; its own retries cover lost workers."""
 
     def __init__(self, client) -> None:
         self.client = client

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a model of a tire, or of something else, lacks: the words of `diagnose`, and figures."""
+"""What a model of a tire, or of another machine, lacks: text of `diagnose`, and figures."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def diagnose(
     effects: Sequence[str | os.PathLike[str]] = (),
     measured: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Diagnosed:
-    """Search for what a model lacks; without one the bare tire is asked.
+    """Search for what a model lacks; `model`: by default the tire without effects.
 
-    effects: files of one's own beside the library; measured: starting values [SI] by effect and
-    parameter, as a calibration gives them.
+    effects: your own effect files in addition to the library; measured: start values [SI] by
+    effect and parameter, as a calibration gives them.
     """
     files = [*map(os.fspath, effects), *(model.session.files if model else ())]
     if model and same_runs(model.session.campaign, runs) and not effects:
@@ -49,7 +49,7 @@ def diagnose(
 
 
 class Diagnosed:
-    """A verdict with everything that is told with it; `print` shows what the command prints."""
+    """A verdict with all its details; `print` shows what the command prints."""
 
     def __init__(
         self, result: verdict.Diagnosis, campaign: str, history: Sequence[Mapping[str, Any]]
@@ -63,12 +63,12 @@ class Diagnosed:
 
     @property
     def effects(self) -> pd.DataFrame:
-        """What was found: name, size, unit, interval, what looks the same, p-value."""
+        """Found effects: name, size, unit, interval, indistinguishable names, p-value."""
         return pd.DataFrame(self.to_dict()["effects"])
 
     @property
     def next_run(self) -> dict[str, Any]:
-        """The run that would tell more; empty when none would."""
+        """The most informative next run; empty when none helps."""
         return self.result.next_run
 
     def to_dict(self) -> dict[str, Any]:
@@ -97,7 +97,7 @@ class Diagnosed:
         return figure_of(drawn, what)()
 
     def report(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the page of `flatplank diagnose --report`; returns it."""
+        """Write the page of `flatplank diagnose --report`; return it."""
         from flatplank_analysis.discovery.report.page import write_report
 
         return write_report(self.result, Path(folder), self.campaign, self._history)
@@ -111,7 +111,7 @@ class Diagnosed:
 
 
 def explain(model: Predicting, effects: Sequence[type[Effect]]) -> Diagnosed:
-    """Which of these effects a model of one's own lacks, with the floor and the verdict.
+    """Which of these effects your own model lacks, with the floor and the verdict.
 
     model: a `Motion` with its records, or anything that predicts (docs/discovery.md).
     """
@@ -121,7 +121,7 @@ def explain(model: Predicting, effects: Sequence[type[Effect]]) -> Diagnosed:
 
 
 def script(main: Callable[..., Any], *arguments: Any) -> None:
-    """Run a function as a program: what is wrong with its data is one line, and exit code 1."""
+    """Run a function as a program: bad data gives one line and exit code 1."""
     try:
         main(*arguments)
     except FlatplankError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model of runs: fitted numbers, effects in and out, comparison with runs."""
+"""A model of runs: fitted numbers, adding and removing effects, comparison with runs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def fit(
 ) -> Model:
     """Fit the tire to a table of runs; `flatplank compare` does the same.
 
-    model: a model file to begin with, its effects included; effects: files of one's own.
+    model: a model file to start from, with its effects; effects: your own effect files.
     """
     file = load_model(model) if model is not None else None
     own = [e.file for e in file.effects if e.file] if file else []
@@ -42,7 +42,7 @@ def fit(
 
 
 def open_session(runs: pd.DataFrame, files: Sequence[str] = ()) -> Session:
-    """What the verbs open, of a table of runs; its problems are warnings."""
+    """The session of a table of runs, as the verbs open it; its problems become warnings."""
     campaign = campaign_of(runs)
     session = Session.of(campaign, files)
     warn(campaign.problems)
@@ -50,7 +50,7 @@ def open_session(runs: pd.DataFrame, files: Sequence[str] = ()) -> Session:
 
 
 class Model:
-    """A tire with the effects that were added; nothing of it changes, `add` gives another one."""
+    """A tire with the added effects. It is immutable: `add` returns another model."""
 
     def __init__(
         self,
@@ -61,10 +61,10 @@ class Model:
     ) -> None:
         self.session = session
         self.start = start
-        """the model file that the fit begins with, None: the bare tire"""
+        """the model file that the fit starts from; None: the tire without effects"""
         self.before = before
         self.numbers: Mapping[str, Any] = numbers or {}
-        """what `flatplank add --json` tells of the last step: size, interval, error, doubts"""
+        """result of the last step as in `flatplank add --json`: size, interval, error, doubts"""
 
     @cached_property
     def step(self) -> Step:
@@ -76,7 +76,7 @@ class Model:
 
     @property
     def file(self) -> ModelFile:
-        """What `save` writes: the numbers of the fit, and how they came about."""
+        """Content of `save`: the numbers of the fit, and their history."""
         if self.start is not None and self.start.history:
             return self.start
         start = self.start or ModelFile()
@@ -84,7 +84,7 @@ class Model:
 
     @property
     def effects(self) -> list[str]:
-        """Effects in the model by identifier."""
+        """Identifiers of the effects in the model."""
         return [e.name for e in self.file.effects]
 
     @cached_property
@@ -111,11 +111,11 @@ class Model:
         return pd.DataFrame([{k: step.get(k) for k in kept} for step in self.file.history])
 
     def add(self, effect: str) -> Model:
-        """The model with one more effect, everything refitted; `flatplank add` does the same."""
+        """The model with one more effect, refitted; `flatplank add` does the same."""
         return self._refitted(lambda: self.session.add(self._begin, effect, self.step))
 
     def remove(self, effect: str) -> Model:
-        """The model without the last instance of an effect, everything refitted."""
+        """The model without the last instance of an effect, refitted."""
         return self._refitted(lambda: self.session.remove(self._begin, effect))
 
     def _refitted(self, change: Callable[[], tuple[ModelFile, Any, dict[str, Any]]]) -> Model:
@@ -125,16 +125,16 @@ class Model:
         return Model(self.session, file, self, numbers)
 
     def undo(self) -> Model:
-        """The model as it was before the last `add` or `remove`, to the number."""
+        """The model before the last `add` or `remove`, with exactly the same numbers."""
         return Model(self.session, self._begin.undone())
 
     @property
     def _begin(self) -> ModelFile:
-        """What the verbs find where this model was saved, or nothing was."""
+        """The model file that the verbs would find after saving this model."""
         return self.start or ModelFile()
 
     def compare(self, runs: pd.DataFrame) -> Comparison:
-        """The model fitted to runs, beside the floor of their repeats."""
+        """Compare the model, fitted to runs, with the floor of their repeats."""
         if not same_runs(self.session.campaign, runs):
             session = open_session(runs, self.session.files)
             return Comparison(session, [session.fit(self.start)])
@@ -171,9 +171,9 @@ class Model:
 
 
 class Comparison:
-    """Error of a model beside the floor, by condition and over the coordinates.
+    """Error of a model and floor, by condition and over the coordinates.
 
-    `numbers` is the JSON of `flatplank compare`, `print` shows its words.
+    `numbers` is the JSON of `flatplank compare`, `print` shows its text.
     """
 
     def __init__(self, session: Session, steps: Sequence[Step]) -> None:
@@ -182,7 +182,7 @@ class Comparison:
 
     @property
     def conditions(self) -> pd.DataFrame:
-        """Error, floor and what is beyond it [N] of every condition."""
+        """Error, floor and excess over the floor [N] of every condition."""
         return pd.DataFrame(self.numbers["conditions"])
 
     def plot(self, what: str = "conditions") -> Figure:
@@ -201,7 +201,7 @@ class Comparison:
 
     @property
     def maps(self) -> list[str]:
-        """Coordinates over which what is left can be drawn, the one that orders it best first."""
+        """Coordinates of the residual maps, the one that explains most first."""
         return [m["coordinate"] for m in self.numbers["where"]]
 
     def __repr__(self) -> str:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign as a pandas table of runs, the samples of a run as a DataFrame with units, their
-report, and what a notebook shows of an answer.
+"""A campaign as a pandas table of runs, the samples of a run as a DataFrame with units, the
+report, and the HTML that a notebook shows.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RUN = "run"
-"""column of a table of runs that holds the runs themselves"""
+"""column of a table of runs with the run objects"""
 SHOWN = ("name", "condition", "kappa", "fz", "pressure", "alpha_deg", "gamma_deg", "start")
-"""columns that every table of runs has, beside those in which some run says something"""
+"""columns of every table of runs, beside those with a value in some run"""
 
 
 class Run:
@@ -47,12 +47,12 @@ class Run:
 
     @property
     def measured(self) -> MeasurementTable:
-        """The samples as the verbs have them."""
+        """The samples as the verbs use them."""
         return self.source.table()
 
     @property
     def table(self) -> pd.DataFrame:
-        """The samples in SI units, read anew; `attrs["units"]` has the unit of each column."""
+        """The samples in SI, read from the file; `attrs["units"]` has the unit of each column."""
         measured = self.measured
         frame = pd.DataFrame(dict(measured.columns))
         frame.attrs = {"run": self.info.file, "units": measured.units}
@@ -65,16 +65,16 @@ class Run:
 def load(
     folder: str | os.PathLike[str], mapping: str | Mapping[str, Any] | None = None
 ) -> pd.DataFrame:
-    """The runs of a campaign folder, one a row; column `run` holds the runs themselves.
+    """The runs of a campaign folder, one per row; column `run` has the run objects.
 
-    mapping: foreign topics or columns, as a dictionary or a YAML file. Runs that cannot be used
-    are told as warnings. `attrs["units"]` has the units of the columns.
+    mapping: foreign topics or columns, as a dictionary or a YAML file. Unusable runs become
+    warnings. `attrs["units"]` has the units of the columns.
     """
     given = mapping if isinstance(mapping, Mapping) else read_mapping(mapping)
     campaign = Campaign.load(folder, mapping=given)
     warn(campaign.problems)
     rows = [_row(campaign, run) for run in campaign.runs]
-    said = {k for k in rows[0] if k in SHOWN or any(_says(row[k], k) for row in rows)}
+    said = {k for k in rows[0] if k in SHOWN or any(_has_value(row[k], k) for row in rows)}
     frame = pd.DataFrame([{k: v for k, v in row.items() if k in said} for row in rows])
     frame.attrs = {"units": {k: UNITS[k] for k in frame if k in UNITS}}
     return frame
@@ -91,13 +91,13 @@ _FIELDS = [f for f in dataclasses.fields(RunRecord) if f.name not in _LEFT_OUT]
 _DEFAULTS = {f.name: f.default for f in _FIELDS}
 
 
-def _says(value: Any, key: str) -> bool:
+def _has_value(value: Any, key: str) -> bool:
     """False for a default, NaN among them."""
     return key not in _DEFAULTS or (value != _DEFAULTS[key] and not is_nan(value))
 
 
 def campaign_of(runs: pd.DataFrame) -> Campaign:
-    """The campaign of a table of runs: also of some of them, or of several tables in one."""
+    """The campaign of a table of runs, which may be a selection or several tables joined."""
     if not isinstance(runs, pd.DataFrame) or RUN not in runs:
         raise FlatplankError(
             f"{type(runs).__name__} is no table of runs", "runs", 'make one by load("FOLDER")'
@@ -111,7 +111,7 @@ def campaign_of(runs: pd.DataFrame) -> Campaign:
 
 
 def same_runs(campaign: Campaign, runs: pd.DataFrame) -> bool:
-    """True when a campaign was made of just these runs."""
+    """True when a campaign consists of exactly these runs."""
     other = campaign_of(runs).runs
     return [id(r) for r in campaign.runs] == [id(r) for r in other]
 
@@ -125,7 +125,7 @@ def warn(problems: Iterable[Problem]) -> None:
 def write_report(
     runs: pd.DataFrame, folder: str | os.PathLike[str], tire: str | os.PathLike[str] | None = None
 ) -> Path:
-    """Write the page of `flatplank report` with its figures and tables; returns the page.
+    """Write the page of `flatplank report` with its figures and tables; return the page.
 
     tire: a tire record; None: `tire.yaml` of the campaign, or made from the data.
     """
@@ -141,14 +141,14 @@ Plot = TypeVar("Plot")
 
 
 def figure_of(known: Mapping[str, Plot], name: str) -> Plot:
-    """The figure of that name; FlatplankError says which there are."""
+    """The figure of that name; FlatplankError lists the existing ones."""
     if name not in known:
         raise FlatplankError(f"no figure '{name}'", "plot", f"known: {', '.join(known)}")
     return known[name]
 
 
 def page(text: str, tables: Iterable[pd.DataFrame] = (), figures: Iterable[Figure] = ()) -> str:
-    """HTML of an answer that needs nothing beside it."""
+    """Self-contained HTML of a result."""
     from flatplank_analysis.discovery.report.figures import png
 
     parts = [f"<pre>{escape(text)}</pre>"]

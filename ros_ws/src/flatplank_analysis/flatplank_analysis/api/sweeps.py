@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def sweeps(path: str | os.PathLike[str], axes: str | None = None) -> Sweeps:
     """A `.mat`, `.csv`, `.dat` or `.txt` with sweeps; `flatplank sweeps` does the same.
 
-    axes: iso, sae or adapted; None: by the signs of the data.
+    axes: iso, sae or adapted; None: determined by the signs of the data.
 
     Raises:
         FlatplankError: what is wrong with the file, and what to do.
@@ -30,25 +30,25 @@ def sweeps(path: str | os.PathLike[str], axes: str | None = None) -> Sweeps:
 
 
 class Sweeps:
-    """Conditions of a file of sweeps; ISO W, SI."""
+    """Conditions of a sweep file; ISO W, SI."""
 
     def __init__(self, study: Study) -> None:
         self.study = study
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """The samples; units are in `table.attrs["units"]`, and other columns as they were."""
+        """The samples; units are in `table.attrs["units"]`; unknown columns are unchanged."""
         table = pd.DataFrame(dict(self.study.columns))
         table.attrs["units"] = {n: BY_NAME[n].unit for n in table.columns if n in BY_NAME}
         return table
 
     @cached_property
     def conditions(self) -> pd.DataFrame:
-        """One row per condition: what was held, the floor [N], B, C, D, E, Sh, Sv, stiffness."""
+        """One row per condition: held levels, floor [N], B, C, D, E, Sh, Sv, stiffness."""
         return pd.json_normalize(self._rows(None)).rename(columns=_short)
 
     def compare(self, tir: str | os.PathLike[str]) -> pd.DataFrame:
-        """The same with the error of a tire file [N] and where it is off most; worst first."""
+        """The same with the error of a tire file [N] and its largest place; worst first."""
         rows = pd.json_normalize(self._rows(read_tir(os.fspath(tir)))).rename(columns=_short)
         return rows.sort_values("error_share", ascending=False, ignore_index=True)
 

@@ -15,7 +15,7 @@ from flatplank_data.wording import sized
 Change = Callable[[Session, ModelFile, str], tuple[ModelFile, Any, dict[str, Any]]]
 """session, model, effect -> changed model, its fit, numbers by name"""
 Words = Callable[[str, dict[str, Any]], str]
-"""effect, numbers -> what is told"""
+"""effect, numbers -> text for the user"""
 
 
 def add(argv: Sequence[str] | None = None) -> int:

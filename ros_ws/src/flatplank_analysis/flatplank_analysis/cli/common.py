@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the verbs of the analysis share."""
+"""Shared functions of the analysis verbs."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def tell(problems: Iterable[Problem]) -> None:
 
 
 def show_progress(done: int, total: int, what: str) -> None:
-    """A line that is overwritten, only where a person looks on."""
+    """A progress line that is overwritten, only on a terminal or in a notebook."""
     if sys.stderr.isatty():
         end = "\n" if done == total else ""
         print(f"\r\x1b[2K{done}/{total} {what}", end=end, file=sys.stderr, flush=True)
@@ -89,7 +89,7 @@ def print_json(value: Any) -> None:
 
 
 def print_rows(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Columns as wide as they need to be; texts that look like numbers to the right."""
+    """Print columns of minimal width; numbers are right-aligned."""
     widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
     right = [all(_numeric(row[i]) for row in rows) for i in range(len(header))]
     for row in [header, *rows]:

@@ -51,7 +51,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _effect(given: str, folder: str) -> tuple[str, list[str]]:
-    """Identifier and file of what was given: a file, or the name of one in the campaign folder."""
+    """Identifier and file of an effect, given as a file or as a name in the campaign folder."""
     path = Path(given)
     if given.endswith(".py"):
         return load_file(path)[0].identifier, [given]
@@ -60,7 +60,7 @@ def _effect(given: str, folder: str) -> tuple[str, list[str]]:
 
 
 def text_of(result: Confirmation) -> list[str]:
-    """The answer in words."""
+    """The result as text."""
     proposed = span(*result.interval, result.unit)
     lines = [f"verdict: {result.verdict} ({result.name}, {proposed} proposed)"]
     for c in result.checked:

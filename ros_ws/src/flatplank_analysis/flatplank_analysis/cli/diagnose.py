@@ -56,7 +56,7 @@ def _run(arguments) -> int:
 
 
 def _report(folder: str, result: Diagnosis, session: Session, model: ModelFile | None) -> str:
-    """Where the page is, or why there is none."""
+    """Path of the page, or the reason for none."""
     if result.search is None:
         return f"none, there is nothing to draw ({result.reason})"
     from flatplank_analysis.discovery.report.page import write_report

@@ -26,7 +26,7 @@ STARTS = (1, 2)
 COLOURS = ("#b2182b", "#ef8a62", "#777777", "#67a9cf", "#2166ac")
 WIDTH, HEIGHT, LEFT, BOTTOM = 560, 220, 56, 34
 OVER = {"wheel angle": ("wheel angle", "wheel angle [rad]"), "time": ("time", "time [s]")}
-"""coordinates that are drawn as they are; the others over the plank"""
+"""coordinates that are drawn themselves; others are replaced by the plank position"""
 KINDS = {
     "machine": "a fault of the machine",
     "sensor": "a fault of a sensor",
@@ -36,7 +36,7 @@ KINDS = {
 
 @lru_cache(maxsize=1)
 def stage() -> TireModel:
-    """A made-up campaign that differs in everything that an effect may look at."""
+    """A simulated campaign whose runs differ in everything an effect may depend on."""
     runs = product(STARTS, SLIPS)
     return TireModel(from_tables([_table(i, kappa, s) for i, (s, kappa) in enumerate(runs)]))
 
@@ -76,7 +76,7 @@ def _table(index: int, kappa: float, start: int) -> MeasurementTable:
 
 
 def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
-    """What a fit of the base leaves of an effect (channels, runs, samples), and its values."""
+    """Residual of an effect after a fit of the base (channels, runs, samples), and its values."""
     model = stage()
     base = np.array([p.null for p in model.parameters])
     lanes = [Lane(base)]
@@ -98,7 +98,7 @@ def left_by(effect: type[Effect]) -> tuple[np.ndarray, dict[str, float]]:
     gram = columns @ columns.T
     changes = (out[own:] - out[0]).reshape(len(variants), -1)
     rest = [change - solve(gram, columns @ change)[0] @ columns for change in changes]
-    # of several places or periods the one that shows most
+    # of several places or periods the one with the largest residual
     best = int(np.argmax([np.sum(r**2) for r in rest]))
     return rest[best].reshape(out[0].shape), each[best]
 
@@ -212,7 +212,7 @@ def index_of(known: Mapping[str, type[Effect]]) -> str:
 
 
 def write(known: Mapping[str, type[Effect]], folder: Path) -> int:
-    """Write all pages; returns how many."""
+    """Write all pages; return their number."""
     folder.mkdir(parents=True, exist_ok=True)
     write_atomic(folder / "README.md", index_of(known))
     for effect in known.values():

@@ -100,7 +100,7 @@ def _run(arguments: argparse.Namespace) -> int:
 def _with_geometry(
     settings: FitFile, campaigns: Sequence[Campaign], record: TireRecord
 ) -> tuple[FitFile, dict[str, dict[str, Any]]]:
-    """Contact geometry of the carcass fits: the fit file's, else what was measured; and whose."""
+    """Contact geometry of the carcass fits with its sources: fit file, otherwise measurements."""
     if settings.model not in CARCASS:
         return settings, {}
     found = geometry_of_campaigns(campaigns, record)
@@ -114,7 +114,7 @@ def _with_geometry(
 
 
 def _settings(arguments: argparse.Namespace) -> FitFile:
-    """The fit file, with what the command line says over it."""
+    """The fit file, overridden by the command line."""
     base = read_fit_file(arguments.settings) if arguments.settings else FitFile()
     stages = tuple(arguments.stage or ())
     said = {"model": arguments.model, "stages": stages, "tire": arguments.tire}
@@ -154,7 +154,7 @@ def _carcass_rows(fit: CarcassFit) -> list[tuple[str, ...]]:
 
 
 def _bias(fit: CarcassFit, e: Estimate) -> str:
-    """The model's own bias, beside the number that has it."""
+    """The model's own bias, as text beside the number."""
     if not e.determined or e.name not in fit.model_bias:
         return ""
     share, free = 100.0 * fit.model_bias[e.name], fit.without_bias()[e.name]

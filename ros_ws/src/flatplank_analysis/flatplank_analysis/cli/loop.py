@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the verbs of the search share: arguments, progress, tables on the terminal."""
+"""Shared functions of the search verbs: arguments, progress, tables on the terminal."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def loop_parser(verb: str, text: str, effect: bool = False) -> argparse.Argument
 
 
 def model_path(arguments: argparse.Namespace) -> Path:
-    """Where the model file is: as told, else model.yaml in the campaign folder or here."""
+    """Path of the model file: as given, otherwise model.yaml in the campaign folder or here."""
     if arguments.model:
         return Path(arguments.model)
     if arguments.folder is None or "://" in arguments.folder:
@@ -45,7 +45,7 @@ def model_path(arguments: argparse.Namespace) -> Path:
 
 
 def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, Path]:
-    """Session, model file (a new one when there is none) and its path, for add and remove."""
+    """Session, model file (a new one if none exists) and its path, for add and remove."""
     path = model_path(arguments)
     require_file(path)
     model = load_model(path) if path.exists() else ModelFile()
@@ -58,7 +58,7 @@ def open_for_change(arguments: argparse.Namespace) -> tuple[Session, ModelFile, 
 def open_to_look(
     arguments: argparse.Namespace, own: bool = False
 ) -> tuple[Session, ModelFile | None]:
-    """Session and the model file when one was named; `own`: or lies in the campaign folder."""
+    """Session and the named model file, if any; `own`: also one in the campaign folder."""
     named = arguments.model
     if own and not named and "://" not in arguments.folder:
         there = Path(arguments.folder) / MODEL
@@ -77,7 +77,7 @@ def _session(arguments: argparse.Namespace, folder: str, model: ModelFile | None
 
 
 def require_file(path: Path) -> None:
-    """FlatplankError when a file could not be written there: told before the work, not after."""
+    """FlatplankError when a file cannot be written there, before the work, not after."""
     if path.is_dir():
         raise FlatplankError("is a folder", str(path), "name a file in it")
     if not path.parent.is_dir():
@@ -86,7 +86,7 @@ def require_file(path: Path) -> None:
 
 
 def require_folder(path: Path) -> None:
-    """The same for a folder that may have to be made."""
+    """The same for a folder that may have to be created."""
     there = next(p for p in (path, *path.absolute().parents) if p.exists())
     if not there.is_dir():
         raise FlatplankError("is no folder", str(there), "choose another place")
@@ -99,12 +99,12 @@ def _require_access(folder: Path) -> None:
 
 
 def watched() -> bool:
-    """True where a person looks on: a terminal, or a notebook."""
+    """True on a terminal or in a notebook."""
     return sys.stderr.isatty() or "ipykernel" in sys.modules
 
 
 def progress(text: str, share: float) -> None:
-    """One line that is overwritten, where a person looks on."""
+    """Print a progress line that is overwritten, on a terminal or in a notebook."""
     if watched():
         print(f"\r\x1b[2K{min(share, 0.99):4.0%} {text}", end="", file=sys.stderr, flush=True)
 

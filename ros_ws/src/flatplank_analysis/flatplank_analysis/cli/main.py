@@ -24,7 +24,7 @@ from pathlib import Path
 from flatplank_data.errors import FlatplankError
 
 AT_FAULT = 1
-"""The input, the computer or the bench is at fault; the line says how to mend it."""
+"""The input, the computer or the bench is at fault; the line names the remedy."""
 
 UNEXPECTED = 70
 """The program is at fault (EX_SOFTWARE of sysexits.h); the line names the file of the trace."""
@@ -43,7 +43,7 @@ REMEDIES = {
     errno.EISDIR: "",
     errno.EEXIST: "",
 }
-"""Errors of the system that are the user's to mend, and how."""
+"""System errors that the user can correct, with the remedy."""
 
 
 def told(verb: str, error: BaseException) -> tuple[str, int]:
@@ -58,7 +58,7 @@ def told(verb: str, error: BaseException) -> tuple[str, int]:
 
 
 def _known(error: BaseException) -> str | None:
-    """Words for a failure that is foreseen."""
+    """Text for a foreseen failure; None for others."""
     ours = type(error).__module__.startswith("flatplank_")  # so written for the user
     if isinstance(error, FlatplankError | ValueError) or ours:
         return str(error)
@@ -78,7 +78,7 @@ def _known(error: BaseException) -> str | None:
 
 
 def _keep_trace(error: BaseException) -> str:
-    """Path of a file with the whole trace; empty when nothing can be written."""
+    """Path of a file with the traceback; empty when nothing can be written."""
     text = "".join(traceback.format_exception(error))
     try:
         handle, path = tempfile.mkstemp(prefix="flatplank-trace-", suffix=".txt")
@@ -95,7 +95,7 @@ def _one_line(text: str) -> str:
 
 GROUP = "flatplank.verbs"
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-"""Work is shared out among processes; threads of small matrices only wait for each other."""
+"""Work is distributed over processes; threads for small matrices only wait for each other."""
 
 
 def verbs() -> dict[str, EntryPoint]:
@@ -106,7 +106,7 @@ def verbs() -> dict[str, EntryPoint]:
 def summary(entry: EntryPoint) -> str:
     """First line of the docstring of the verb's module, or of its function if that is no `main`.
 
-    Read without importing it: listing must not load the world.
+    Read without importing it, because the listing must be fast.
     """
     spec = find_spec(entry.module)
     if spec is None or spec.origin is None:
@@ -146,7 +146,7 @@ def guard(name: str, work: Callable[[], int]) -> int:
     """Exit code of `work`; whatever it raises becomes one line on stderr."""
     try:
         code = work()
-        sys.stdout.flush()  # a full disk is told here, not while Python ends
+        sys.stdout.flush()  # reports a full disk here, not while Python ends
         return code
     except KeyboardInterrupt as end:
         why = f" ({end})" if str(end) else ""
@@ -164,7 +164,7 @@ def guard(name: str, work: Callable[[], int]) -> int:
 
 
 def _drop_output() -> None:
-    """What stdout cannot take any more must not be tried again when Python ends."""
+    """Discard output that stdout cannot accept, so that Python does not retry at its end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

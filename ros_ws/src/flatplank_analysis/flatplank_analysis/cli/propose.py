@@ -60,7 +60,7 @@ def _place(folder: str, name: str) -> Path:
 
 
 def _require_new(path: Path) -> None:
-    """A file that somebody may have changed by hand is never written over."""
+    """Raise for an existing file, which somebody may have edited."""
     loop.require_file(path)
     if path.exists():
         raise FlatplankError(
@@ -69,7 +69,7 @@ def _require_new(path: Path) -> None:
 
 
 def text_of(result: Proposal, folder: str, path: Path | None) -> list[str]:
-    """The answer in words."""
+    """The result as text."""
     if result.sentence is None or result.numbers is None:
         return [f"nothing to propose ({result.reason})", f"{result.seconds:.1f} s"]
     n, assured = result.numbers, result.outcome

@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(arguments) -> int:
     campaign = common.load_folder(arguments.folder, arguments.mapping)
-    # every run once, one at a time, so that all its problems are known
+    # read every run once, so that all problems are known
     sizes = [(table.info, len(table)) for table in campaign.tables()]
     infos, samples = [info for info, _ in sizes], sum(size for _, size in sizes)
     lost = _lost(campaign, {info.file for info in infos})
@@ -45,13 +45,13 @@ def _run(arguments) -> int:
 
 
 def _lost(campaign: Campaign, used: set[str]) -> list[dict[str, Any]]:
-    """Runs that lack samples, also those that are not used because of it."""
+    """Runs that lack samples, including those that are not used for this reason."""
     found = []
     for run in campaign.runs:
         try:
             lost = lost_samples(run.table(("time", "plank_position"), check=False))
         except FlatplankError:
-            continue  # among the problems
+            continue  # listed among the problems
         if lost.lost:
             numbers = {k: getattr(lost, k) for k in ("lost", "of", "longest", "road")}
             found.append({"file": run.info.file, "used": run.info.file in used} | numbers)
@@ -64,7 +64,7 @@ def summary(
     samples: int,
     lost: Sequence[Mapping[str, Any]] = (),
 ) -> dict[str, Any]:
-    """The content of the folder as plain values."""
+    """Content of the folder as plain values."""
     conditions_of = {run.info.file: run.info.condition for run in campaign.runs}
     groups: dict[Any, list[RunRecord]] = {}
     for info in infos:

@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _check_angle(name: str, value: float) -> None:
-    """Refuse what can only be degrees."""
+    """Refuse an angle so large that it must be in degrees."""
     if not abs(value) < 0.5 * math.pi:
         raise FlatplankError(
             f"{value:g} rad is {math.degrees(value):.0f} deg, beyond 90",

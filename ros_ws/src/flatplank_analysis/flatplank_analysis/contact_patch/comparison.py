@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a fitted model fails: error beside the noise floor, by condition and over coordinates."""
+"""Where a fitted model fails: error and noise floor by condition, and maps over coordinates."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def numbers(session: Session, step: Step) -> dict[str, Any]:
 
 
 def by_condition(session: Session, step: Step) -> list[dict[str, Any]]:
-    """Error, what of it is beyond the floor, and the floor [N], of every condition."""
+    """Error, its part above the floor, and the floor [N] of every condition."""
     runs, level = session.data.runs, step.state.floors[0]
     return [
         {

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled inner loops, powers and exponentials that a compiler can compute for several at once.
+"""Compiled inner loops, and powers and exponentials that a compiler can vectorise.
 
-Numba notices a change in the file of the cached function only; these call each other across files,
-so the cache folder carries a hash of the files. The plant does the same on its own
-(`flatplank_sim.plant.compiling`): it shares no code with what is fitted to it.
+Numba notices changes only in the file of the cached function. These functions call each other
+across files, so the cache folder carries a hash of the files. The plant has its own version
+(`flatplank_sim.plant.compiling`), because it shares no code with the models that are fitted to it.
 
-Powers and exponentials of the mathematics library are calls, one element each; these are a
-polynomial and the bits of the exponent. A test holds them to the library's, to 1e-13.
+Powers and exponentials of the mathematics library are calls for one element each; here they are a
+polynomial and the bits of the exponent. A test compares them with the library's, to 1e-13.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from numba.core import config
 from numba.extending import intrinsic
 
 FILES = ("kernel.py", "compiling.py")
-"""whose functions call each other"""
+"""files whose functions call each other"""
 FAST = dict(nogil=True, error_model="numpy", fastmath={"contract", "arcp", "nsz"})
-"""no checks for division by zero; what is not finite is found by the engine"""
+"""no checks for division by zero; the engine detects non-finite results"""
 inner = njit(**FAST)
-"""A function that other compiled ones call."""
+"""A function called by other compiled functions."""
 inline = njit(forceinline=True, **FAST)
-"""One that is called for every element: a call inside a loop keeps it from being vectorised."""
+"""A function called for every element: a call inside a loop would prevent vectorisation."""
 
 
 def folder() -> str:
-    """Where numba keeps its cache, or beside the byte code, in a folder of these sources; what
-    numba says where that may not be written."""
+    """Cache folder of numba for these sources, beside the byte code; numba's own choice where that
+    is not writable."""
     digest = hashlib.sha256()
     for name in FILES:
         digest.update((Path(__file__).parent / name).read_bytes())
@@ -50,7 +50,7 @@ def folder() -> str:
 
 
 def entry(function: Callable[..., Any]) -> Any:
-    """One that Python calls: compiled once, kept on disk."""
+    """A function that Python calls: compiled once, cached on disk."""
     before = config.CACHE_DIR
     config.CACHE_DIR = folder()
     try:
@@ -61,7 +61,7 @@ def entry(function: Callable[..., Any]) -> Any:
 
 @intrinsic
 def _bits(_context, _number):
-    """The 64 bits of a float as an integer."""
+    """The 64 bits of a float, as an integer."""
 
     def generate(context, builder, _signature, args):
         return builder.bitcast(args[0], context.get_value_type(types.int64))
@@ -71,7 +71,7 @@ def _bits(_context, _number):
 
 @intrinsic
 def _float(_context, _bits):
-    """The float that has these 64 bits."""
+    """The float with these 64 bits."""
 
     def generate(context, builder, _signature, args):
         return builder.bitcast(args[0], context.get_value_type(types.float64))
@@ -103,15 +103,15 @@ def pointer(_context, _address):
 
 
 EXPONENT = 52
-"""place of the exponent in the bits"""
+"""position of the exponent in the bits"""
 ONE = 1023 << EXPONENT
 """bits of 1.0"""
 WHOLE = 1.5 * 2.0**EXPONENT
-"""a number is rounded to an integer by adding this; the last bits of the sum are the integer"""
+"""adding this rounds to an integer, which is then in the last bits of the sum"""
 WHOLE_BITS = int(np.float64(WHOLE).view(np.int64))
 ROOT_BITS = int(np.float64(math.sqrt(0.5)).view(np.int64))
 LEAST = -1000.0
-"""powers of two below 2 ** LEAST are as good as nothing"""
+"""2 ** LEAST is taken as zero"""
 LN2, TWO_OVER_LN2 = math.log(2.0), 2.0 / math.log(2.0)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a campaign to aligned runs: filtered, on common nodes, with what was recorded beside."""
+"""Alignment of a campaign: filtered runs on common nodes, with all further recorded columns."""
 
 from __future__ import annotations
 
@@ -38,20 +38,20 @@ NEEDED = ("time", "plank_position", "wheel_angle", "fx")
 INPUTS = ("fy", "fz", "mx", "mz")
 """channels with possible crosstalk into Fx"""
 STIFFNESS = 1.9e5
-"""[N/m] of a car tire in x for short waves: what a step of an encoder is worth"""
+"""[N/m] longitudinal stiffness of a car tire for short waves: force error per encoder step"""
 START_TRAVEL, START_ROUGH = 0.08, 2.5
-"""[m], 1: over the first travel the locked tire is only roughly modelled, the same in all runs, so
-that no scatter would warn"""
+"""[m], factor on the noise: over the first travel the locked tire is modelled only roughly, which
+is the same in all runs, so that no scatter shows it"""
 PINION_TURN = 2.0 * np.pi * 0.05
-"""[m] plank travel of one pinion turn, placeholder of the bench"""
+"""[m] plank travel per pinion turn, a placeholder"""
 SHARE = 0.8
-"""of the usual travel; a shorter run would cost the others more than it brings"""
+"""least length of a run, as a share of the usual travel; shorter runs would shorten all others"""
 _BRACKETS = re.compile(r"^(.*?)\s*[\[(]([^\])]*)[\])]$")
 
 
 def load_runs(campaign: Campaign) -> TireRuns:
-    """Read the slip runs of a campaign; unusable ones, and channels that only some runs have,
-    are told in `campaign.problems`. NothingUsableError when no run is left."""
+    """Read the slip runs of a campaign. `campaign.problems` lists unusable runs, and channels that
+    only some runs have. NothingUsableError when no run remains."""
     tables = []
     for run in campaign.runs:
         if run.info.measurement != "slip":
@@ -70,9 +70,9 @@ def load_runs(campaign: Campaign) -> TireRuns:
         raise NothingUsableError(
             f"no usable slip run{first}", campaign.path, "measure runs with a slip step"
         )
-    short = {i: problem for i, problem in _ended_early(tables)}
+    short = {i: problem for i, problem in _short_runs(tables)}
     tables = [t for i, t in enumerate(tables) if i not in short]
-    for problem in (*short.values(), *_dropped(tables)):
+    for problem in (*short.values(), *_incomplete_channels(tables)):
         campaign.note(problem)
     return from_tables(tables)
 
@@ -85,9 +85,9 @@ def _require(table: MeasurementTable) -> None:
             )
 
 
-def _ended_early(tables: list[MeasurementTable]) -> Iterator[tuple[int, Problem]]:
-    """Runs, by index, that are much shorter than is usual (the median) for their step position and
-    waveform: all runs with one step are computed up to the shortest."""
+def _short_runs(tables: list[MeasurementTable]) -> Iterator[tuple[int, Problem]]:
+    """Runs, by index, that are much shorter than the median of their step position and waveform:
+    all runs with the same step are computed up to the shortest."""
     places = [t["plank_position"] for t in tables]
     travel = [float(np.nanmax(p) - np.nanmin(p)) for p in places]
     kinds = [(repr(t.info.step_position), repr(t.info.waveform)) for t in tables]
@@ -101,8 +101,8 @@ def _ended_early(tables: list[MeasurementTable]) -> Iterator[tuple[int, Problem]
                 yield i, Problem(tables[i].info.file, what, remedy=remedy)
 
 
-def _dropped(tables: list[MeasurementTable]) -> Iterator[Problem]:
-    """Channels that some runs have and others lack: the search goes without them."""
+def _incomplete_channels(tables: list[MeasurementTable]) -> Iterator[Problem]:
+    """Channels that only some runs have: the search does not use them."""
     for name in COLUMNS:
         lacking = [t.info.file for t in tables if not t.has(name)]
         if lacking and len(lacking) < len(tables):
@@ -116,7 +116,7 @@ def _dropped(tables: list[MeasurementTable]) -> Iterator[Problem]:
 
 
 def from_tables(tables: list[MeasurementTable]) -> TireRuns:
-    """Align the runs of a list of measurement tables, with the channels that all of them have."""
+    """Align the runs of a list of measurement tables, with the channels that all have."""
     for table in tables:
         _require(table)
     names = [n for n in COLUMNS[1:] if all(t.has(n) for t in tables)]
@@ -163,9 +163,9 @@ def _speed(time: np.ndarray, position: np.ndarray) -> float:
 
 
 def _step_place(table: MeasurementTable) -> float:
-    """Place of the step in travel from the first sample [m]; NaN where there is none.
+    """Position of the step in travel from the first sample [m]; NaN without a step.
 
-    It is recorded as a plank position, and the plank of the bench begins 2 cm before zero.
+    The record has it as plank position, and the plank of the bench begins 2 cm before zero.
     """
     place = table["plank_position"]
     place = place[np.isfinite(place)]
@@ -174,7 +174,7 @@ def _step_place(table: MeasurementTable) -> float:
 
 
 def _common_ends(tables: list[MeasurementTable], smooth: list[dict]) -> list[float]:
-    """Runs with the same step end at the same node."""
+    """Last position [m] per run, equal for runs with the same step."""
     keys = [_grid_key(t) for t in tables]
     shortest: dict[tuple, float] = {}
     for key, s in zip(keys, smooth, strict=True):
@@ -205,7 +205,7 @@ def _nodes(smooth: dict, table: MeasurementTable, end: float) -> np.ndarray:
 
 
 def _facts(tables: list[MeasurementTable]) -> dict[str, np.ndarray]:
-    """Settings of the runs (runs,); `session`: number of the day, one where no date is given."""
+    """Settings of the runs (runs,); `session`: index of the day, one for all undated runs."""
 
     def each(name: str, unknown: float = np.nan) -> np.ndarray:
         values = np.array([getattr(t.info, name) for t in tables], dtype=float)
@@ -295,8 +295,8 @@ def _grid_groups(keys: list[tuple]) -> list[np.ndarray]:
 def _load(
     fz: np.ndarray | None, nominal: np.ndarray, common: Common
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Load for the tire, and the part of it that the load channel does not judge: the mean of
-    the run and the profile over the plank that all runs share."""
+    """Load on the tire, and the part of Fz that is not fitted as an output: the mean of the run
+    and the profile over the plank that all runs share."""
     if fz is None:
         flat = np.repeat(nominal[:, None], common.position.shape[1], axis=1)
         return flat, flat
@@ -350,7 +350,7 @@ def _coordinates(stack, position, since, turn, slip, load, facts) -> dict[str, C
 def further_columns(
     tables: Sequence[MeasurementTable], times: Sequence[np.ndarray]
 ) -> dict[str, Coordinate]:
-    """Further columns that all runs have, at the times of their nodes [s]."""
+    """Further columns that all runs have, at the node times [s]."""
     names = [n for n in tables[0].columns if n not in COLUMN_UNITS]
     out = {}
     for column in names:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measured channels as inputs of a model: without their noise, and what they show at rest.
+"""Denoising of measured channels that are inputs of a model, and their values at rest.
 
-The noise of an input makes every size too small, in all runs alike, and no repeat shows it.
-What a channel does in the same way in many runs is kept: the mean of its
-condition, the profile over the plank, what goes with the wheel angle. What only one run shows is
-taken for noise, but for the level and the slow drift of a load that was set by hand.
+The noise of an input biases every size towards zero, in all runs alike, and no repeat shows it.
+So only what recurs in many runs is kept: the mean of the condition, the profile over the plank,
+and the harmonics of the wheel angle. The rest counts as noise, except the level and the slow drift
+of a load that was set by hand.
 """
 
 from __future__ import annotations
@@ -18,45 +18,45 @@ from flatplank_analysis.contact_patch.grid import START, gaussian, quantum
 from flatplank_data.table import MeasurementTable
 
 ORDERS = (1, 2, 3)
-"""of the wheel angle"""
+"""harmonics of the wheel angle"""
 SPACING, WIDTH = 0.006, 0.02
-"""[m] even grid, and width over which a course is smoothed"""
+"""[m] spacing of the uniform grid, and width of the smoothing of a profile"""
 RED = 4.0
-"""energy of the slopes of red noise over that of its bends, at most"""
+"""largest ratio of the energies of slope and curvature in red noise; larger slopes are drift"""
 STILL = 1e-5
-"""[m] plank travel up to which nothing moves: at the start of a run a tire has tens of newtons"""
+"""[m] plank travel below which nothing moves: later a tire soon has tens of newtons"""
 LEAST = 6
-"""filtered samples until then at least"""
+"""least number of filtered samples before the motion"""
 STRAIGHT = np.radians(0.25)
-"""[rad] a wheel that is neither turned nor tilted"""
+"""[rad] largest angle of a wheel that counts as neither steered nor tilted"""
 SURE = 5.0
-"""standard errors beyond which a force at rest is one and no noise"""
+"""standard errors above which a force at rest counts as real"""
 
 
 @dataclass(frozen=True)
 class Common:
-    """What runs have in common; arrays (runs, samples), lists of rows."""
+    """Grouping of the runs for common profiles; arrays (runs, samples), lists of rows."""
 
     position: np.ndarray
     """plank travel [m]"""
     turn: np.ndarray
     """wheel angle in space [rad]"""
     grids: Sequence[np.ndarray]
-    """runs that share their nodes"""
+    """groups of runs that share their nodes"""
     groups: Sequence[np.ndarray]
-    """runs of a condition"""
+    """groups of runs of one condition"""
 
     def shape(self, values: np.ndarray) -> np.ndarray:
-        """Course of a channel (runs, samples) about its mean, without what only one run shows."""
+        """Denoised deviation of a channel from its mean (runs, samples): what runs share."""
         rest = values - values.mean(axis=1, keepdims=True)
         wheel = self._harmonics(rest)
         rest = rest - wheel
         profile, own = np.zeros_like(values), np.zeros_like(values)
         for rows in self.grids:
-            profile[rows] = _trusted(np.stack([self._smooth(rows, r) for r in rest[rows]]))
+            profile[rows] = _shrunk_mean(np.stack([self._smooth(rows, r) for r in rest[rows]]))
         rest = rest - profile
         for rows in self.groups:
-            own[rows] = _trusted(np.stack([self._smooth(rows, r) for r in rest[rows]]))
+            own[rows] = _shrunk_mean(np.stack([self._smooth(rows, r) for r in rest[rows]]))
         return profile + wheel + own
 
     def level(self, values: np.ndarray) -> np.ndarray:
@@ -67,10 +67,10 @@ class Common:
         return out
 
     def drift(self, values: np.ndarray) -> np.ndarray:
-        """Mean and slope over the travel that each run has beside the shape (runs, samples).
+        """Mean and slope over the travel of each run, beyond the common shape (runs, samples).
 
-        Red noise has slopes, too, up to twice as large as its bends: slopes that are not larger
-        than that are no drift.
+        Red noise has slopes, too, up to twice as large as its curvature; smaller slopes are no
+        drift.
         """
         along = self.position - self.position.mean(axis=1, keepdims=True)
         along = along / np.sqrt(np.mean(along**2, axis=1, keepdims=True))
@@ -88,7 +88,7 @@ class Common:
         return np.interp(position, even, smoothed)
 
     def _harmonics(self, rest: np.ndarray) -> np.ndarray:
-        """The part that goes with the wheel angle, alike in all runs."""
+        """The part that depends on the wheel angle, equal in all runs."""
         waves = [f(k * self.turn) for k in ORDERS for f in (np.cos, np.sin)]
         waves = np.stack([w - w.mean(axis=1, keepdims=True) for w in waves])
         flat = waves.reshape(len(waves), -1)
@@ -96,8 +96,8 @@ class Common:
         return (size @ flat).reshape(rest.shape)
 
 
-def _trusted(each: np.ndarray) -> np.ndarray:
-    """Mean of several courses (k, samples), drawn to zero as far as it may be their noise."""
+def _shrunk_mean(each: np.ndarray) -> np.ndarray:
+    """Mean of several courses (k, samples), shrunk towards zero by the noise they contain."""
     k, mean = len(each), each.mean(axis=0)
     if k < 2:
         return np.zeros_like(mean)
@@ -106,22 +106,22 @@ def _trusted(each: np.ndarray) -> np.ndarray:
 
 
 def as_load(values: np.ndarray, common: Common) -> np.ndarray:
-    """A load that was set by hand: what is common, and each run's own level and drift."""
+    """Denoise a load that was set by hand: the common part, and each run's own level and drift."""
     shape = common.shape(values)
     return shape + common.drift(values - shape)
 
 
 def as_input(values: np.ndarray, common: Common) -> np.ndarray:
-    """A channel with possible crosstalk into another one: what is common only."""
+    """Denoise a channel with possible crosstalk into another one: the common part only."""
     return common.level(values) + common.shape(values)
 
 
 def at_rest(smooth: Sequence[Mapping[str, np.ndarray]], names: Sequence[str]) -> tuple[float, ...]:
-    """Standard deviation of the filtered channels before anything moves; empty: no run stood."""
+    """Standard deviation of the filtered channels before the motion; empty: no run has a rest."""
     squares = []
     for columns in smooth:
         moved = np.flatnonzero(columns["plank_position"] > STILL)
-        # first values that were held backwards are no measurement
+        # repeated first values are padding, not measurements
         held = np.all([np.diff(columns[n], prepend=np.nan) == 0.0 for n in names], axis=0)
         rows = np.flatnonzero(~held[: moved[0] if len(moved) else 0])
         if len(rows) < LEAST:
@@ -131,15 +131,15 @@ def at_rest(smooth: Sequence[Mapping[str, np.ndarray]], names: Sequence[str]) ->
 
 
 def steps_of(tables: Sequence[MeasurementTable], names: Sequence[str]) -> tuple[float, ...]:
-    """Step in which each channel was recorded, 0 where it lies on no lattice."""
+    """Resolution of each channel, 0 where its values have no common step."""
     return tuple(max(quantum(t[n][np.isfinite(t[n])]) for t in tables[:3]) for n in names)
 
 
 def side_force(
     fy: np.ndarray | None, position: np.ndarray, facts: Mapping[str, np.ndarray]
 ) -> np.ndarray:
-    """Fy of the standing wheel (runs,) [N]: the mean over all runs of a setting, less the zero of
-    the channel, which straight wheels show; 0 where it is no more than noise.
+    """Fy of the standing wheel (runs,) [N]: mean over all runs of a setting, minus the zero of the
+    channel from straight wheels; 0 where it is within the noise.
 
     fy [N] and position [m] (runs, samples), fy None where it was not recorded; facts (runs,):
     alpha and gamma [rad], nominal load [N].

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One zero-phase filter for inputs and outputs, and the nodes on which a run is computed.
 
-Fine nodes (20 Hz at 0.03 m/s) after the start and after the step, coarse ones (5 Hz) elsewhere.
-Nodes lie at equal plank positions in all runs, so that repeats can be compared node by node.
+Nodes are fine (20 Hz at 0.03 m/s) after the start and after the step, coarse (5 Hz) elsewhere.
+They lie at equal plank positions in all runs, so that repeats can be compared node by node.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 SPEED = 0.03
-"""[m/s] speed at which node distances and the filter are stated"""
+"""[m/s] speed for which node distances and the filter are given"""
 FINE = 0.05 * SPEED
 COARSE = 0.2 * SPEED
 FILTER = 0.075
@@ -19,9 +19,9 @@ FILTER = 0.075
 SAMPLE = 0.05
 """[s] block length at SPEED; faster recordings are averaged in blocks first"""
 START = 0.0005
-"""[m] plank travel that counts as started"""
+"""[m] plank travel above which the run counts as started"""
 BEFORE = 0.4
-"""[s] before the start at SPEED, for which there are nodes"""
+"""[s] time before the start, at SPEED, that has nodes"""
 
 
 def blocks(values: np.ndarray, count: int) -> np.ndarray:
@@ -32,8 +32,8 @@ def blocks(values: np.ndarray, count: int) -> np.ndarray:
 
 
 def gaussian(values: np.ndarray, sigma: float) -> np.ndarray:
-    """Zero-phase Gaussian along axis 0, `sigma` in samples; ends are continued by reflection
-    about the end value (odd), so that a ramp stays a ramp."""
+    """Zero-phase Gaussian along axis 0, `sigma` in samples; odd reflection at the ends, so that a
+    ramp stays a ramp."""
     if sigma < 0.2:
         return values
     reach = min(int(np.ceil(4.0 * sigma)), len(values) - 1)
@@ -49,7 +49,7 @@ def gaussian(values: np.ndarray, sigma: float) -> np.ndarray:
 
 
 def quantum(values: np.ndarray) -> float:
-    """Step of a counting encoder, 0 when the values do not lie on a lattice."""
+    """Step of a counting encoder, 0 when the values have no common step."""
     # single precision is the coarsest that files use
     blur = 8.0 * np.finfo(np.float32).eps * float(np.abs(values).max())
     steps = np.sort(np.abs(np.diff(values)))
@@ -70,11 +70,11 @@ def quantum(values: np.ndarray) -> float:
 
 
 def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
-    """A smooth course where it stays within the encoder's step of what was counted.
+    """A smooth course wherever it stays within the encoder's step of the counted values.
 
-    Counting makes waves of any length (a slip of 1 % beats against the sampling with 0.14 m);
-    they repeat themselves in every run, so that no mean takes them out. Where the motion changes
-    (start, step) the counts are kept. sample: samples per second at SPEED.
+    Counting adds waves of any length (a slip of 1 % beats with the sampling at 0.14 m) that are
+    the same in every run, so that no mean removes them. Where the motion changes (start, step)
+    the counts are kept. sample: samples per second at SPEED.
     """
     if step <= 0.0:
         return values
@@ -85,7 +85,7 @@ def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
         # odd reflection: a ramp stays a ramp at the ends
         padded = np.pad(values, reach, mode="reflect", reflect_type="odd")
         smooth = gaussian_filter1d(padded, width, truncate=3.0)[reach:-reach]
-        # counters round down or to the nearest: their mean error is the same everywhere
+        # counters round down or to the nearest: a constant mean error
         centre = float(np.median(smooth - values))
         off = np.abs(smooth - values - centre)
         worst = maximum_filter1d(off, 2 * int(2.0 * width) + 1, mode="nearest")
@@ -98,12 +98,12 @@ def unquantise(values: np.ndarray, step: float, sample: float) -> np.ndarray:
 def smooth_columns(
     time: np.ndarray, columns: np.ndarray, speed: float, counted: tuple[int, ...] = ()
 ) -> tuple[np.ndarray, np.ndarray, dict[int, float]]:
-    """Filter and thin out one run: (time, columns, noise), columns of shape (samples, channels).
+    """Filter and decimate one run: (time, columns, noise), columns of shape (samples, channels).
 
-    counted: columns that come from counting encoders; noise is what their steps leave of error
-    after the filter, by column. Column 0 is the plank position from 0. A recording that begins
-    with the motion gets a standstill before it, as there was one: continued backwards as a ramp,
-    the motion would start sharply and the force not.
+    counted: columns of counting encoders; noise: error by their steps after the filter, by column.
+    Column 0 is the plank position from 0. A recording that begins with the motion is extended
+    backwards by a standstill: extended by a ramp, the motion would start sharply and the force
+    would not.
     """
     dt = float(np.median(np.diff(time)))
     steps = {c: quantum(columns[:, c]) for c in counted}
@@ -114,7 +114,7 @@ def smooth_columns(
         columns[:, c] = unquantise(columns[:, c], step, stretch / (dt * count))
     time, columns = _standing(time, columns, stretch)
     width = FILTER * stretch / (dt * count)
-    # white error of step / sqrt(12) through block mean and Gaussian
+    # white error of step / sqrt(12) after block mean and Gaussian
     share = np.sqrt(1.0 / (12.0 * count * max(2.0 * np.sqrt(np.pi) * width, 1.0)))
     noise = {c: float(share * step) for c, step in steps.items()}
     return time, gaussian(columns, width), noise
@@ -123,8 +123,8 @@ def smooth_columns(
 def _standing(
     time: np.ndarray, columns: np.ndarray, stretch: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The recording with first values held before it, where it begins less than the nodes before
-    the start."""
+    """The recording, extended backwards by its first values when it begins later than the nodes
+    before the start."""
     dt = float(np.median(np.diff(time)))
     began = int(np.argmax(columns[:, 0] > START))
     if began * dt >= BEFORE * stretch:
@@ -135,7 +135,7 @@ def _standing(
 
 
 def node_positions(step: float, end: float) -> np.ndarray:
-    """Plank positions [m] of the nodes of a run with a step at `step` (NaN: none)."""
+    """Plank positions [m] of the nodes of a run with a step at `step` (NaN: no step)."""
     starts = [(0.0, FINE), (0.09, 2.0 * FINE), (0.15, COARSE)]
     if np.isfinite(step) and step > 0.2:
         starts += [(step - 2.0 * COARSE, FINE), (step + 0.15, 2.0 * FINE), (step + 0.4, COARSE)]
@@ -149,5 +149,5 @@ def node_positions(step: float, end: float) -> np.ndarray:
 
 
 def uniform_positions(end: float) -> np.ndarray:
-    """Nodes of a run whose slip changes all the time (waveforms) [m]."""
+    """Node positions [m] of a run whose slip changes all the time (waveforms)."""
     return np.arange(2.0 * FINE, end, 2.0 * FINE)

@@ -9,14 +9,14 @@ The contact slip k follows the slip of the patch with two states over the travel
 (7.16); w = 1 has the mean delay 2/3 sigma_c and the short-wave stiffness of a row of bristles.
 
 In the steady state k = kappa/(1 + ns kappa): ns = 0 is the thesis's form, ns = 1 a patch whose
-bristles run through the contact with the wheel. While the carcass deflects, the bristles still
-run through with the whole wheel, so it is dw, not the slip of the patch, that stands beside ds.
+bristles move through the contact with the wheel. While the carcass deflects, the bristles still
+move with the whole wheel, so dw is added to ds, not the slip of the patch.
 
-The carcass feels the change of the steady force, so load and friction enter with their rate.
+The carcass deflects with the change of the steady force, so the rates of load and friction matter.
 
-An element is one run of one lane. Elements are computed in blocks of `WIDE`, whose numbers lie
-side by side in a table: one row per number, one column per element. Loops over the columns have
-no branches, so the compiler computes several elements at once.
+An element is one run of one lane. Elements are computed in blocks of `WIDE` as a table with
+one row per quantity and one column per element. Loops over the columns have
+no branches, so that the compiler computes several elements at once.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ NAMES = (
     PLAY_REST, PLAY_HOLD, MEMORY, TURN, FEEL, SWING, ROTATE, START, LAW,
 ) = range(32)  # fmt: skip
 WIDTH = len(NAMES)
-#: further rows of a block: constants, state, inputs of a node, what a node works with
+#: further rows of a block: constants, state, inputs of a node, work space of a node
 (
     FLEX, BEND, THETA_SHARE, NOMINAL, OTHER_STIFF, OTHER_PEAK, OTHER_FEEL, OTHER_ASYM_PEAK,
     OTHER_ASYM_STIFF, OTHER_SLIDE,
@@ -63,30 +63,29 @@ WIDTH = len(NAMES)
 ) = range(WIDTH, WIDTH + 45)  # fmt: skip
 ROWS = NEW_PLACE + 1
 WIDE = 8
-"""elements of a block: one register of a processor with 512 bits, two of 256"""
+"""elements of a block: one register of a processor with 512 bits, two of 256 bits"""
 LAW_LEVELS = (0.1, 0.05, 0.02, 0.009)
-"""contact slips of the free law; negative first, falling, then positive, rising"""
+"""size of the contact slip at the nodes of the free law, each for negative and positive slip"""
 SLIDING = 0.08
-"""adhesion share that is left to a sliding patch"""
+"""least adhesion share of the patch in (7.18)"""
 NEWTON, CLOSE = 60, 1e-6
-"""steps at most, and the change of the slip with which they end: what follows is proportional"""
+"""most Newton steps, and the change of slip below which they end; the rest is linear"""
 FAR = 1.0e3
-"""slip beyond all that are looked for"""
+"""upper bound of the slip in the Newton iteration"""
 START_STEPS = 6
-"""Newton steps to the slip of a force at rest"""
+"""Newton steps for the slip of a force at rest"""
 HELD = 0.9
-"""share of the peak that a force at rest may have: beyond it slip and force say little of each
-other"""
+"""largest force at rest, as a share of the peak: beyond it the slip is ill-determined"""
 
 
 @inline
 def saturation(x, shape, fall, bend):
-    """Force over its peak at x = K|k|/peak, its slope, and the part of it that sticks.
+    """Normalised force at x = K|k|/peak, its slope, and its sticking part.
 
     Saturation 1 - (1 - y/n)^n: n = 3 is the brush with a parabolic pressure, n = 2 with a uniform
-    one; `fall` lets the force drop beyond the peak. What sticks is slope times slip, as in a
-    brush; the rest slides. Outside the patch models the curve is one family, not a physical
-    claim. `bend` takes out the term of second order.
+    one; `fall` lets the force drop beyond the peak. The sticking part is slope times slip, as in a
+    brush; the rest slides. Between the brush models the curve is an empirical family. `bend`
+    removes the term of second order.
     """
     under = 1.0 + 0.5 * x
     y = x + bend * x * x / under
@@ -112,10 +111,10 @@ def steady(k, stiff, peak, shape, fall, bend):
 
 @inline
 def shared(k, stiff, peak, bent_across, way_across, shape, fall, bend, swing, rotate):
-    """Steady force [N] at contact slip k beside a slip across, on one friction ellipse.
+    """Steady force [N] at contact slip k with slip in the other direction, on a friction ellipse.
 
-    What sticks pulls along the bent rubber. What slides turns from there into the direction of the
-    slip: by the share `swing` at once, the rest with the size of the slip (`rotate`).
+    The sticking part acts along the deflection of the rubber. The sliding part turns from there
+    towards the slip: the share `swing` at once, the rest with the size of the slip (`rotate`).
     """
     bent, way = stiff * k / peak, k / peak
     x = math.sqrt(bent * bent + bent_across * bent_across)
@@ -129,7 +128,7 @@ def shared(k, stiff, peak, bent_across, way_across, shape, fall, bend, swing, ro
 
 @inline
 def piece(size, near, far, low, high):
-    """What a straight piece of the law adds from slip `near` to `far`, and its slope."""
+    """Contribution of a linear piece of the law from slip `near` to `far`, and its slope."""
     slope = (high - low) / (far - near)
     inside = min(max(size, near), far) - near
     # a slip at the far end belongs to the next piece
@@ -138,8 +137,8 @@ def piece(size, near, far, low, high):
 
 @inline
 def free_law(k, h3, h2, h1, h0):
-    """Factor on the force at a contact slip and its slope: straight pieces over |k|; heights from
-    the smallest slip to the largest."""
+    """Factor on the force at a contact slip, and its slope: piecewise linear over |k|, heights
+    from the smallest slip to the largest."""
     size = abs(k)
     a, slope_a = piece(size, LAW_LEVELS[3], LAW_LEVELS[2], h3, h2)
     b, slope_b = piece(size, LAW_LEVELS[2], LAW_LEVELS[1], h2, h1)
@@ -150,17 +149,17 @@ def free_law(k, h3, h2, h1, h0):
 
 @inline
 def slipping(k, peak, slide, speed_ratio):
-    """Peak force that is left at the speed of sliding."""
+    """Peak force at the sliding speed."""
     ratio = abs(k) * speed_ratio / 0.05
     return peak * (1.0 - slide * ratio / (1.0 + ratio))
 
 
 @inline
 def in_play(force, play, at, soft, hold, last):
-    """Place in the play of the bench at a force [m], and its slope.
+    """Position in the play of the bench at a force [m], and its slope.
 
-    It moves at a force `at`. Dry friction of `hold` [N] keeps it at its last place until the force
-    is so much beyond that: two curves, one for either direction, and the way between them.
+    It moves at the force `at`. Dry friction `hold` [N] keeps it at its last position until the
+    force exceeds that range: one curve per direction, and the region between them.
     """
     x, y = (force - at - hold) / soft, (force - at + hold) / soft
     root, other = math.sqrt(1.0 + x * x), math.sqrt(1.0 + y * y)
@@ -175,7 +174,7 @@ def in_play(force, play, at, soft, hold, last):
 def patch_length(k, whole, theta, half):
     """Relaxation length of the patch (7.17), (7.18) [m]; whole: size of the slip."""
     under = 1.0 + max(k, -0.5)
-    # a smooth lower limit: with (7.18) as it is a sliding patch would vibrate from node to node
+    # a smooth lower limit: with (7.18) itself a sliding patch would oscillate from node to node
     free = 1.0 - theta * whole / under
     m = SLIDING + 0.5 * (1.0 - SLIDING) * (free + math.sqrt(free * free + 0.04))
     return m * half / under
@@ -183,13 +182,13 @@ def patch_length(k, whole, theta, half):
 
 @inline
 def softened(force, soften):
-    """Factor on what the carcass gives way at a force."""
+    """Factor on the carcass deflection at a force."""
     return 1.0 + soften * abs(force) / 4000.0
 
 
 @inline
 def slip_of(force, stiff, peak, shape, fall, bend):
-    """Contact slip whose steady force is `force` [N], and the slope there; within HELD peaks."""
+    """Contact slip whose steady force is `force` [N], and the slope there; up to HELD peaks."""
     wanted = max(-HELD * peak, min(HELD * peak, force))
     k, slope = wanted / stiff, stiff
     for _ in range(START_STEPS):
@@ -200,10 +199,10 @@ def slip_of(force, stiff, peak, shape, fall, bend):
 
 @inner
 def set_up(flat, params, other, nominal, elements):
-    """Constants of a block, and its state at standstill with the force that it starts from.
+    """Constants of a block, and its state at standstill with the initial force.
 
-    flat (ROWS * WIDE,); params and other (elements of all blocks, WIDTH): the numbers in this
-    direction and across; elements (WIDE,): which are in the block.
+    flat (ROWS * WIDE,); params and other (elements of all blocks, WIDTH): parameters in this
+    direction and in the other; elements (WIDE,): indices of the elements of the block.
     """
     w = table(flat)
     w[:, :] = 0.0
@@ -213,7 +212,7 @@ def set_up(flat, params, other, nominal, elements):
         for row in range(WIDTH):
             w[row, i] = p[row]
         w[FLEX, i] = 1.0 / p[CARCASS]
-        # `round` takes out the term of second order: 1 starts like a sine, 0 like a brush
+        # `round` removes the term of second order: 1 starts like a sine, 0 like a brush
         w[BEND, i] = p[ROUND] * (p[SHAPE] - 1.0) / (2.0 * p[SHAPE])
         # (7.19) with the tread stiffness tied to the slip stiffness
         w[THETA_SHARE, i] = p[TREAD] * p[STIFF] / (3.0 * p[PEAK] * nominal[e])
@@ -225,8 +224,8 @@ def set_up(flat, params, other, nominal, elements):
         slip, slope, force = slip_of(p[START], p[STIFF], peak, p[SHAPE], p[FALL], w[BEND, i])
         w[SLIP, i], w[FORCE, i] = slip, force
         w[SLOPE, i] = choose(force == 0.0, 0.0, slope)
-        # the plank rests somewhere in its play: where friction holds it, or away from where no
-        # force would have it
+        # the plank rests somewhere in its play: where friction holds it, or displaced by `start`
+        # from the position that the force determines
         start = 0.5 * p[PLAY] * p[PLAY_REST]
         held = p[PLAY_HOLD]
         rest, _ = in_play(force, p[PLAY], p[PLAY_AT], p[PLAY_SOFT], held, start)
@@ -237,13 +236,13 @@ def set_up(flat, params, other, nominal, elements):
 
 @inline
 def table(flat):
-    """A block as a table; its width is known when this is compiled."""
+    """A block as a table whose width is a compile-time constant."""
     return carray(pointer(flat.ctypes.data), (ROWS, WIDE), np.float64)
 
 
 @inner
 def begin(flat, across):
-    """What is known of a node before its slip, and a first guess of that."""
+    """Quantities of a node that do not depend on its slip, and a first guess of the slip."""
     w = table(flat)
     for i in range(WIDE):
         f0, x_soft, nominal = w[FORCE, i], max(w[SLOPE, i], 0.0) * w[FLEX, i], w[NOMINAL, i]
@@ -276,7 +275,7 @@ def begin(flat, across):
             w[BEYOND, i] = beyond
         sigma = patch_length(k0, whole, theta, half)
         late = max(0.5, 1.0 - (sigma + x_soft) / ds)
-        # the law and the patch go on as they went
+        # first guess: law and patch continue as at the last node
         t = 2.0 * sigma
         under = w[MEMORY, i] / 6.0 * t + late * ds
         rise = w[MEMORY, i] / 12.0 * t * t + 0.5 * late * ds * t
@@ -293,8 +292,8 @@ def begin(flat, across):
 
 @inner
 def newton(flat, across):
-    """One step towards the slip of each element that still moves: safeguarded Newton, the left
-    side grows with the slip as long as the law does not fall steeply. The largest move.
+    """One safeguarded Newton step for the slip of each unconverged element; returns the largest
+    move. The left-hand side increases with the slip unless the law falls steeply.
     """
     w = table(flat)
     for i in range(WIDE):
@@ -343,7 +342,7 @@ def newton(flat, across):
         low, high, before = w[LOW, i], w[HIGH, i], w[MOVE, i]
         high = choose(miss > 0.0, k, high)
         low = choose(miss > 0.0, low, k)
-        # halve only between two known ends; a miss of exactly zero is no reason to leave
+        # bisect only between two known bounds; a residual of exactly zero is no reason for it
         halve = choose(trial < low, 1.0, 0.0)
         halve = choose(trial > high, 1.0, halve)
         halve = choose(low > -FAR, halve, 0.0)
@@ -351,9 +350,9 @@ def newton(flat, across):
         middle = 0.5 * (low + high)
         trial = choose(halve > 0.0, middle, trial)
         move = trial - k
-        # an element that has come to rest stays as it is
+        # a converged element does not change
         going = abs(before) >= CLOSE
-        # the last step is so small that everything follows its slope
+        # the last step is so small that everything else is linear
         new_force, new_deflected = force + slope * move, deflected + slope * flex * move
         new_patch = patch + rigid * move
         new_place = place + slope * rate * move
@@ -376,7 +375,7 @@ def newton(flat, across):
 
 @inner
 def end(flat):
-    """Take over what was found at a node."""
+    """Store the results of a node as the new state."""
     w = table(flat)
     for i in range(WIDE):
         k, k0, late, ds = w[AT, i], w[SLIP, i], w[LATE, i], w[WAY, i]
@@ -389,7 +388,7 @@ def end(flat):
 
 @inner
 def node(flat, across):
-    """One node of a block, whose inputs are in it."""
+    """Solve one node of a block whose inputs are set."""
     begin(flat, across)
     for _ in range(NEWTON):
         if newton(flat, across) < CLOSE:
@@ -412,7 +411,7 @@ def inputs(flat, n, axis, elements, ds, dw, dt, load, friction, speed):
 
 @inner
 def beside(flat, other):
-    """Put the slip in the other direction into a block, as far as the two share the friction."""
+    """Put the slip in the other direction into a block, weighted by their shared friction."""
     w, o = table(flat), table(other)
     for i in range(WIDE):
         w[ACROSS, i] = w[COMBINE, i] * o[SLIP, i]
@@ -420,7 +419,7 @@ def beside(flat, other):
 
 @inner
 def through(flat, along, n, elements, dw):
-    """The rubber goes through the contact with the wheel, in both directions."""
+    """Add the travel of the rubber with the wheel through the contact, for both directions."""
     w, x = table(flat), table(along)
     for i in range(WIDE):
         slip = dw[0, elements[i], n] - x[GIVE, i] * x[FORCE, i] * w[DS, i]
@@ -429,7 +428,7 @@ def through(flat, along, n, elements, dw):
 
 @inner
 def both_nodes(x, y, n, do_x, do_y, elements, ds, dw, dt, load, friction, speed, across):
-    """One node of a block along (x) and across (y) the wheel plane, or one of them."""
+    """Solve one node of a block along (x) and across (y) the wheel plane, or in one direction."""
     if do_y:
         inputs(y, n, 1, elements, ds, dw, dt, load, friction, speed)
         through(y, x, n, elements, dw)
@@ -444,11 +443,11 @@ def both_nodes(x, y, n, do_x, do_y, elements, ds, dw, dt, load, friction, speed,
 
 @entry
 def sweep(blocks, do_x, do_y, ds, dw, dt, load, friction, params, nominal, speed, force, across):
-    """All nodes of some blocks.
+    """Solve all nodes of some blocks.
 
-    blocks (blocks, WIDE): see `blocks_of`; do_x, do_y: the directions that are wanted; ds, dt,
+    blocks (blocks, WIDE): see `blocks_of`; do_x, do_y: the directions to solve; ds, dt,
     load, friction (elements, samples), dw and force (2, elements, samples), params (2, elements,
-    WIDTH). across is None where no element has slip across: it costs as much again.
+    WIDTH). across is None where no element has lateral slip, which halves the cost.
     """
     x, y = np.empty(ROWS * WIDE), np.empty(ROWS * WIDE)
     for b in range(blocks.shape[0]):
@@ -466,8 +465,8 @@ def sweep(blocks, do_x, do_y, ds, dw, dt, load, friction, params, nominal, speed
 
 @entry
 def one_node(states, blocks, ds, dw, dt, load, friction, speed, force, across):
-    """One node of all blocks in both directions; states (2, blocks, ROWS * WIDE), see `rest`;
-    ds, dt, load, friction (elements, 1), dw and force (2, elements, 1)."""
+    """Solve one node of all blocks in both directions; states (2, blocks, ROWS * WIDE), from
+    `rest`; ds, dt, load, friction (elements, 1), dw and force (2, elements, 1)."""
     for b in range(blocks.shape[0]):
         x, y, elements = states[0, b], states[1, b], blocks[b]
         both_nodes(x, y, 0, True, True, elements, ds, dw, dt, load, friction, speed, across)

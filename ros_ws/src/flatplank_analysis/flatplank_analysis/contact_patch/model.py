@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The base of the search as a model: lanes of parameters and effects -> forces of all runs."""
+"""The base of the search: parameter sets (lanes) with effects -> forces of all runs."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _POOL = ThreadPoolExecutor(max_workers=THREADS)
 
 
 class TireModel:
-    """Contact-patch model in x and y; knows the hooks of `TireEffect`."""
+    """Contact-patch model in x and y; calls the hooks of `TireEffect`."""
 
     form = Form(mean=0.0012, stretch=0.005, bump=0.002, wave=0.0006, side=0.0018)
-    """the most on thirteen plants of other form (bristles of the bench, of the blind kit, of the
-    tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing hidden:
-    `bench-discovery --form` prints them"""
+    """largest errors on thirteen plants of other form (bristles of the bench, of the blind kit, of
+    the tests, and a relaxation), `side` on three of them with side slip; 1 N of noise, nothing
+    hidden: `bench-discovery --form` prints them"""
 
     usual = (0.01, 0.0)
-    """what the force of a tire scatters from run to run where no repeat shows it: the usual 1 %.
-    Without it, runs that differ by that much are said to have another friction in braking"""
+    """assumed scatter of the force (gain, slip offset) from run to run where no repeat shows it.
+    Without it, runs that differ by 1 % would show a false friction difference in braking"""
 
     def __init__(self, data: TireRuns) -> None:
         self.data = data
@@ -46,7 +46,7 @@ class TireModel:
         self._moving = 1.0 - np.exp(-np.maximum(data.position, 0.0) / 0.005)
 
     def take_references(self, other: TireModel) -> None:
-        """Tell load, pressure and run order against those of another campaign."""
+        """Use the references (load, pressure, run order) of another campaign."""
         self._names = list(other._names)
         self.data = replace(self.data, against=other.data.reference)
 
@@ -76,9 +76,13 @@ class TireModel:
             for i, effect in sorted(enumerate(effects), key=lambda item: item[1].order)
         ]
         deep = [(e, e.with_values(v, 2)) for e, v in own]
-        if len(lanes) > 1 and _alike(values) and all(_alike(v) for e, v in own if _deep(e)):
-            # only what the sensors show differs
-            first = [(e, v[:1]) for e, v in own if _deep(e)]
+        if (
+            len(lanes) > 1
+            and _alike(values)
+            and all(_alike(v) for e, v in own if _acts_on_tire(e))
+        ):
+            # lanes differ only in what the sensors show: one force for all
+            first = [(e, v[:1]) for e, v in own if _acts_on_tire(e)]
             one = {k: v[:1] for k, v in base.items()}
             force = self._forces(one, 1, first, [(e, e.with_values(v, 2)) for e, v in first])
             force = np.broadcast_to(force, (2, len(lanes), *force.shape[2:]))
@@ -96,13 +100,13 @@ class TireModel:
         d = self.data
         shape = (lanes, *d.position.shape)
         zero, more = np.zeros(lanes), d.nominal / d.reference.load - 1.0
-        # the rolling radius goes with the load, whatever radius the runs were made with
+        # the rolling radius changes with the load, whatever radius the runs were made with
         offset = base["slip_offset"][:, None] + base.get("slip_load", zero)[:, None] * more
         offset = offset + base.get("slip_bend", zero)[:, None] * more**2
         scale = (1.0 + offset) * d.radius
         rolled = scale[:, :, None] * d.turned
         angle = d.alpha + base.get("angle_offset", zero)[:, None]
-        # the road runs at an angle to the wheel plane
+        # the road moves at an angle to the wheel plane
         along = np.cos(d.alpha)[:, None] * d.travel
         lateral = -np.tan(angle)[:, :, None] * along
         motion = Motion(d, np.tile(along, (lanes, 1, 1)), rolled, lateral)
@@ -111,7 +115,7 @@ class TireModel:
             motion.rolled = rolled + turned[:, :, None] * along
         for effect, instance in deep:
             if effect.overrides("motion"):
-                _act(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
+                _call_hook(effect, instance.motion, motion, ("travel", "rolled", "lateral"), shape)
         return motion
 
     def _tire(self, base: dict, lanes: int, own: list, deep: list) -> tuple[Tire, np.ndarray]:
@@ -125,11 +129,11 @@ class TireModel:
         for effect, instance in deep:
             if effect.overrides("tire"):
                 object.__setattr__(instance, "per_run", flat[id(effect)])
-                _act(effect, instance.tire, tire, ("load", "friction"), shape)
+                _call_hook(effect, instance.tire, tire, ("load", "friction"), shape)
         return tire, params
 
     def _fill(self, base: dict, params: np.ndarray) -> None:
-        """Numbers of the tire in x and y, per run."""
+        """Fill the tire parameters in x and y, per run."""
         d = self.data
         ratio = d.nominal / d.reference.load
         over = d.pressure / d.reference.pressure - 1.0
@@ -184,9 +188,9 @@ class TireModel:
         across = 1 if block[..., kernel.COMBINE].any() else None
         if any(effect.overrides("node") for effect, _ in own):
             given = ds, dw, dt, load, friction
-            self._slow(own, (lanes, runs), given, block, nominal, force, across)
+            self._solve_by_node(own, (lanes, runs), given, block, nominal, force, across)
         else:
-            todo = _todo(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
+            todo = _distinct_lanes(lanes, dw.reshape(2, lanes, -1), params, ds, load, friction)
 
             def part(blocks: np.ndarray, do_x: bool, do_y: bool) -> None:
                 kernel.sweep(
@@ -202,8 +206,8 @@ class TireModel:
                 shaped[axis, ~todo[axis]] = shaped[axis, 0]
         return force.reshape(2, lanes, runs, samples)
 
-    def _slow(self, own, shape, given, block, nominal, force, across) -> None:
-        """Node by node, with the effects that want to know the last force."""
+    def _solve_by_node(self, own, shape, given, block, nominal, force, across) -> None:
+        """Solve node by node, with the effects that need the last force."""
         ds, dw, dt, load, friction = given
         blocks = kernel.blocks_of(np.arange(len(ds)))
         states = kernel.rest(blocks, block, nominal)
@@ -218,7 +222,7 @@ class TireModel:
                 names = ("travel", "slip", "lateral", "load", "friction")
                 for name, value in zip(names, now, strict=True):
                     setattr(node, name, value.reshape(shape).copy())
-                _act(type(effect), effect.node, node, names, shape)
+                _call_hook(type(effect), effect.node, node, names, shape)
                 now = [np.reshape(getattr(node, k), -1) for k in names]
             travel, slip, lateral, w, mu = (np.ascontiguousarray(a)[:, None] for a in now)
             both, time = np.stack([slip, lateral]), np.ascontiguousarray(dt[:, n : n + 1])
@@ -232,7 +236,7 @@ class TireModel:
         names = self.runs.channels
         for effect, instance in deep:
             if effect.overrides("signal"):
-                _act(effect, instance.signal, signal, names, force.shape[1:])
+                _call_hook(effect, instance.signal, signal, names, force.shape[1:])
         if "fz" in names and np.any(signal.fz):
             signal.fz = self.data.only_common(signal.fz)
         return [getattr(signal, name) for name in names]
@@ -242,13 +246,13 @@ def _alike(values: np.ndarray) -> bool:
     return not (values != values[0]).any()
 
 
-def _deep(effect) -> bool:
-    """True when an effect changes what is between tire and road."""
+def _acts_on_tire(effect) -> bool:
+    """True when an effect acts between tire and road, not only on the sensors."""
     return any(effect.overrides(hook) for hook in ("motion", "tire", "node"))
 
 
-def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
-    """Run a hook; what it may change must keep its shape."""
+def _call_hook(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -> None:
+    """Call a hook; the arrays that it may change must keep their shape."""
     ask(effect, hook, argument)
     for name in names:
         found = np.shape(getattr(argument, name))
@@ -257,9 +261,9 @@ def _act(effect, hook, argument, names: Sequence[str], shape: tuple[int, ...]) -
 
 
 def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bool, bool]]:
-    """Blocks of elements and the directions in which they are wanted, for the threads.
+    """Blocks of elements and the directions to solve, as jobs for threads.
 
-    Where the directions need each other, by friction or by a drive that gives way, both are.
+    Both directions are solved where they depend on each other, by friction or a compliant drive.
     """
     runs = params.shape[2]
     give = params[0, ..., kernel.GIVE] * params[1, ..., kernel.TURN]
@@ -276,7 +280,7 @@ def _jobs(todo: np.ndarray, params: np.ndarray) -> Iterator[tuple[np.ndarray, bo
                 yield part, do_x, do_y
 
 
-def _todo(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
+def _distinct_lanes(lanes: int, dw, params, ds, load, friction) -> np.ndarray:
     """(2, lanes): False where a lane has the same inputs as the first one in that direction."""
     out = np.ones((2, lanes), dtype=bool)
     common = [a.reshape(lanes, -1) for a in (ds, load, friction)]

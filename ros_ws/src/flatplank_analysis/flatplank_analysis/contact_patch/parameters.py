@@ -1,5 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the search base; those that the campaign cannot show are left out."""
+"""Parameters of the base of the search; those that the campaign cannot determine are left out.
+
+Steady force (`kernel.saturation`): `stiff` slip stiffness, `peak` friction, `shape` n, `fall` drop
+beyond the peak, `round` 1 for a curve without quadratic term, 0 for a brush, `denom` ns.
+Transient: `carcass` stiffness, `half` half contact length, `tread` factor in (7.19), `memory` w of
+the patch, `feel` how far the slip stiffness follows the load within a run. Combined slip
+(`kernel.shared`): `combine` share of the other slip, `swing`, `rotate`, `turn_y`, `grip_y`
+friction across over along. Endings: `_y` across the wheel plane; `_load`, `_bend`, `_pressure`
+linear and quadratic dependence on load, and on pressure.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +20,14 @@ from flatplank_analysis.contact_patch.tire_runs import TireRuns
 from flatplank_analysis.discovery.parameters import Parameter
 
 BASE = "contact_patch"
-"""the base by its name in a model file"""
+"""name of the base in a model file"""
 LEAST_LOAD = 5.0
-"""[N] root mean square of the load within a run below which it is of no consequence"""
+"""[N] root mean square of the load within a run below which it is treated as constant"""
 
 START_ROLLING = 0.3
-"""[m] of free rolling before a step that tell how fast the wheel turned"""
+"""[m] of free rolling before a step that show the rolling speed of the wheel"""
 SIDE_SLIP = 5e-3
-"""[rad] of side slip at which both directions share the friction"""
+"""[rad] side slip from which both directions share the friction"""
 
 
 def moving_load(load: np.ndarray) -> float:
@@ -27,8 +36,8 @@ def moving_load(load: np.ndarray) -> float:
 
 
 def along_plank(data: TireRuns) -> float:
-    """-1 when the wheel of a steered run turns with the speed of the plank, 0 when with the part
-    of it in the wheel plane; the run rolls freely before the step."""
+    """-1 when the wheel of a steered run rolls with the plank speed, 0 when with its component in
+    the wheel plane; the run rolls freely before the step."""
     free = (data.since_step < -0.01) & (data.position > 0.5 * START_ROLLING)
     free &= data.since_step.max() > 0.0
     gone = np.where(free, data.travel, 0.0).sum(axis=1)
@@ -59,11 +68,11 @@ def base_parameters(data: TireRuns) -> tuple[Parameter, ...]:
 
 
 def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str, Parameter]]:
-    """All parameters, each with what a campaign must show; `turned`: with side slip;
-    along: `along_plank`."""
+    """All parameters, each with what a campaign must have for it; turned: with side slip; along:
+    see `along_plank`."""
     half = 0.07 * np.sqrt(load / 3700.0)
     prior = np.inf if turned else 6.0 * load
-    # where both directions are loaded, a row of bristles is the better start
+    # with forces in both directions a row of bristles is the better start
     rounding, denom, memory, turn = (0.1, 1.0, 1.0, 0.8) if turned else (0.5, 0.5, 0.5, 0.5)
     always = [
         Parameter("stiff", "N", 23.0 * load, 5.0 * load, 80.0 * load, 2.0 * load),
@@ -80,10 +89,9 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("fx_offset", "N", -30.0, -300.0, 300.0, 20.0),
         Parameter("fx_zero", "N", 0.0, -300.0, 300.0, 10.0),
     ]
-    # the friction follows the load; how far the slip stiffness does is the tire's own
+    # the friction follows the load; `feel` is how far the slip stiffness does
     feel = Parameter("feel", "1", 0.8, 0.0, 1.5, 0.3, prior=0.3)
-    # without side slip it shows only in what an effect does across the wheel, and would take the
-    # size of that
+    # without side slip it shows only in lateral effects, whose size it would take
     stiff_y = Parameter(
         "stiff_y", "N", 18.0 * load, 3.0 * load, 80.0 * load, 2.0 * load, prior=prior,
         known=not turned,
@@ -91,11 +99,11 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
     side = [
         stiff_y,
         Parameter("carcass_y", "N/m", 1.5e5, 2e4, 3e6, 3e4),
-        # 1: the rubber of the side force goes through the contact with the wheel, as with
-        # bristles; 0: side force and slip know nothing of each other
+        # 1: the rubber of the side force moves through the contact with the wheel, as with
+        # bristles; 0: side force and slip are independent
         Parameter("turn_y", "1", turn, 0.0, 1.0, 0.3, prior=0.5),
         # the protractor can be read to a tenth of a degree: more is an effect (steering
-        # zero, ply steer), which then takes the whole of it
+        # zero, ply steer), which then takes all of it
         Parameter("angle_offset", "rad", 0.0, -2e-3, 2e-3, 1e-3, prior=1e-3, known=True),
     ]
     at_an_angle = [
@@ -103,7 +111,7 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
         Parameter("swing", "1", 0.4, 0.0, 1.0, 0.2, prior=0.3),
         Parameter("rotate", "1", 0.1, 0.0, 0.5, 0.05, prior=0.1),
         Parameter("grip_y", "1", 1.0, 0.6, 1.6, 0.05, prior=0.1),
-        # which of the two is what the wheel ran by; no effect is hidden behind what is left
+        # which of the two speeds the wheel ran with; no effect may hide in the remainder
         Parameter("slip_turned", "1", along, -3.0, 3.0, 0.1, prior=0.05, known=True),
     ]
     return [
@@ -122,18 +130,18 @@ def _parameters(load: float, turned: bool, along: float = 0.0) -> list[tuple[str
 
 
 NAMES = tuple(p.name for _, p in _parameters(1.0, turned=False))
-"""of all parameters of the base"""
+"""names of all parameters of the base"""
 
 TIRES: tuple[Mapping[str, float], ...] = (
     {"stiff": 0.5, "peak": 0.75, "carcass": 0.5, "stiff_y": 0.5, "carcass_y": 0.6},
     {"stiff": 1.9, "peak": 1.35, "carcass": 2.5, "stiff_y": 1.9, "carcass_y": 2.5},
     {"stiff": 1.0, "peak": 1.0, "carcass": 4.0, "half": 1.5, "stiff_y": 1.0, "carcass_y": 4.0},
 )
-"""factors on the usual start values: a soft, a stiff one, and one that is all tread"""
+"""factors on the start values: a soft tire, a stiff one, one with all compliance in the tread"""
 
 
 def other_starts(parameters: Sequence[Parameter]) -> tuple[dict[str, float], ...]:
-    """Start values by name, each inside its range."""
+    """Start values by name, each within its range."""
     return tuple(
         {
             p.name: min(max(p.null * tire[p.name], p.lower), p.upper)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs that the bench could make next, as predictions before they are measured."""
+"""Runs that the bench can make next, as predictions before they are measured."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LOCKED = 0.0015
 
 @dataclass(frozen=True)
 class Plan:
-    """A run that could be made, with the model that predicts it."""
+    """A run that can be made, with the model that predicts it."""
 
     text: str
     settings: dict[str, Any]
@@ -43,7 +43,7 @@ def plans_for(model: TireModel) -> list[Plan]:
         "out of a preload of 1 % driving": {"preload": 0.01},
     }
     levels = sorted({float(k) for k in np.round(data.kappa, 4)}, key=abs)
-    # the smallest slips show play best, the largest ones friction
+    # small slips show play best, large ones friction
     return [
         planned(model, f"slip {100 * kappa:+g} % {words}", {"kappa": kappa} | usual | other)
         for kappa in dict.fromkeys([*levels[:3], *levels[-2:]])
@@ -58,7 +58,7 @@ def usual_step(runs: RunSet) -> float:
 
 
 def planned(model: TireModel, text: str, settings: dict[str, Any]) -> Plan:
-    """A run with these settings, predicted with the numbers of a model of other runs."""
+    """A run with these settings, predicted with the references of the given model."""
     data = planned_data(model.data, settings)
     planned = TireModel(data)
     planned.parameters = model.parameters

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop on a campaign: compare, diagnose, add, remove; what the command line calls."""
+"""The loop on a campaign (compare, diagnose, add, remove), as the command line calls it."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ class Session:
 
     @classmethod
     def open(cls, folder: str, files: Sequence[str] = (), mapping: Any = None) -> Session:
-        """Read a campaign; `files` hold effects of the user, which must keep the contract."""
+        """Read a campaign; `files` are effects of the user, which must obey the contract."""
         return cls.of(Campaign.load(folder, mapping=mapping), files)
 
     @classmethod
     def of(cls, campaign: Campaign, files: Sequence[str] = ()) -> Session:
-        """The same of a campaign that is loaded."""
+        """The session of a campaign that is loaded."""
         effects = sound_library(files)
         data = load_runs(campaign)
         return cls(campaign, data, TireModel(data), effects, tuple(files))
@@ -61,7 +61,7 @@ class Session:
         effects: Mapping[str, type[Effect]] | None = None,
         files: Sequence[str] = (),
     ) -> Session:
-        """The same of tables that lie in no folder; without `effects` with all of the library."""
+        """The session of tables without a folder; `effects`: by default the whole library."""
         data = from_tables(list(tables))
         known = library() if effects is None else effects
         return cls(Campaign("made", []), data, TireModel(data), dict(known), tuple(files))
@@ -69,7 +69,7 @@ class Session:
     def effect_of(
         self, name: str, numbers: Iterable[str], where: str, file: str = ""
     ) -> type[Effect]:
-        """An effect; FlatplankError when it, or one of these numbers of it, is not there."""
+        """An effect by name; FlatplankError when it, or one of its `numbers`, does not exist."""
         effect = self.effects.get(name) or find(name, [*self.files, *([file] if file else [])])
         known = sorted(p.name for p in effect.parameters())
         for number in numbers:
@@ -79,7 +79,7 @@ class Session:
         return effect
 
     def start(self, model: ModelFile) -> dict[str, float]:
-        """Base parameters of a model file, also those that this campaign cannot show."""
+        """Base parameters of a model file, also those that this campaign cannot determine."""
         where = model.path or "model file"
         if model.base != BASE:
             raise FlatplankError(f"no base '{model.base}'", where, f"write 'base: {BASE}'")
@@ -101,8 +101,7 @@ class Session:
         progress: Progress | None = None,
         measured: Mapping[str, Mapping[str, float]] | None = None,
     ) -> Diagnosis:
-        """Search for what the model lacks; `measured`: starting values from the pre-flight
-        sheet."""
+        """Search for missing effects; `measured`: start values from the pre-flight sheet."""
         began = time.perf_counter()
         if verdict.undecidable(self.data.runs):
             return verdict.refused(self.data.runs, time.perf_counter() - began)
@@ -119,7 +118,7 @@ class Session:
         return replace(result, seconds=time.perf_counter() - began)
 
     def fixed_proposal(self, result: Diagnosis) -> dict[str, Any]:
-        """Without a pair to tell apart: the run that separates the coordinates."""
+        """The run that separates two coordinates, when no pair of effects is confusable."""
         steps = self.data.runs.facts["step"]
         several = np.isfinite(steps).any() and np.ptp(steps[np.isfinite(steps)]) >= 0.05
         if several or result.verdict not in (verdict.NONE, verdict.PARTLY):
@@ -136,9 +135,9 @@ class Session:
     def fit(
         self, model: ModelFile | None, extra: Sequence[Term] = (), before: Step | None = None
     ) -> Step:
-        """Fit the model file's model as it is, with floor and ranking; needs a floor.
+        """Fit the model of a file, with floor and ranking; needs a floor.
 
-        before: a step without the last of the extra terms, whose error is not raised, and whose
+        before: a step without the last of the extra terms; its error must not increase, and its
         floors are the weights.
         """
         if self.model.runs.contradicted:
@@ -169,8 +168,8 @@ class Session:
     def add(
         self, model: ModelFile, name: str, before: Step | None = None
     ) -> tuple[ModelFile, Step, dict[str, Any]]:
-        """Put an effect into the model and refit everything jointly; `before`: `fit(model)`, when
-        it is known."""
+        """Add an effect to the model and refit everything; before: result of `fit(model)`, if
+        available."""
         effect = self.effect_of(name, (), "add")
         if sum(e.name == name for e in model.effects) >= effect.instances:
             raise FlatplankError(
@@ -184,7 +183,7 @@ class Session:
                 f"measure runs that have it: `flatplank effects {name}`",
             )  # fmt: skip
         item = known[0]
-        if len(effect.starts()) > 1:  # the screened size may be far off
+        if len(effect.starts()) > 1:  # the screened size may be wrong
             start = line_search(self.model, before.state, item)
         else:
             sizes = item.sizes if np.any(item.sizes) else np.full(len(item.sizes), 0.1)
@@ -212,7 +211,7 @@ class Session:
         return grown.with_step("add", name, numbers), after, numbers
 
     def remove(self, model: ModelFile, name: str) -> tuple[ModelFile, Step, dict[str, Any]]:
-        """Take the last instance of an effect out of the model and refit everything."""
+        """Remove the last instance of an effect from the model and refit everything."""
         rows = [i for i, e in enumerate(model.effects) if e.name == name]
         if not rows:
             there = ", ".join(e.name for e in model.effects) or "none"
@@ -236,7 +235,7 @@ class Session:
         return replace(model, parameters=parameters, effects=entries, campaign=self.campaign.path)
 
     def begun(self, model: ModelFile, step: Step) -> ModelFile:
-        """The model file with a first line of history when there is none; `step`: its fit."""
+        """The model file with a first line of history, from its fit `step`, if it has none."""
         return model if model.history else model.with_step("start", "", self.numbers(step))
 
     def rmse(self, step: Step) -> float:
@@ -244,7 +243,7 @@ class Session:
         return self.model.runs.rmse(step.state.residual[0])
 
     def numbers(self, step: Step) -> dict[str, Any]:
-        """What the waterfall needs of a step."""
+        """Data of a step for the waterfall."""
         level = step.state.floors[0]
         return {
             "rmse": six_digits(self.rmse(step)),

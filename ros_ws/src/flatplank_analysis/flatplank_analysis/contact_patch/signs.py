@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signs of what was measured against physics, before anything is fitted (ISO W).
+"""Check of the signs of measured columns against physics (ISO W), before any fit.
 
-Nothing is turned here: a column with the wrong sign is named, with what shows it and with the
-line that mends it.
+No sign is changed here: a column with the wrong sign is reported with the evidence and the
+line that corrects it.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ import numpy as np
 from flatplank_data.table import MeasurementTable
 
 CLEAR = 0.8
-"""share of the runs, weighed by their force, that must contradict a sign"""
+"""least share of the runs, weighted by their force, that must contradict a sign"""
 SLIP, ANGLE, CAMBER = 0.005, 0.4, 0.9
-"""[1], [deg], [deg]: smaller ones say nothing about a sign"""
+"""[1], [deg], [deg]: smaller values do not determine a sign"""
 SEEN = 0.03
-"""force over load below which it says nothing"""
+"""force over load below which a force does not determine a sign"""
 
 
 @dataclass(frozen=True)
 class WrongSign:
-    """A column, or a key of the run record, whose sign is the other way round."""
+    """A column, or a key of the run record, with the wrong sign."""
 
     names: tuple[str, ...]
-    """what may be wrong: turning one of them mends it"""
+    """names that may be wrong: changing the sign of one of them is enough"""
     evidence: str
-    """what shows it, with numbers"""
+    """evidence in words, with numbers"""
 
     @property
     def remedy(self) -> str:
-        """The line of campaign.yaml, or of a mapping file, that turns it."""
+        """The line of campaign.yaml, or of a mapping file, that changes the sign."""
         first = f"`mapping: {{turn: [{self.names[0]}]}}` in campaign.yaml turns it"
         others = "".join(f", or [{n}]" for n in self.names[1:])
         return first + others
@@ -61,18 +61,18 @@ class _Run:
 
 
 def wrong_signs(tables: Sequence[MeasurementTable]) -> tuple[WrongSign, ...]:
-    """What is the wrong way round in the runs of a campaign; () when all is as in ISO W."""
+    """Wrong signs in the runs of a campaign; () when all agree with ISO W."""
     runs = [_run(t) for t in tables]
     return (
-        *_told(("fz",), [(1.0, r.fz) for r in runs],
+        *_sign_of(("fz",), [(1.0, r.fz) for r in runs],
                "Fz < 0 in {}, a loaded tire has Fz > 0"),
-        *_told(("wheel_angle", "plank_position"), [(1.0, r.turned) for r in runs if r.turned],
+        *_sign_of(("wheel_angle", "plank_position"), [(1.0, r.turned) for r in runs if r.turned],
                "wheel and plank go against each other in {}"),
         *_slip(runs),
-        *_told(("alpha_deg", "fy"), [*_by_angle(runs)],
+        *_sign_of(("alpha_deg", "fy"), [*_by_angle(runs)],
                "Fy has the sign of alpha in {}; ISO W: alpha > 0 gives Fy < 0"
                " (in SAE tables alpha > 0 gives Fy > 0)"),
-        *_told(("gamma_deg", "fy"), [*_by_camber(runs)],
+        *_sign_of(("gamma_deg", "fy"), [*_by_camber(runs)],
                "camber thrust has the sign of gamma in {}; ISO W: the other"),
     )  # fmt: skip
 
@@ -97,14 +97,16 @@ def _run(table: MeasurementTable) -> _Run:
         alpha=info.alpha_deg,
         gamma=info.gamma_deg,
         load=info.fz if np.isfinite(info.fz) else abs(fz),
-        turned=float(np.ptp(place)) * _gone(table, "wheel_angle") * _gone(table, "plank_position"),
+        turned=float(np.ptp(place))
+        * _change_of(table, "wheel_angle")
+        * _change_of(table, "plank_position"),
         step_x=mean("fx", late) - mean("fx", early) if stepped else np.nan,
         side=mean("fy", early),
         fz=fz,
     )
 
 
-def _gone(table: MeasurementTable, name: str) -> float:
+def _change_of(table: MeasurementTable, name: str) -> float:
     if not table.has(name):
         return 0.0
     values = table[name][np.isfinite(table[name])]
@@ -112,7 +114,7 @@ def _gone(table: MeasurementTable, name: str) -> float:
 
 
 def _rolled(table: MeasurementTable, where: np.ndarray) -> float:
-    """Turn of the wheel per travel of the plank, both without their sign."""
+    """Wheel turn per plank travel, both as absolute values."""
     angle, place = table["wheel_angle"][where], table["plank_position"][where]
     good = np.isfinite(angle) & np.isfinite(place)
     if good.sum() < 3:
@@ -121,8 +123,8 @@ def _rolled(table: MeasurementTable, where: np.ndarray) -> float:
     return float(abs((angle[-1] - angle[0]) / ((place[-1] - place[0]) or np.nan)))
 
 
-def _against(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
-    """How many pairs (given, force) have opposite signs, of how many; 0 when it is not clear."""
+def _contradictions(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
+    """Number of pairs (given, force) with opposite signs, and of pairs; 0 when unclear."""
     good = [(a, b) for a, b in pairs if np.isfinite(a) and np.isfinite(b) and a != 0.0]
     weight = sum(abs(b) for _, b in good)
     wrong = [(a, b) for a, b in good if a * b < 0.0]
@@ -130,20 +132,20 @@ def _against(pairs: Sequence[tuple[float, float]]) -> tuple[int, int]:
     return (len(wrong) if clear else 0), len(good)
 
 
-def _told(
+def _sign_of(
     names: tuple[str, ...], pairs: Sequence[tuple[float, float]], text: str
 ) -> Iterator[WrongSign]:
-    """The sign of these names, where the pairs (given, force) are clearly opposite."""
-    wrong, count = _against(pairs)
+    """A wrong sign for these names, where the pairs (given, force) clearly have opposite signs."""
+    wrong, count = _contradictions(pairs)
     if wrong:
         yield WrongSign(names, text.format(f"{wrong} of {count} runs"))
 
 
 def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
-    """The record's kappa, the slip of the encoders and Fx: two against one."""
+    """Compare the record's kappa, the slip of the encoders and Fx: two decide against one."""
     slipped = [r for r in runs if abs(r.kappa) >= SLIP and abs(r.step_x) > SEEN * r.load]
-    wrong, count = _against([(r.kappa, r.step_x) for r in slipped])
-    turned, seen = _against([(r.kappa, r.measured_kappa) for r in slipped])
+    wrong, count = _contradictions([(r.kappa, r.step_x) for r in slipped])
+    turned, seen = _contradictions([(r.kappa, r.measured_kappa) for r in slipped])
     if wrong and not turned:
         text = f"a driving step lowers Fx in {wrong} of {count} runs, it ought to raise it"
         yield WrongSign(("fx",), text)
@@ -154,7 +156,7 @@ def _slip(runs: Sequence[_Run]) -> Iterator[WrongSign]:
 
 
 def _by_angle(runs: Sequence[_Run]) -> Iterator[tuple[float, float]]:
-    """Side slip, and the lateral force beside that of straight wheels."""
+    """Pairs of side slip and lateral force relative to straight wheels."""
     straight = [r.side for r in runs if abs(r.alpha) < ANGLE and abs(r.gamma) < CAMBER]
     zero = float(np.nanmean(straight)) if len(straight) and np.isfinite(straight).any() else 0.0
     for r in runs:
@@ -163,7 +165,7 @@ def _by_angle(runs: Sequence[_Run]) -> Iterator[tuple[float, float]]:
 
 
 def _by_camber(runs: Sequence[_Run]) -> Iterator[tuple[float, float]]:
-    """Camber and its thrust, between runs that differ in the camber only."""
+    """Pairs of camber and lateral force, from runs that differ in the camber only."""
     for r in runs:
         like = [q for q in runs if q.alpha == r.alpha and q.load == r.load]
         sides = [q.side for q in like]

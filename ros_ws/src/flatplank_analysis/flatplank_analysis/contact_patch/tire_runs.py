@@ -14,7 +14,7 @@ from flatplank_analysis.discovery.runs import Coordinate, RunSet
 from flatplank_data.errors import FlatplankError
 
 SIGNALS = {"fy": "N", "mx": "N m", "mz": "N m"}
-"""channels that are coordinates as well: there may be crosstalk between them"""
+"""channels that are also coordinates, because of possible crosstalk"""
 FACTS = {"pressure": "bar", "alpha": "rad", "gamma": "rad", "speed": "m/s"}
 """facts of a run that are coordinates where they differ between runs"""
 SETTINGS = ("nominal", "radius", "alpha", "gamma", "kappa", "pressure")
@@ -23,8 +23,8 @@ SETTINGS = ("nominal", "radius", "alpha", "gamma", "kappa", "pressure")
 
 @dataclass(frozen=True)
 class References:
-    """What the sizes of effects are told against: the settings in the middle of a campaign, and
-    the numbers of its runs. Other runs that a fit is asked about keep those of its campaign."""
+    """Reference values of effect sizes: typical settings and run order of a campaign. Runs of
+    another campaign keep those of the fitted one."""
 
     load: float
     """[N]"""
@@ -33,17 +33,17 @@ class References:
     first: float
     last: float
     middle: float
-    """first, last and mean run order"""
+    """run order: first, last and mean"""
 
     @classmethod
     def of(cls, data: TireRuns) -> References:
-        """Those of the runs themselves."""
+        """References of the runs themselves."""
         order = data.runs.order
         medians = float(np.median(data.nominal)), float(np.median(data.pressure))
         return cls(*medians, *(float(f(order)) for f in (np.min, np.max, np.mean)))
 
     def share(self, order: np.ndarray, begin: float) -> np.ndarray:
-        """Run order from `begin` on, in units of the whole campaign."""
+        """Run order counted from `begin`, in units of the whole campaign."""
         return (order - begin) / max(self.last - self.first, 1.0)
 
 
@@ -79,32 +79,32 @@ class TireRuns:
     since_step: np.ndarray
     """travel since the step [m], negative before"""
     wheel_turn: np.ndarray
-    """wheel angle in space, start angle included [rad]"""
+    """wheel angle in space, including the start angle [rad]"""
     signals: dict[str, np.ndarray]
-    """measured channels as inputs, without their noise"""
+    """denoised channels as inputs"""
     side_force: np.ndarray
-    """(runs,) Fy of a turned wheel before the plank moves [N]; 0 where the wheel is straight"""
+    """(runs,) Fy of a steered wheel before the plank moves [N]; 0 where the wheel is straight"""
     grids: list[np.ndarray]
-    """runs that share their nodes"""
+    """groups of runs that share their nodes"""
     signs: tuple[WrongSign, ...] = ()
-    """columns and keys whose sign is the other way round"""
+    """columns and keys with the wrong sign"""
     further: Mapping[str, Coordinate] = field(default_factory=dict)
-    """columns of other names that all runs have: what was recorded beside the channels"""
+    """further recorded columns that all runs have"""
     against: References | None = None
-    """of another campaign, whose fit these runs are asked about"""
+    """references of another campaign, whose fit is applied to these runs"""
 
     @cached_property
     def reference(self) -> References:
-        """What the sizes of effects are told against."""
+        """Reference values of effect sizes."""
         return self.against or References.of(self)
 
     @cached_property
     def side_before(self) -> np.ndarray:
-        """(runs,) sign of the last slip before each run; 0 where none is known."""
+        """(runs,) sign of the last slip before each run; 0 where unknown."""
         return side_before(self.runs.order, self.kappa)
 
     def coordinate(self, name: str) -> np.ndarray:
-        """A coordinate of the runs, a channel, or a further column by name (runs, samples)."""
+        """A coordinate, channel or further column by name (runs, samples)."""
         return coordinate_of(self, name).values
 
     def only_common(self, values: np.ndarray) -> np.ndarray:
@@ -117,7 +117,7 @@ class TireRuns:
 
 
 def side_before(order: np.ndarray, kappa: np.ndarray) -> np.ndarray:
-    """Sign of the last slip before each run, 1 driving, -1 braking; 0 where none is known.
+    """Sign of the last slip before each run: 1 driving, -1 braking, 0 unknown.
 
     order, kappa (runs,): run order and commanded slip.
     """
@@ -130,7 +130,7 @@ def side_before(order: np.ndarray, kappa: np.ndarray) -> np.ndarray:
 
 
 def coordinates_of(data: TireRuns) -> Mapping[str, Coordinate]:
-    """Everything by name in which something may show itself; further columns go first."""
+    """All coordinates by name over which an effect may show; further columns come first."""
     shape = data.position.shape
     out = dict(data.runs.coordinates)
     for name, unit in SIGNALS.items():
@@ -143,7 +143,7 @@ def coordinates_of(data: TireRuns) -> Mapping[str, Coordinate]:
 
 
 def coordinate_of(data: TireRuns, name: str) -> Coordinate:
-    """One of them; FlatplankError when the runs do not have it."""
+    """A coordinate by name; FlatplankError when the runs do not have it."""
     known = coordinates_of(data)
     if name not in known:
         raise FlatplankError(

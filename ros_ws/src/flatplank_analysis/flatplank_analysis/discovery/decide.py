@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Is an effect real? Tests at the refit; see `heldout` for left-out conditions.
+"""Significance tests of one effect after its refit; see `heldout` for left-out conditions.
 
-A whitened test alone names something false in a fifth to a third of all campaigns, because tires
-and machines scatter from run to run. So the drop is divided by the dispersion of the effect's
-own scores among repeats, and among conditions, and the effect must have one size everywhere.
+A whitened test alone names a false effect in a fifth to a third of all campaigns, because tires
+and machines scatter from run to run. So the drop of chi2 is divided by the dispersion of the
+effect's own scores among repeats and among conditions, and its size must be the same everywhere.
 """
 
 from __future__ import annotations
@@ -27,33 +27,34 @@ from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import State
 
 FAMILY = 0.05
+"""family-wise error rate of the tests of all effects together"""
 FORM = 0.03
-"""what the form of the model's law may be wrong by, relative to the whole of an effect"""
+"""error of the form of the model's force law, as a share of a fully visible effect"""
 FAINT = 0.05
-"""visible share of an effect below which it is asked whether the law could imitate it by itself"""
+"""visible share of an effect below which its visibility beside the bare model is computed, too"""
 LAW = 0.005
-"""standard deviation of the model's law in a condition, relative to the force: no repeat shows it,
-and an effect that is a share of the force is known no better"""
+"""standard deviation of the model's force law per condition, as a share of the force; repeats do
+not show it, and it limits the precision of effects that are proportional to the force"""
 STRETCHES = 5
+"""parts of a run, of equal information, whose sizes of the effect are compared"""
 SAME = 0.015
-"""share of the drop by which the size may differ along the run: true effects 0-0.005, false ones
-0.3 and more"""
+"""permitted difference of the size along the run, as a share of the drop of chi2: true effects
+have 0 to 0.005, false ones 0.3 and more"""
 OTHER = 0.4
-"""share of the drop by which it may differ where a fault has another form than the effect, and
-nothing that counts is left beside it"""
+"""the same for a fault of another form than the effect, when no residual of consequence remains"""
 NEARLY = 0.15
-"""the same where something is left: half of what impostors have at least"""
+"""the same when a residual remains: half of the smallest value of false effects"""
 PRIOR = 4.0
-"""degrees of freedom at least that the dispersion among repeats lends to that among conditions"""
+"""least weight, in degrees of freedom, of the dispersion among repeats in that among conditions"""
 CONDITIONS = 0.0005
-"""p-value needed among conditions, of which there are few: what the form of the law, or that of an
-effect that was accepted, leaves over differs between conditions, too"""
+"""p-value required among conditions: strict, because they are few and because errors of the law's
+form and of accepted effects also differ between conditions"""
 SHARE = 0.003
-"""a further effect must bring this share of the chi2 that is explained already"""
+"""least drop of chi2 of a further effect, as a share of the drop explained already"""
 
 
 UNEVEN = ("not the same size along the run", "not the same size in every condition")
-"""what is said of an impostor, and of a fault that has another form than the effect"""
+"""reasons that apply to a false effect, and to a fault of another form than the effect"""
 
 
 @dataclass(frozen=True)
@@ -65,14 +66,14 @@ class Decision:
     """drop of the whitened chi2 by the effect"""
     parameters: int
     dispersion: float
-    """kappa among repeats"""
+    """dispersion of the scores among repeats over that of the noise model"""
     dispersion_conditions: float
     p_repeats: float
     p_conditions: float
     level: float
-    """p-value needed: family-wise 5 % over all columns that were looked at"""
+    """required p-value: `FAMILY` divided by the number of columns tested"""
     matters: float
-    """size that matters"""
+    """smallest size of consequence"""
     stretch_q: float
     stretch_limit: float
     condition_q: float
@@ -95,13 +96,13 @@ class Decision:
 
     @property
     def misshapen(self) -> bool:
-        """True when only its form is wrong, and that by no more than it may be."""
+        """True when only its form is wrong, within the permitted limit."""
         uneven = bool(self.reasons) and set(self.reasons) <= set(UNEVEN)
         return uneven and not self.term.effect.generic and self.unevenness < OTHER
 
     @property
     def residue(self) -> float:
-        """Of its drop, what a fault of another form leaves for others to imitate."""
+        """Part of the drop that its wrong form leaves for other effects to imitate."""
         return self.unevenness * self.drop if self.misshapen else 0.0
 
     @property
@@ -111,7 +112,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class Judge:
-    """What the tests of all effects that may be added to a state have in common."""
+    """Tests of the effects that may be added to a state, with the values they share."""
 
     state: State
     without: float
@@ -120,19 +121,19 @@ class Judge:
     explained: float = 0.0
     """drop of the effects that were accepted before"""
     residue: float = 0.0
-    """what the form of these leaves"""
+    """part of it that the wrong form of these effects leaves for others to imitate"""
     bare: Fit | None = None
     """whitened fit without the effect, where it is not that of the state"""
     alike: Mapping[str, float] = field(default_factory=dict)
-    """drop that is no evidence between an effect that was found and one that looks like it"""
+    """by effect that resembles an accepted one: drop that does not distinguish the two"""
 
     def decide(
         self, found: Whitened, index: int, looked_at: int, plain: Fit | None = None
     ) -> Decision:
         """Test effect `index` of a whitened fit.
 
-        looked_at: columns that were looked at to find it; plain: the plain fit with the effect,
-        for the held-out gain.
+        looked_at: number of columns that were tested to find it; plain: the plain fit with the
+        effect, for the held-out gain.
         """
         fit, state = found.fit, self.state
         term, runs = fit.terms[index], state.runs
@@ -148,31 +149,34 @@ class Judge:
         local, info = scores_of(gram, base)
         kappa, freedom = self.usual.draw(*among_repeats(runs.comparable, local, info))
         kappa_c, freedom_c = among_conditions(runs.groups, local, info)
-        # an effect that shows in two conditions leaves one degree of freedom: too few to be
-        # judged by themselves, so the dispersion is drawn towards that among repeats
-        lent = max(PRIOR, self.usual.freedom)
-        drawn = (freedom_c * kappa_c + lent * kappa) / (freedom_c + lent)
-        drawn += _of_the_law(state, gram, base) / max(float(info.sum()), 1e-30)
+        # an effect that shows in two conditions has one degree of freedom: too few for a
+        # dispersion of its own, so it is shrunk towards that among repeats
+        prior_freedom = max(PRIOR, self.usual.freedom)
+        shrunk = (freedom_c * kappa_c + prior_freedom * kappa) / (freedom_c + prior_freedom)
+        shrunk += _of_the_law(state, gram, base) / max(float(info.sum()), 1e-30)
         stretch_q, stretch_n = _stretch_test(gram, base)
         condition_q, condition_n = _condition_test(state, local, info)
-        worth = 12.0 if term.effect.kind == "tire" else 6.0
-        wide = 5.0 if term.effect.local else 1.0
-        # the form of the law is not that of the tire: that is no noise, no repeat shows it, and
-        # the less of an effect is visible beside the law, the more of its size it can imitate
+        per_freedom = 12.0 if term.effect.kind == "tire" else 6.0
+        local_factor = 5.0 if term.effect.local else 1.0
+        # the model's law has not the form of the tire's; repeats do not show this error, and the
+        # smaller the visible share of an effect, the more of its size the law can imitate
         beside = [row for row, i in enumerate(own) if fit.free[i][0] != index]
         visible = _visible(gram, beside, base)
         if visible < FAINT:
             visible = max(visible, self._visible_beside_the_bare(direction))
         form = FORM**2 / max(visible, 1e-9)
-        variance = max(kappa, drawn) / max(float(info.sum()), 1e-30) + form
-        allowed = worth * stretch_n + wide * SAME * drop, worth * condition_n + SAME * drop
+        variance = max(kappa, shrunk) / max(float(info.sum()), 1e-30) + form
+        allowed = (
+            per_freedom * stretch_n + local_factor * SAME * drop,
+            per_freedom * condition_n + SAME * drop,
+        )
         if stretch_q > allowed[0] or condition_q > allowed[1]:
-            # a fault of another form has no size but that of some stretch or condition
+            # a fault of another form has a different size in every stretch and condition
             variance += max(stretch_q, condition_q) / max(drop, 1e-30) / (STRETCHES - 1)
         spread = abs(term.size) * float(student.ppf(0.95, freedom)) * np.sqrt(variance)
         p_repeats = _p_value(drop, k, kappa, freedom)
-        # without repeats the conditions are all there is, and pay for the looking, too
-        p_conditions = _p_value(drop, k, drawn, freedom_c + lent)
+        # without repeats only conditions remain, which must then meet the family-wise level
+        p_conditions = _p_value(drop, k, shrunk, freedom_c + prior_freedom)
         decision = Decision(
             term=term,
             drop=drop,
@@ -194,8 +198,8 @@ class Judge:
         return replace(decision, reasons=tuple(self._reasons(decision)))
 
     def _visible_beside_the_bare(self, direction: np.ndarray) -> float:
-        """Share of an effect that the model without it does not make: where a force is there by
-        the effect alone (Fy by camber), numbers of the tire change that force and nothing else."""
+        """Share of an effect that the model without it cannot imitate. Where only the effect makes
+        a force (Fy by camber), the tire's parameters act on that force only in its presence."""
         fit = self.bare or self.state.whitened.fit
         columns = np.concatenate([fit.jacobian[fit.loose()], direction[None]])
         gram = self.state.gram(fit.residual(self.state.runs.measured), columns)
@@ -229,7 +233,7 @@ def _reasons(d: Decision) -> Iterator[str]:
 
 
 def at_edge(term: Term) -> bool:
-    """True when the size stands at an end of its physical range."""
+    """True when the size is at an end of its physical range."""
     p = term.effect.main_parameter()
     value, width = term.named()[p.name], p.upper - p.lower
     low, high = value <= p.lower + 1e-6 * width, value >= p.upper - 1e-6 * width
@@ -239,7 +243,7 @@ def at_edge(term: Term) -> bool:
 
 
 def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
-    """Share of a column that the others do not make."""
+    """Share of a column that the others cannot imitate."""
     rows = [*others, column]
     part = Gram(gram.products[:, rows][:, :, rows], gram.scores[:, rows], gram.energy)
     _, info = scores_of(part, len(others))
@@ -247,7 +251,7 @@ def _visible(gram: Gram, others: Sequence[int], column: int) -> float:
 
 
 def _stretches(state: State, direction: np.ndarray) -> np.ndarray:
-    """The effect cut into stretches of equal information along the run."""
+    """The effect's column split into stretches of equal information along the run."""
     runs = state.runs
     energy = np.sum(direction**2, axis=(0, 1))
     total = np.cumsum(energy) / max(float(energy.sum()), 1e-30)
@@ -257,9 +261,9 @@ def _stretches(state: State, direction: np.ndarray) -> np.ndarray:
 
 
 def _of_the_law(state: State, gram: Gram, base: int) -> float:
-    """Variance that an unknown error of the law, of its own in every condition, gives the score.
+    """Variance of the score by a relative error of the force law, independent in each condition.
 
-    The last column of the sums is the force itself.
+    The last column of the Gram matrix is the force itself.
     """
     products, scores, _ = gram.total()
     mix = solve(products[:base, :base], scores[:base])[1] @ products[:base, base]
@@ -271,14 +275,13 @@ def _of_the_law(state: State, gram: Gram, base: int) -> float:
 def _p_value(drop: float, k: int, kappa: float, freedom: float) -> float:
     if drop <= 0.0:
         return 1.0
-    # a dispersion below one is luck, not a finer noise; with many degrees of freedom the
-    # noise model itself is the limit
+    # a dispersion below one is chance: the noise is not smaller than the noise model says
     value = drop / k / max(kappa, 1.0)
     return float(f_distribution.sf(value, k, max(freedom, 1.0)))
 
 
 def _stretch_test(gram: Gram, base: int) -> tuple[float, int]:
-    """How much better five sizes along the run fit than one."""
+    """Gain of chi2 with one size per stretch instead of one for the run, and its freedom."""
     products, scores, _ = gram.total()
     gains = []
     for rows in ([*range(base + 1)], [*range(base), *range(base + 1, base + 1 + STRETCHES)]):
@@ -289,7 +292,7 @@ def _stretch_test(gram: Gram, base: int) -> tuple[float, int]:
 
 
 def _condition_test(state: State, score, info) -> tuple[float, int]:
-    """Spread of the size over the conditions."""
+    """Weighted sum of squares of the size over the conditions, and its degrees of freedom."""
     h = np.array([info[g].sum() for g in state.runs.groups])
     s = np.array([score[g].sum() for g in state.runs.groups])
     alive = h > 1e-4 * h.sum()

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bounded least squares in bent valleys: Levenberg-Marquardt with geodesic acceleration.
+"""Bounded least squares in curved valleys: Levenberg-Marquardt with geodesic acceleration.
 
-Where the numbers of a model can stand in for each other, the sum of squares lies in a long, narrow
-valley that bends. A straight step leaves it at once, and damped until it stays inside it moves by
-hundredths of what is needed. The second derivative along a step tells how the valley bends (M. K.
-Transtrum, J. P. Sethna, arXiv:1201.5885); it costs one prediction, a Jacobian costs one for every
-number. So several dampings are tried at once, straight and bent, as lanes of two calls.
+Where parameters are strongly correlated, the sum of squares has a long, narrow, curved valley. A
+straight step leaves the valley at once, and a step damped enough to stay inside advances by
+hundredths of the distance. The second derivative along a step gives the curvature of the valley
+(M. K. Transtrum, J. P. Sethna, arXiv:1201.5885). It costs one prediction, a Jacobian one per
+parameter. So several dampings are tried at once, straight and corrected, in two calls.
 """
 
 from __future__ import annotations
@@ -17,35 +17,35 @@ from typing import NamedTuple
 import numpy as np
 
 SPREAD = (0.1, 1.0, 10.0)
-"""dampings that are tried, relative to the last one that was good"""
+"""dampings that are tried, relative to the last successful one"""
 LEAST, FIRST, MOST = 1e-7, 1e-3, 10.0
-"""damping: next to none; where the fan of dampings begins; beyond it there is no way down"""
+"""damping (relative to the diagonal of the Hessian): smallest, first, and largest value"""
 PROBE = 0.05
-"""share of a step at which its bend is measured"""
+"""fraction of a step at which its second derivative is measured"""
 KEPT = 0.75
-"""share of the promised gain with which the undamped step is good"""
+"""fraction of the predicted decrease with which the undamped step is accepted at once"""
 SHARPEST = 3.0
-"""bend of a step, relative to its length, beyond which it is not to be trusted"""
+"""largest second-order correction of a step, relative to its length"""
 FAR = 0.3
-"""share of the sum of squares: a step that gains more is far from the end, and Broyden's update is
-good enough for the next one"""
+"""relative decrease of the sum of squares above which the end is still far away, so that
+Broyden's update replaces a new Jacobian"""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is minimised: the sum of squares of a residual in some metric, and of the distance of
-    the numbers from what is known of them beforehand. A point is a vector of numbers."""
+    """What is minimised: the sum of squares of a residual in some metric plus the weighted squared
+    distance of the parameters from their priors. A point is a parameter vector."""
 
     measured: np.ndarray
     """(channels, runs, samples)"""
     predict: Callable[[list[np.ndarray]], np.ndarray]
     """points -> predictions (points, channels, runs, samples), all in one call"""
     jacobian: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    """point and its prediction -> derivatives (numbers, channels, runs, samples)"""
+    """point and its prediction -> derivatives (parameters, channels, runs, samples)"""
     metric: Callable[[np.ndarray], np.ndarray]
-    """(n, channels, runs, samples) -> anything of n rows whose squares are summed; linear"""
+    """linear: (n, channels, runs, samples) -> n rows whose squares are summed"""
     enough: Callable[[float], float]
-    """sum of squares -> gain that is not worth another step"""
+    """sum of squares -> decrease below which the descent ends"""
     lower: np.ndarray
     upper: np.ndarray
     centre: np.ndarray
@@ -53,12 +53,12 @@ class Problem:
     """weight of the squared distance from the centre"""
 
     def measure(self, values: np.ndarray) -> np.ndarray:
-        """In the metric, (n, m)."""
+        """Values in the metric, shape (n, m)."""
         return self.metric(values).reshape(len(values), -1)
 
     def points(self, places: Sequence[np.ndarray], near: Sequence[np.ndarray] = ()) -> list[Point]:
-        """What is predicted at some places, in one call; at those that are only `near` the energy
-        is not asked for."""
+        """Predictions at `places` and `near` in one call; the energy only at `places` (NaN at
+        the others)."""
         inside = [np.clip(z, self.lower, self.upper) for z in [*places, *near]]
         if not inside:
             return []
@@ -71,7 +71,7 @@ class Problem:
 
 
 class Point(NamedTuple):
-    """Numbers, what they predict, and the energy."""
+    """A parameter vector, its prediction, and its energy (the minimised sum)."""
 
     z: np.ndarray
     predicted: np.ndarray
@@ -80,13 +80,13 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True)
 class Descent:
-    """Where it ended."""
+    """Result of a descent."""
 
     point: Point
     columns: np.ndarray
     """the last Jacobian"""
     fresh: bool
-    """True when that was made at this very point"""
+    """True when the Jacobian was computed at this very point"""
     steps: int
 
 
@@ -97,24 +97,24 @@ def descend(
     steps: int = 25,
     jacobians: int = 25,
 ) -> Descent:
-    """Go down from a point; every step lowers the energy or is the last.
+    """Minimise from a point; every step lowers the energy, or the descent ends.
 
     Args:
         problem: what is minimised.
-        z: where it begins.
-        columns: a Jacobian that is good there; else one is made.
-        steps: at most.
-        jacobians: that may be made on the way, the first one not counted.
+        z: start.
+        columns: a Jacobian that is valid there; otherwise it is computed.
+        steps: largest number of steps.
+        jacobians: largest number of Jacobians, not counting the first one.
     """
     at = problem.points([z])[0]
     fresh, damping, count = columns is None, FIRST, 0
     if columns is None:
         columns = problem.jacobian(at.z, at.predicted)
-    here = True  # the Jacobian is good at this point, or is said to be
+    here = True  # the Jacobian was computed at this point, or given for it
     fan = None
     while count < steps:
         count += 1
-        fan = fan or _Fan(problem, at, columns)
+        fan = fan or _DampedSteps(problem, at, columns)
         enough = problem.enough(at.energy)
         if fan.promised > enough:
             end, damping = fan.best(damping)
@@ -140,8 +140,8 @@ def descend(
     return Descent(at, columns, fresh, count)
 
 
-class _Fan:
-    """Steps from a point that differ in their damping, straight and bent."""
+class _DampedSteps:
+    """Steps from one point with different dampings, straight and corrected."""
 
     def __init__(self, problem: Problem, at: Point, columns: np.ndarray) -> None:
         self.problem, self.at, self.columns = problem, at, columns
@@ -157,8 +157,8 @@ class _Fan:
         return bounded_step(self.hessian, slope, low, high, damping)
 
     def best(self, damping: float) -> tuple[Point, float]:
-        """The lowest end and the damping that led there; when none is lower, the point itself and
-        the damping with which to try again."""
+        """The lowest point and its damping; when none is lower, the start point and the next
+        damping to try."""
         undamped = self.problem.points([self.at.z + self.full])[0]
         if self.at.energy - undamped.energy > KEPT * self.promised:
             return undamped, max(SPREAD[0] * damping, LEAST)
@@ -176,7 +176,7 @@ class _Fan:
     def bent(
         self, moves: list[np.ndarray], dampings: list[float], probed: list[Point]
     ) -> list[tuple[Point, float]]:
-        """The same steps with half of their second derivative taken out."""
+        """The same steps with half of their second derivative as correction."""
         rates = np.tensordot(np.array(moves), self.columns, axes=1)
         predicted = np.array([p.predicted for p in probed])
         bends = (2.0 / PROBE) * ((predicted - self.at.predicted) / PROBE - rates)
@@ -196,12 +196,12 @@ class _Fan:
 
 
 def _inside(problem: Problem, z: np.ndarray) -> bool:
-    """True when no number stands at an end of its range, where a step may have been cut."""
+    """True when no parameter is at an end of its range, where a step may have been cut."""
     return bool(np.all((z > problem.lower) & (z < problem.upper)))
 
 
 def _broyden(columns: np.ndarray, move: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Correct a Jacobian so that it explains the last step."""
+    """Broyden's update of a Jacobian, which then reproduces the last step."""
     length = float(move @ move)
     if length < 1e-12:
         return columns
@@ -212,8 +212,8 @@ def _broyden(columns: np.ndarray, move: np.ndarray, change: np.ndarray) -> np.nd
 def bounded_step(hessian, slope, lower, upper, damping: float) -> np.ndarray:
     """Minimise x'Hx/2 - g'x within a box that holds zero; damped by a share of the diagonal.
 
-    What leaves the box is held at its wall, and what then pulls away from a wall is let go, one
-    after the other.
+    Variables that leave the box are held at its boundary; held variables whose gradient points
+    inwards are released one at a time.
     """
     size = len(slope)
     scale = np.sqrt(np.maximum(np.diag(hessian), 1e-30))

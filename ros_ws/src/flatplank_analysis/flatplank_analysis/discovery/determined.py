@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well each fitted number is known, and which runs say so.
+"""How precisely each parameter is known, and which runs determine it.
 
-A fit turns the scores of the runs into numbers: z = A^-1 (sum of scores + S prior), with A the
-products P_r of the Jacobian of all runs and the strength S of what was known beforehand. With a
-row a of A^-1 the interval of a number comes from the scatter of a's score among repeats, whatever
-the noise is like; a'P_r a is what run r knows of it with all other numbers free, a'Sa the prior.
+A fit computes z = A^-1 (sum of scores + S prior), with A the sum of the Jacobian products P_r of
+all runs plus the strength S of the priors. With a row a of A^-1, the interval of a parameter comes
+from the scatter of a's score among repeats, so that it needs no noise model; a'P_r a is the
+contribution of run r with all other parameters free, a'Sa that of the prior.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from flatplank_analysis.discovery.state import State
 
 PRIOR = "what is known beforehand"
 TOLD, LEAST = 3, 0.1
-"""at most so many conditions are named, each with at least this share"""
+"""most conditions that are named, and the least share of each"""
 HALF = 0.5
-"""share of a number that data and prior must determine together"""
+"""least share of a parameter that data and prior together determine"""
 
 
 @dataclass(frozen=True)
 class Number:
-    """A fitted number of a model."""
+    """A fitted parameter of a model."""
 
     owner: str
     """effect, empty for the tire"""
@@ -39,7 +39,7 @@ class Number:
     interval: tuple[float, float]
     """90 %; infinite where the runs do not determine it"""
     shares: tuple[tuple[str, float], ...]
-    """what determines it, the largest share first"""
+    """conditions or prior that determine it, with their shares, the largest first"""
     at_bound: bool = False
 
     def words(self) -> str:
@@ -50,7 +50,7 @@ class Number:
 
 
 def numbers_of(state: State) -> list[Number]:
-    """All fitted numbers of a state's model, the tire's first."""
+    """All fitted parameters of a state's model, the tire's first."""
     fit, runs = state.fit, state.runs
     entries = state.fitter.task(fit).entries
     weight = state.fitter.weight
@@ -87,14 +87,14 @@ def _rows(values: np.ndarray) -> np.ndarray:
 
 
 def _reach(groups, contributed: np.ndarray, parts: np.ndarray, prior: float) -> float:
-    """Half the 90 % interval of a number in its scale, from the scatter among repeats."""
+    """Half of the 90 % interval of a parameter, in its scale, from the scatter among repeats."""
     dispersion, freedom = among_repeats(groups, contributed, parts)
     scatter = float(student.ppf(0.95, freedom)) ** 2 * dispersion * float(parts.sum())
     return float(np.sqrt(scatter + float(normal.ppf(0.95)) ** 2 * prior))
 
 
 def _shares(state: State, parts: np.ndarray, prior: float) -> tuple[tuple[str, float], ...]:
-    """Conditions and what is known beforehand by their share, the largest first."""
+    """Shares of the conditions and of the prior, the largest first."""
     runs = state.runs
     heads = [name.split(",", 1)[0] for name in runs.condition_names]
     names = heads if len(set(heads)) == len(heads) else runs.condition_names

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much the scores of an effect scatter between runs, over what the noise model expects.
+"""Scatter of an effect's scores between runs, relative to the noise model.
 
-An effect that shows in few runs has few scores to judge it by. How far dispersions lie from one
-at all is seen on all candidates together, and this draws each of them towards the usual (the
-moderated variances of Smyth 2004, Statistical Applications in Genetics and Molecular Biology 3).
+An effect that shows in few runs has few scores from which to estimate its dispersion. The
+dispersions of all candidates together have a typical value and spread, towards which each single
+one is shrunk (moderated variances, Smyth 2004, Statistical Applications in Genetics and Molecular
+Biology 3).
 """
 
 from __future__ import annotations
@@ -17,25 +18,25 @@ from scipy.special import digamma, polygamma
 from flatplank_analysis.discovery.gram import Gram, solve
 
 LEAST_FREEDOM, MOST_FREEDOM = 2.0, 16.0
-"""of the usual dispersion; repeats of a campaign cannot tell more"""
+"""limits of the degrees of freedom of the typical dispersion"""
 
 
 @dataclass(frozen=True)
 class Usual:
-    """What dispersions of a campaign are usually like."""
+    """Typical dispersion of a campaign, and its weight in degrees of freedom."""
 
     dispersion: float = 1.0
     freedom: float = LEAST_FREEDOM
 
     def draw(self, kappa: float, freedom: float) -> tuple[float, float]:
-        """A dispersion drawn towards the usual, and its freedom; never below one."""
+        """A dispersion shrunk towards the typical one, at least one, and its freedom."""
         total = freedom + self.freedom
         drawn = (freedom * kappa + self.freedom * self.dispersion) / total
         return max(drawn, 1.0), total
 
 
 def usual(kappas: Sequence[float], freedoms: Sequence[float]) -> Usual:
-    """The usual dispersion and how far single ones lie from it, by the moments of their logs."""
+    """Typical dispersion and its freedom, from the moments of the logarithms."""
     pairs = [(k, f) for k, f in zip(kappas, freedoms, strict=True) if k > 0.0 and f >= 1.0]
     if len(pairs) < 5:
         return Usual()
@@ -62,7 +63,7 @@ def _trigamma_inverse(value: float) -> float:
 
 
 def scores_of(gram: Gram, base: int) -> tuple[np.ndarray, np.ndarray]:
-    """Per run: score and information of the amplitude with the base projected out."""
+    """Score and information of the effect per run (runs,), with the base projected out."""
     products, scores, _ = gram.total()
     inverse = solve(products[:base, :base], scores[:base])[1]
     mix = inverse @ products[:base, base]
@@ -80,7 +81,7 @@ def scores_of(gram: Gram, base: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def among_repeats(groups: Sequence[np.ndarray], score, info) -> tuple[float, float]:
-    """Dispersion of the scores among repeats over what is expected, and its freedom."""
+    """Scatter of the scores among repeats over its expectation, and its degrees of freedom."""
     top = bottom = squares = 0.0
     for rows in groups:
         k = len(rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An effect as the engine sees it: what it is called, its parameters, where it would show."""
+"""An effect as the engine uses it: names, parameters, and the coordinate over which it shows."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ Kind = Literal["machine", "sensor", "tire"]
 class Effect:
     """Base of all effects. A subclass is a frozen dataclass whose `param` fields are fitted.
 
-    What an effect does is agreed between the effect and the model (hooks); the engine only
-    varies its parameters. With every parameter at its null value an effect does nothing.
+    Hooks define what an effect does; effect and model agree on them, and the engine only
+    varies the parameters. With every parameter at its null value an effect does nothing.
     """
 
     identifier: ClassVar[str] = ""
     title: ClassVar[str] = ""
     kind: ClassVar[Kind] = "machine"
     coordinate: ClassVar[str] = ""
-    """name of the coordinate in which it shows"""
+    """name of the coordinate over which it shows"""
     source: ClassVar[str] = ""
     what: ClassVar[str] = ""
-    """what it is on the machine"""
+    """physical description on the machine"""
     check: ClassVar[str] = ""
-    """how to check it there"""
+    """how to check it on the machine"""
     removes: ClassVar[str] = ""
-    """what removes it"""
+    """remedy on the machine"""
     main: ClassVar[str] = ""
     """parameter that is the size; empty: the first one"""
     generic: ClassVar[bool] = False
-    """a free form that explains nothing: only the law of the model is incomplete"""
+    """a free form without a physical cause: only the law of the model is incomplete"""
     law: ClassVar[bool] = False
-    """a piece of the model's own law: what it alone explains is no fault of the machine"""
+    """part of the model's own law: what it alone explains is no fault of the machine"""
     instances: ClassVar[int] = 1
-    """how often it may be present at different places"""
+    """largest number of instances, at different places"""
     local: ClassVar[bool] = False
-    """present at one place only: its size cannot be compared along the run"""
+    """acts at one place only: its size cannot be compared along the run"""
     rarity: ClassVar[int] = 0
-    """of effects that look the same the one with the lower number is named, the others with it"""
+    """of indistinguishable effects the one with the lowest number is named first"""
     order: ClassVar[int] = 0
     """hooks of a lower order act first"""
 
@@ -69,7 +69,7 @@ class Effect:
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        """Settings of the parameters that do not exist at the null (position, period).
+        """Settings of the parameters that have no meaning at the null (position, period).
 
         residual (channels, runs, samples) may suggest them; see `scanned`.
         """
@@ -77,12 +77,12 @@ class Effect:
 
     @classmethod
     def scanned(cls, runs: RunSet) -> int:
-        """How many settings were looked at to find the variants: the price of looking."""
+        """Number of settings that were tested to find the variants; divides the test level."""
         return 1
 
     @classmethod
     def held(cls) -> tuple[str, ...]:
-        """Parameters that a variant sets and no fit moves."""
+        """Parameters that a variant sets and no fit changes."""
         return ()
 
     @classmethod
@@ -118,7 +118,7 @@ class Effect:
 
 
 def ask(effect: type[Effect], hook: Callable[..., Any], *arguments: Any) -> Any:
-    """Answer of a hook; what goes wrong in it is told with the name of the effect."""
+    """Call a hook of an effect; its errors become a FlatplankError with the effect's name."""
     try:
         return hook(*arguments)
     except FlatplankError:
@@ -128,7 +128,7 @@ def ask(effect: type[Effect], hook: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def fault(effect: type[Effect], hook: Callable[..., Any], what: str) -> FlatplankError:
-    """The error that says what a hook of an effect does wrong."""
+    """The error for a wrong hook of an effect."""
     return FlatplankError(
         what,
         f"effect {effect.identifier}, {hook.__name__}()",
@@ -139,7 +139,7 @@ def fault(effect: type[Effect], hook: Callable[..., Any], what: str) -> Flatplan
 def variants_of(
     effect: type[Effect], runs: RunSet, residual: np.ndarray
 ) -> list[dict[str, float]]:
-    """What `variants` answers; FlatplankError when it fails or names what the effect has not."""
+    """Result of `variants`; FlatplankError when it fails or names an unknown parameter."""
     found = ask(effect, effect.variants, runs, residual)
     if not isinstance(found, list) or not all(isinstance(s, Mapping) for s in found):
         raise fault(effect, effect.variants, "gives no list of settings {parameter: value}")

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plain and whitened fits of a model and its effects.
 
-The fit that is drawn, with its error, is a plain least-squares fit; decisions and sizes come from
-the whitened one. Where runs scatter, the plain fit follows those with the largest forces; the
-whitened one weighs every run by its scatter, so its sizes are two to three times
-sharper. One linear step from the plain fit finds its place only roughly: as many units of chi2 off
-as weak effects bring.
+The drawn fit and its error come from plain least squares; decisions and sizes come from the
+whitened fit. The runs with the largest forces dominate the plain fit; the whitened one weighs
+every run by its scatter, so that its sizes are two to three times more precise. One linear step
+from the plain fit is no substitute: its error in chi2 is as large as the drop by a weak effect.
 """
 
 from __future__ import annotations
@@ -21,14 +20,14 @@ from flatplank_analysis.discovery.model import Lane, Model
 from flatplank_analysis.discovery.parameters import Parameter
 
 TOLERANCE = 2e-5
-"""share of the sum of squares that is not worth another step of the plain fit"""
+"""relative decrease of the sum of squares below which the plain fit ends"""
 ENOUGH = 0.5
-"""gain of the whitened chi2 that is no evidence of anything"""
+"""decrease of the whitened chi2 below which the whitened fit ends"""
 
 
 @dataclass(frozen=True)
 class Term:
-    """An effect in a model: which one, with which parameter values."""
+    """An effect in a model, with its parameter values."""
 
     effect: type[Effect]
     values: np.ndarray
@@ -57,10 +56,10 @@ class Fit:
     jacobian: np.ndarray
     """(free parameters, channels, runs, samples), in the scale of the parameters"""
     free: tuple[tuple[int, str], ...] = ()
-    """what the rows of the Jacobian are: (-1, base parameter) or (term, parameter)"""
+    """rows of the Jacobian: (-1, base parameter) or (term, parameter)"""
     at_bound: tuple[str, ...] = ()
     known: tuple[int, ...] = ()
-    """rows of the Jacobian of parameters that are known beforehand"""
+    """rows of the Jacobian of parameters with a narrow known range (`Parameter.known`)"""
 
     def loose(self) -> list[int]:
         """Rows of the Jacobian that may imitate an effect."""
@@ -92,7 +91,7 @@ def scale_of(p: Parameter) -> float:
 
 
 def growth(fit: Fit, index: int) -> np.ndarray:
-    """Change of the free numbers, in their scale, when effect `index` grows by its own size."""
+    """Change of the free parameters, in their scale, when effect `index` doubles."""
     term = fit.terms[index]
     named = term.named()
     linear = {p.name: p for p in term.effect.linear()}
@@ -105,7 +104,7 @@ def growth(fit: Fit, index: int) -> np.ndarray:
 
 
 def amplitude(fit: Fit, index: int) -> np.ndarray:
-    """Response to growing the whole effect by its own size (channels, runs, samples)."""
+    """Change of the prediction when the effect doubles (channels, runs, samples)."""
     return np.tensordot(growth(fit, index), fit.jacobian, axes=1)
 
 
@@ -117,7 +116,7 @@ class Fitter:
         self.weight = weight
 
     def entries(self, terms: Sequence[Term]) -> list[_Entry]:
-        """All fitted numbers, base first."""
+        """All fitted parameters, base first."""
         out = [_Entry(-1, p) for p in self.model.parameters if p.screen]
         for i, term in enumerate(terms):
             out += [_Entry(i, p) for p in term.effect.parameters() if p.name not in term.fixed]
@@ -130,9 +129,9 @@ class Fitter:
         iterations: int = 25,
         known: Fit | None = None,
     ) -> Fit:
-        """Fit from the given start; every iteration lowers the sum of squares or ends.
+        """Fit from the given start; every iteration lowers the sum of squares, or the fit ends.
 
-        The Jacobian of `known`, a fit of the same terms nearby, serves until it fails.
+        known: a fit of the same terms nearby, whose Jacobian is used for the first steps.
         """
         task = Task(self, base, terms)
         centre, strength = self.known_before(task.entries)
@@ -156,7 +155,7 @@ class Fitter:
         return Fit(*task.unpack(z), predicted, chi2, columns, task.free, bound, task.known)
 
     def derivative(self, fit: Fit) -> Fit:
-        """The same fit with its Jacobian made afresh."""
+        """The same fit with a newly computed Jacobian."""
         task = self.task(fit)
         z = task.pack(fit.base, fit.terms)
         return replace(fit, jacobian=self.columns(z, fit.predicted, task))
@@ -176,7 +175,7 @@ class Fitter:
         return replace(fit, terms=terms, predicted=predicted, jacobian=columns, free=task.free)
 
     def shrunk(self, fit: Fit, index: int) -> Fit:
-        """A fit without one of its terms, the rest as it is."""
+        """A fit without one of its terms; nothing else changes."""
         keep = [i for i, (owner, _) in enumerate(fit.free) if owner != index]
         terms = tuple(t for i, t in enumerate(fit.terms) if i != index)
         task = Task(self, fit.base, terms)
@@ -187,14 +186,14 @@ class Fitter:
         )  # fmt: skip
 
     def known_before(self, entries) -> tuple[np.ndarray, np.ndarray]:
-        """Centres of what is known of the numbers before, and its weight in the chi2: that of a
-        tenth of the samples of one channel."""
+        """Centres of the priors and their weights in chi2: that of a tenth of the samples of one
+        channel."""
         centre, width = priors(entries)
         samples = 0.01 * self.model.runs.measured[0].size * float(self.weight.max() ** 2) * 10.0
         return centre, samples / width**2
 
     def columns(self, z, predicted, task, rows: Sequence[int] | None = None) -> np.ndarray:
-        """Derivatives of the prediction at some numbers, all or those of some rows."""
+        """Derivatives of the prediction at a point, for all parameters or for some rows."""
         rows = range(len(z)) if rows is None else rows
         lanes, steps = [], []
         for i in rows:
@@ -209,13 +208,13 @@ class Fitter:
 
 
 def priors(entries: Sequence[_Entry]) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and widths of what is known of the numbers before, in their scale."""
+    """Centres and widths of the priors, in the scale of the parameters."""
     centre = np.array([e.parameter.null / e.scale for e in entries])
     return centre, np.array([e.parameter.prior / e.scale for e in entries])
 
 
 class Task:
-    """The numbers of one fit, in the scale of the parameters, and how they become a lane."""
+    """The scaled parameter vector of one fit, and its conversion into a lane."""
 
     def __init__(self, fitter: Fitter, base: np.ndarray, terms: Sequence[Term]) -> None:
         self.entries = fitter.entries(terms)
@@ -224,7 +223,7 @@ class Task:
         self.lower = np.array([e.parameter.lower / e.scale for e in self.entries])
         self.upper = np.array([e.parameter.upper / e.scale for e in self.entries])
         self.free = tuple((e.term, e.parameter.name) for e in self.entries)
-        """what the rows of a Jacobian are"""
+        """rows of a Jacobian: (-1, base parameter) or (term, parameter)"""
         self.known = tuple(i for i, e in enumerate(self.entries) if e.parameter.known)
         self._at = {p.name: i for i, p in enumerate(fitter.model.parameters)}
 
@@ -255,7 +254,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Whitened:
-    """A fit at the smallest whitened chi2 and the chi2, what is known beforehand included."""
+    """A fit at the smallest whitened chi2, and that chi2 including the priors."""
 
     fit: Fit
     chi2: float
@@ -264,16 +263,16 @@ class Whitened:
 def settle(
     metric: Callable[[np.ndarray], np.ndarray], fitter: Fitter, fit: Fit, most: int = 12
 ) -> Whitened:
-    """Smallest whitened chi2 near a fit, with `most` Jacobians, that of the fit counted.
+    """Minimise the whitened chi2 from a fit, with `most` Jacobians including that of the fit.
 
-    metric: values (n, channels, runs, samples) in units of the noise, n rows; see `gram.Metric`.
-    What is known beforehand and may not imitate an effect stays as it is.
+    metric: converts values (n, channels, runs, samples) to noise units; see `gram.Metric`.
+    Parameters that are `known`, and so may not imitate an effect, are not changed.
     """
     task, loose = fitter.task(fit), fit.loose()
     begin = task.pack(fit.base, fit.terms)
 
     def whole(z: np.ndarray) -> np.ndarray:
-        """All numbers, when those that may move are at z."""
+        """The full parameter vector with the free part set to z."""
         out = begin.copy()
         out[loose] = z
         return out

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The floor from repeats, and what of the residual is beyond it."""
+"""The noise floor from repeats, and the part of the residual above it."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ class Floor:
     """Levels of one channel, in its unit."""
 
     floor: float
-    """scatter between repeats, what effects that differ between repeats explain taken out"""
+    """scatter between repeats, without what effects that differ between repeats explain"""
     raw: float
-    """scatter between repeats as it is"""
+    """scatter between repeats"""
     unexplained: float
-    """systematic part of the residual beyond the floor"""
+    """systematic part of the residual above the floor"""
     per_condition: np.ndarray
-    """(conditions,) the same by condition"""
+    """(conditions,) the systematic part by condition"""
     rmse_condition: np.ndarray
     """(conditions,) root mean square of the residual"""
     freedom: float
-    """independent numbers in the contrasts behind the floor"""
+    """degrees of freedom of the contrasts behind the floor"""
     p_value: float
-    """of the hypothesis that the mean residual is no more than the floor allows"""
+    """of the hypothesis that the mean residual does not exceed the floor"""
 
     @property
     def varying(self) -> float:
-        """Part that differs between repeats and is explained by what differs between them."""
+        """Part of the scatter that known differences between repeats explain."""
         return float(np.sqrt(max(self.raw**2 - self.floor**2, 0.0)))
 
 
@@ -52,11 +52,11 @@ def contrast_blocks(runs: RunSet, blocks: Sequence[np.ndarray]) -> list[np.ndarr
 
 
 def effective_freedom(runs: RunSet, contrast: np.ndarray) -> float:
-    """Independent numbers in the contrasts: red noise holds few per run, and where a tire scatters
-    in proportion to its force, few conditions hold most of it.
+    """Degrees of freedom of the contrasts: red noise has few per run, and where the scatter of a
+    tire grows with its force, few conditions have most of it.
 
-    Participation ratios of the time covariance, corrected for the number of runs behind it, and of
-    the conditions, corrected for what so few numbers differ by chance.
+    The product of two participation ratios: of the time covariance, corrected for the number of
+    runs, and of the conditions, corrected for their chance variation.
     """
     spare = max(sum(len(g) - 1 for g in runs.groups), 1)
     thin = contrast[:, :: max(1, runs.samples // 300)]
@@ -76,10 +76,10 @@ def effective_freedom(runs: RunSet, contrast: np.ndarray) -> float:
 def clean_contrasts(
     runs: RunSet, residual: np.ndarray, blocks: Sequence[np.ndarray], level: float = 0.005
 ) -> np.ndarray:
-    """Within-condition contrasts of a channel with effects that differ between repeats taken out.
+    """Within-condition contrasts of a channel without effects that differ between repeats.
 
-    Blocks are taken one after the other, the best first, as long as an F test with the effective
-    freedom of the contrasts asks for them: with red noise a regression on everything would eat
+    Blocks are regressed out one at a time, the best first, as long as an F test with the effective
+    freedom of the contrasts requires it: with red noise a regression on all of them would remove
     the noise itself.
     """
     contrast = runs.contrast(residual)
@@ -125,8 +125,9 @@ def floor_of(
 ) -> Floor:
     """Floor and unexplained part of one channel; residual and cleaned (runs, samples).
 
-    per_run: independent numbers in a run by the noise model. What few contrasts say of slow noise
-    is uncertain, so the smaller of the two counts. least: the floor, where nothing is repeated.
+    per_run: degrees of freedom per run by the noise model; the smaller of this and the freedom of
+    the contrasts is used, because few contrasts estimate slow noise poorly. least: lower bound of
+    the floor, where nothing is repeated.
     """
     counts = np.array([len(g) for g in runs.groups])
     spare = max(float(np.sum(counts - 1)), 1.0)

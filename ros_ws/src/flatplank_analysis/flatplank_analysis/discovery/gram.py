@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whitened sums of products per run: all decisions are small linear algebra on them."""
+"""Sums of products per run in whitened units, on which all decisions are linear algebra."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flatplank_analysis.discovery.runs import RunSet
 
 @dataclass(frozen=True)
 class Gram:
-    """Per run: products of the columns, of columns and residual, of the residual."""
+    """Per run: products of the columns, of columns and residual, and of the residual."""
 
     products: np.ndarray
     """(runs, m, m)"""
@@ -25,7 +25,7 @@ class Gram:
 
     @classmethod
     def of(cls, s: np.ndarray, e: np.ndarray) -> Gram:
-        """Sums of columns (runs, m, n) and a residual (runs, n), both as they count."""
+        """Sums of columns (runs, m, n) and a residual (runs, n), both already in the metric."""
         return cls(
             s @ np.swapaxes(s, 1, 2), (s @ e[:, :, None])[:, :, 0], np.einsum("ri,ri->r", e, e)
         )
@@ -41,10 +41,10 @@ class Gram:
 
 
 class Metric:
-    """The metric of decisions: what it makes of residuals and columns is summed up as it is.
+    """Metric of the decisions: squares of transformed residuals and columns are summed.
 
-    Noise becomes independent and of unit size; of the stiff directions, which have a random size
-    in every run, as much is taken out as that size makes uncertain.
+    Noise becomes independent and of unit size. The stiff directions have a random size in every
+    run and are down-weighted accordingly.
     """
 
     def __init__(self, whitener: Whitener, stiff: np.ndarray, scatter: np.ndarray) -> None:
@@ -55,7 +55,7 @@ class Metric:
             loose = np.moveaxis(self._white(stiff), 0, 1) * scatter[:, None]
             values, vectors = np.linalg.eigh(loose @ np.swapaxes(loose, 1, 2))
             values = np.maximum(values, 1e-30)
-            # the root of 1 - G'(1 + GG')^-1 G is 1 - G'QsQ'G
+            # the square root of 1 - G'(1 + GG')^-1 G is 1 - G'QsQ'G
             share = (1.0 - 1.0 / np.sqrt(1.0 + values)) / values
             self._sideways = np.swapaxes(vectors, 1, 2) @ loose * np.sqrt(share)[:, :, None]
 
@@ -87,9 +87,9 @@ def scatter_of(
 ) -> np.ndarray:  # fmt: skip
     """Standard deviation from run to run of the stiff directions, beyond the noise (d,).
 
-    usual: what it is where no repeat shows it; without it nothing scatters.
-    What runs evenly with the order of the runs is no scatter but a candidate (wear, drift): left
-    in, it would hide itself behind the scatter that it makes.
+    usual: assumed values where no repeat shows them; without these there is no scatter.
+    A linear trend over the order of the runs is removed first: it is a candidate effect (wear,
+    drift), which would otherwise hide behind the scatter that it causes itself.
     """
     d = len(stiff)
     if not d:
@@ -108,7 +108,7 @@ def scatter_of(
             continue
         size = gram.scores[use, i] / h[use]
         share = 1.0 - 1.0 / sizes[use]
-        # weighted method of moments, the best known runs count most
+        # weighted method of moments; the most precise runs have the largest weight
         weight = h[use]
         along = float(np.sum(weight * order[use] ** 2))
         free = float(np.sum(share))
@@ -122,7 +122,7 @@ def scatter_of(
 
 
 def solve(products: np.ndarray, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least-squares sizes and their covariance; directions without information get none."""
+    """Least-squares solution and its covariance; directions without information stay zero."""
     scale = np.sqrt(np.maximum(np.diag(products), 1e-30))
     work = products / np.outer(scale, scale)
     values, vectors = np.linalg.eigh(work)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What holds of every answer of the search, whatever the data.
+"""Rules that every answer of the search obeys, whatever the data.
 
-The verdict, the search and the verbs ask here; the tests ask it of every answer.
+The verdict, the search and the verbs call this module; the tests check the rules on every answer.
 
 1. One more effect never raises the fitted error.
-2. `found` and `found group`: the error is at the floor and nothing of consequence is left.
+2. `found` and `found group`: the error is at the floor and no residual of consequence remains.
 3. Where the base is far off in every condition, nothing is named.
-4. Something is left only when it is significant and of consequence.
-5. What the signs of the columns contradict is not fitted at all (`RunSet.contradicted`).
-6. A number at an end of its range is told.
+4. A residual remains only when it is significant and of consequence.
+5. Signs of columns that physics contradicts prevent any fit (`RunSet.contradicted`).
+6. A parameter at an end of its range is reported.
 """
 
 from __future__ import annotations
@@ -26,45 +26,45 @@ from flatplank_analysis.discovery.state import State
 from flatplank_data.wording import brief
 
 AT_FLOOR = 1.1
-"""error over floor and form band, at most, where an effect is said to be found"""
+"""largest error, relative to floor and form band together, at which an effect counts as found"""
 WORTH = 0.3
-"""share of the floor below which a mean residual is of no consequence"""
+"""mean residual, as a share of the floor, below which it is of no consequence"""
 STRETCH = 2.0
-"""floors that the mean residual may reach within 5 cm"""
+"""permitted mean residual within 5 cm [floors]"""
 BUMP = 1.0
-"""floors that a bump may reach in the mean residual; a wave has the size of WORTH"""
+"""permitted height of a bump in the mean residual [floors]; for waves WORTH applies"""
 VARYING = 0.6
-"""share of the floor that may differ between repeats in an ordered way where nothing is found"""
+"""permitted ordered difference between repeats [floors] where no effect is found"""
 LEFT = 1e-3
-"""p-value below which a mean residual is said to be left: every channel is asked at every step"""
+"""p-value below which a mean residual is significant; strict, because it is tested often"""
 FAR_FLOORS, FAR_FORCE, LOADED = 5.0, 0.1, 0.05
-"""a base is far off in a condition: beyond so many floors and that share of what is measured
-there; conditions with less than a share of the largest signal are not asked"""
+"""limits of a base that is far off in a condition: error in floors, error as a share of the signal
+there; and the share of the largest signal below which a condition is not tested"""
 TILTS = (1.0, 0.3, 0.1, 0.01)
-"""weights of the other channels with which a fit is tried that must not raise the first one"""
+"""weights of the other channels in fits that must not raise the error of the first one"""
 NEAR_END = 1e-3
-"""share of its range within which a number is said to be at an end of it"""
+"""share of its range within which a parameter counts as at its end"""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What counts in a channel, in its unit: the larger of a share of the floor and of what the
-    form of the model is known to miss on systems of another form."""
+    """Sizes of consequence in a channel, in its unit: from a share of the floor and from the known
+    form error of the model."""
 
     rest: float
     """mean residual"""
     stretch: float
     """mean residual within 5 cm of a place"""
     error: float
-    """whole error where something is said to be found"""
+    """total error at which an effect counts as found"""
     bump: float
-    """height of a bump that is longer than that"""
+    """height of a bump longer than 5 cm"""
     wave: float
     """amplitude of a wave"""
 
 
 def limits(state: State, channel: int = 0) -> Limits:
-    """What counts in a channel of a state."""
+    """Sizes of consequence in a channel of a state."""
     runs, floor = state.runs, state.floors[channel].floor
     form = form_of(state.model)
     largest = runs.largest[channel]
@@ -80,9 +80,9 @@ def limits(state: State, channel: int = 0) -> Limits:
 
 
 def rest(state: State, found: bool) -> str:
-    """What is left beyond the floor, in words; empty when it is nothing of consequence.
+    """The residual of consequence in words; empty when there is none.
 
-    found: effects were found that are said to explain the error.
+    found: effects were found that should explain the error.
     """
     names, main = state.runs.channels, state.floors[0]
     for c, (name, level) in enumerate(zip(names, state.floors, strict=True)):
@@ -106,7 +106,7 @@ def rest(state: State, found: bool) -> str:
 
 
 def far_off(state: State) -> str:
-    """The condition in which a base that fits nowhere is worst, in words; empty when it fits."""
+    """The worst condition of a base that fits in no condition, in words; empty when it fits."""
     runs = state.runs
     level = np.sqrt([np.sum(np.mean(runs.measured[:, g] ** 2, axis=(1, 2))) for g in runs.groups])
     error = np.sqrt([np.sum(np.mean(state.residual[:, g] ** 2, axis=(1, 2))) for g in runs.groups])
@@ -121,11 +121,11 @@ def far_off(state: State) -> str:
 
 
 def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
-    """The best of some fits with one term more than `old`, whose first channel it does not raise.
+    """The best of some fits with one more term than `old` that does not raise the first channel.
 
-    When all of them do, the fit goes on from the old one with the term at its null, the other
-    channels weighing less and less; then with those numbers alone that do not change the first
-    one; at last that is the answer as it is.
+    When all raise it, fits from the old one with the term at its null follow, with decreasing
+    weights of the other channels; then a fit of only those parameters that do not affect the first
+    channel; and last the old fit itself with the term at its null.
     """
     best = min(fits, key=lambda f: f.chi2)
     limit = error_of(fitter, old)
@@ -145,8 +145,8 @@ def no_worse(fitter: Fitter, old: Fit, fits: Sequence[Fit]) -> Fit:
 
 
 def _beside(fitter: Fitter, old: Fit, terms: Sequence[Term]) -> Fit:
-    """The fit in which nothing moves but the last term and the numbers of the base that the first
-    channel does not depend on: what acts across the wheel alone leaves Fx as it is."""
+    """The fit of only the last term and the base parameters that do not affect the first channel:
+    lateral parameters leave Fx unchanged."""
     columns = zip(old.free, old.jacobian[:, 0], strict=True)
     used = {name for (term, name), column in columns if term < 0 and np.any(column)}
     model = copy(fitter.model)
@@ -165,18 +165,18 @@ def error_of(fitter: Fitter, fit: Fit) -> float:
 
 
 def at_null(term: Term) -> Term:
-    """The same term where it does nothing."""
+    """The same term at its null values."""
     nulls = {p.name: p.null for p in term.effect.linear()}
     return replace(term, values=term.effect.vector(term.named() | nulls))
 
 
 def acts(term: Term) -> bool:
-    """False where a term does nothing."""
+    """False when all parameters of a term are at their null values."""
     return any(term.named()[p.name] != p.null for p in term.effect.linear())
 
 
 def at_ends(fitter: Fitter, fit: Fit) -> list[str]:
-    """Numbers of a fit at an end of their range, with the range, in words."""
+    """Parameters of a fit at an end of their range, with the range, in words."""
     task = Task(fitter, fit.base, fit.terms)
     out = []
     packed = task.pack(fit.base, fit.terms)

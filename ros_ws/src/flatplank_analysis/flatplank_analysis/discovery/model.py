@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the engine asks of a model: predictions of all runs for many parameter sets at once."""
+"""Interface of a model: predictions of all runs for many parameter sets at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flatplank_analysis.discovery.runs import RunSet
 
 @dataclass(frozen=True)
 class Lane:
-    """One parameter set: base parameters and the effects that are switched on."""
+    """One parameter set: base parameters and the active effects."""
 
     base: np.ndarray
     """(parameters,)"""
@@ -26,39 +26,39 @@ class Lane:
 
 @dataclass(frozen=True)
 class Form:
-    """How far a model is off systems of another form, as shares of the largest signal: measured,
-    the floor cannot show it. A model that has it calls it `form`."""
+    """Error of a model on systems of another form, as shares of the largest signal, measured
+    separately, because no floor shows it. A model that has it calls it `form`."""
 
     mean: float = 0.0
     """root mean square of the mean residual"""
     stretch: float = 0.0
     """the same within 5 cm of a place"""
     bump: float = 0.0
-    """the largest bump of a twentieth of a place or more in it, see `patterns`"""
+    """largest bump in it, of a twentieth of a place or longer; see `patterns`"""
     wave: float = 0.0
-    """the largest wave over a place"""
+    """largest wave over a place"""
     side: float = 0.0
-    """`mean` of the other channels"""
+    """`mean` for the other channels"""
 
     def share(self, channel: int) -> float:
-        """Mean residual of a channel, of the largest signal."""
+        """Form error of a channel's mean residual, as a share of the largest signal."""
         return self.side if channel else self.mean
 
 
 def form_of(model: Model) -> Form:
-    """What is known of the form of a model."""
+    """The form error of a model."""
     return getattr(model, "form", Form())
 
 
 def usual_of(model: Model) -> Sequence[float]:
-    """How far the directions of `stiff` scatter from run to run where no repeat shows it; a model
-    that knows it calls it `usual`."""
+    """Standard deviations of the `stiff` directions from run to run, used where no repeat shows
+    them. A model that knows them calls them `usual`."""
     return getattr(model, "usual", ())
 
 
 def starts_of(model: Model) -> Sequence[Mapping[str, float]]:
-    """Other start values of the base, by name, for a base that fits nowhere from its nulls; a
-    model that has them calls them `starts`."""
+    """Further start values of the base, by name, for a fit that fails from the nulls. A model that
+    has them calls them `starts`."""
     return getattr(model, "starts", ())
 
 

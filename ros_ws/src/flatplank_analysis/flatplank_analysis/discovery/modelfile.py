@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The model file: base, parameters, effects, and the history of how it came about (YAML).
+"""The model file: base, parameters, effects, and their history (YAML).
 
-Written to a new file that replaces the old one at once, so that it is never half there.
+A new file replaces the old one atomically, so that it is never incomplete.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Entry:
     name: str
     parameters: Mapping[str, float] = field(default_factory=dict)
     file: str = ""
-    """the user's file that defines it; empty for a shipped one"""
+    """the user's file that defines it; empty for a shipped effect"""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class ModelFile:
     effects: tuple[Entry, ...] = ()
     history: tuple[Mapping[str, Any], ...] = ()
     path: str = field(default="", compare=False)
-    """the file that it was read from, empty for a new one"""
+    """the file that it was read from; empty for a new model"""
     read: bytes | None = field(default=None, compare=False, repr=False)
-    """what that file held, None when there was none"""
+    """content of that file when it was read; None when there was none"""
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for YAML."""
@@ -56,7 +56,7 @@ class ModelFile:
         }
 
     def state(self) -> dict[str, Any]:
-        """What a step of the history keeps: base parameters and effects with their files."""
+        """State for a step of the history: base parameters and effects with their files."""
         return {
             "parameters": {k: float(v) for k, v in self.parameters.items()},
             "effects": [
@@ -67,12 +67,12 @@ class ModelFile:
         }
 
     def with_step(self, action: str, effect: str, numbers: Mapping[str, Any]) -> ModelFile:
-        """The same with one more line of history; it keeps the model as it is now."""
+        """The model with one more line of history, which stores the present state."""
         step = {"step": len(self.history), "action": action, "effect": effect, **numbers}
         return replace(self, history=(*self.history, step | self.state()))
 
     def renamed(self, old: str, new: str, file: str) -> ModelFile:
-        """The same with an effect of the user's under another name, in the history, too."""
+        """The model with a user's effect renamed, in the history, too."""
 
         def told(line: Mapping[str, Any]) -> dict[str, Any]:
             out = dict(line)
@@ -91,7 +91,7 @@ class ModelFile:
         return replace(self, effects=entries(self.effects), history=history)
 
     def undone(self) -> ModelFile:
-        """The model as it was before the last step, whose line of history goes."""
+        """The model before the last step, without that step's line of history."""
         if len(self.history) < 2:
             raise FlatplankError("nothing to undo", "model file", "its history has no step")
         before = self.history[-2]
@@ -184,14 +184,14 @@ def _numbers(raw: Any, where: str) -> dict[str, float]:
 
 
 def save_model(model: ModelFile, path: str | os.PathLike[str]) -> None:
-    """Write a model file atomically, whatever is there."""
+    """Write a model file atomically, replacing any existing one."""
     write_atomic(path, _text(model))
 
 
 def save_unchanged(model: ModelFile, path: str | os.PathLike[str]) -> ModelFile:
-    """Write a model file if it still is what `model` was read from; the model as it is there now.
+    """Write a model file unless it changed since `model` was read; return the written model.
 
-    FlatplankError when somebody else wrote, made or removed the file meanwhile; it stays so.
+    FlatplankError when another program changed, created or removed the file; nothing is written.
     """
     target = Path(path)
     if (target.read_bytes() if target.exists() else None) != model.read:

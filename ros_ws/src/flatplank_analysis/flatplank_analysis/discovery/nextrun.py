@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The run that would tell two effects apart."""
+"""The planned run that best separates two effects."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from flatplank_analysis.discovery.state import State, channel_weights
 from flatplank_analysis.discovery.steps import Search
 
 NEEDED = 12.0
-"""separation at which two effects are told apart"""
+"""separation (information on the size one) at which two effects count as distinguished"""
 
 
 class PlannedRun(Protocol):
-    """A run that could be made."""
+    """A run that the bench can make."""
 
     text: str
     settings: dict[str, Any]
@@ -28,7 +28,7 @@ class PlannedRun(Protocol):
 
 
 def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
-    """The planned run with the largest smallest separation of all confusable pairs."""
+    """The planned run whose smallest separation over all indistinguishable pairs is largest."""
     last = search.last
     pairs = [(i, r) for i, f in enumerate(last.found) for r in f.rivals if not r.excluded]
     if not pairs or not plans:
@@ -47,10 +47,10 @@ def next_run(search: Search, plans: Sequence[PlannedRun]) -> dict[str, Any]:
 
 
 class Pair:
-    """An effect of a fit, and a rival as it was fitted in its place, or the model without it."""
+    """An effect of a fit, and a rival fitted in its place, or the model without the effect."""
 
     def __init__(self, model: Model, fit: Fit, place: int, rival: Term | None, weight) -> None:
-        """weight (channels, 1, 1): what each counts."""
+        """weight (channels, 1, 1): weight of each channel."""
         self.fit, self.place, self.term, self.weight = fit, place, rival, weight
         self.old = self.products(model)
 
@@ -63,27 +63,27 @@ class Pair:
         return cls(last.state.model, fit, place, rival, weight_of(last.state))
 
     def products(self, model: Model) -> np.ndarray:
-        """What runs tell: products of the columns of base and rival, and last of the effect."""
+        """Products of the columns of base and rival, the effect last, for the model's runs."""
         return products_of(_columns(model, self.fit, self.place, self.term) * self.weight)
 
     def separation(self, *more: np.ndarray) -> float:
-        """Of the runs of the fit, and of more runs by their products."""
+        """Separation by the runs of the fit and by more runs, given as products."""
         return _lambda(self.old + sum(more))
 
     def gain(self, planned: Model) -> float:
-        """What a planned run adds to the separation."""
+        """Increase of the separation by a planned run."""
         return self.separation(self.products(planned)) - self.separation()
 
 
 def weight_of(state: State) -> np.ndarray:
-    """What every channel counts by its floor (channels, 1, 1)."""
+    """Weight of every channel by its floor (channels, 1, 1)."""
     return channel_weights(state.model, [f.floor for f in state.floors])
 
 
 def _contributions(
     model: Model, fit: Fit, place: int, tries: Sequence[Term]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the effect adds to the model without it, and what each rival in its place adds."""
+    """Contribution of the effect to the prediction, and that of each rival in its place."""
     own = fit.lane()
     effect, _ = own.effects[place]
 
@@ -98,7 +98,7 @@ def _contributions(
 
 
 def moved_bases(model: Model, own: Lane) -> list[Lane]:
-    """The fit with one base parameter after the other moved by a thousandth of its scale."""
+    """One lane per base parameter, with that parameter moved by a thousandth of its scale."""
     out = []
     for i, p in enumerate(model.parameters):
         if p.screen:
@@ -109,8 +109,8 @@ def moved_bases(model: Model, own: Lane) -> list[Lane]:
 
 
 def _columns(model: Model, fit: Fit, place: int, term: Term | None) -> np.ndarray:
-    """Base columns, the rival's contribution and those of its numbers moved a little, for new runs
-    would move them, and last the effect's contribution; predicted afresh."""
+    """Base columns, the rival's contribution, the changes by its parameters (new runs would change
+    them), and last the effect's contribution; all predicted for this model's runs."""
     own = fit.lane()
     out = model.predict([own, *moved_bases(model, own)])
     mine, rivals = _contributions(model, fit, place, [term, *_moved(term)] if term else [])
@@ -119,7 +119,7 @@ def _columns(model: Model, fit: Fit, place: int, term: Term | None) -> np.ndarra
 
 
 def _moved(term: Term) -> list[Term]:
-    """A term with one of its fitted numbers after the other moved by a tenth of its scale."""
+    """One term per fitted parameter, with that parameter moved by a tenth of its scale."""
     named = term.named()
     out = []
     for p in term.effect.parameters():
@@ -134,7 +134,7 @@ def _moved(term: Term) -> list[Term]:
 def products_of(columns: np.ndarray) -> np.ndarray:
     """Products of weighted columns (n, channels, runs, samples) over all samples."""
     flat = columns.reshape(len(columns), -1)
-    # neighbouring nodes are not independent: a tenth of them counts
+    # neighbouring nodes are not independent: the factor counts a tenth of them
     return 0.1 * flat @ flat.T
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise model from repeat differences, and whitening with it.
 
-Covariance over time = filtered white part + exponentials of several time constants + a level
-that differs from run to run, all weights >= 0; besides, the model's stiff directions (a gain, an
-offset) get a random size in every run. Used for screening and decision only.
+Covariance over time = white and filtered white part + exponentials of several time constants + a
+level that differs from run to run, all weights >= 0. In addition the model's stiff directions (a
+gain, an offset) get a random size in every run. Used for screening and decisions only.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from flatplank_analysis.discovery.runs import RunSet
 TIMES = (0.5, 1.5, 5.0, 15.0, 50.0)
 """[s] time constants, scaled to a run of 135 s"""
 NODES = 430
-"""nodes of a run that are used for decisions"""
+"""largest number of nodes per run that decisions use"""
 SLOW = 2
-"""the first of the components that are no noise of the sensor"""
+"""index of the first noise component that is not sensor noise"""
 HIDDEN = 1e-6
-"""share below which the stiff directions leave nothing of a component: it gets no weight"""
+"""share of a component outside the stiff directions below which it gets no weight"""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class ChannelNoise:
 
 @dataclass
 class Whitener:
-    """Turns residuals and columns into ones with independent unit noise."""
+    """Transforms residuals and columns so that their noise is independent and of unit size."""
 
     picks: np.ndarray
     """indices of the nodes that are used"""
@@ -69,11 +69,10 @@ def fit_noise(
 ) -> list[ChannelNoise]:
     """Noise of every channel from cleaned contrasts (channels, runs, samples).
 
-    What the stiff directions (d, channels, runs, samples) can make of a run is taken out of its
-    contrast first: the scatter of the tire has a size of its own, and counted as noise too it
-    would hide everything that is slow. The residual's own roughness (shorter than 3 s of 135 s)
-    is added: encoder steps repeat themselves from run to run, so that differences between repeats
-    do not show them.
+    The stiff directions (d, channels, runs, samples) are projected out of each contrast first: the
+    scatter of the tire is modelled separately, and counted as noise again it would hide all slow
+    effects. The short-term part of the residual (below 3 s of 135 s) is added: encoder steps are
+    the same in all repeats, so that differences between repeats do not show them.
     """
     out = []
     for c, contrast in enumerate(contrasts):
@@ -84,7 +83,7 @@ def fit_noise(
 
 
 def no_quieter(noise: ChannelNoise, level: float) -> ChannelNoise:
-    """The same noise, its slow parts enlarged evenly where the whole is less than `level`."""
+    """The same noise, with larger slow components where its total is below `level`."""
     lacking = level**2 - float(noise.weights.sum()) * float(np.median(noise.scale)) ** 2
     if lacking <= 0.0:
         return noise
@@ -125,7 +124,7 @@ def _kernel(tau: np.ndarray, total: float) -> np.ndarray:
 
 def _channel(runs: RunSet, contrast: np.ndarray, stiff: np.ndarray) -> ChannelNoise:
     picks = np.unique(np.linspace(0, runs.samples - 1, 330).astype(int))
-    # without repeats the residual stands for the noise, every run by itself
+    # without repeats the residual is taken as noise, each run separately
     groups = [g for g in runs.groups if len(g) > 1] or [np.array([r]) for r in range(runs.runs)]
     spare = np.array([max(len(g) - 1.0, 1.0) for g in groups])
     t = runs.time[np.concatenate(groups)][:, picks].mean(axis=0)
@@ -157,7 +156,7 @@ def _orthonormal(rows: np.ndarray) -> np.ndarray:
 
 
 def _without(kernels: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Covariances (components, n, n) of what is left once the columns of q are taken out."""
+    """Covariances (components, n, n) with the columns of q projected out."""
     right = kernels @ q
     inner = q.T @ right
     cross = q @ np.swapaxes(right, 1, 2)
@@ -177,7 +176,7 @@ def _weights(product: np.ndarray, expected: np.ndarray, tau: np.ndarray) -> np.n
 
     basis = np.stack([by_lag(k) for k in expected])
     trust = np.sqrt(np.minimum(counts[keep] / len(tau), 20.0))
-    # lag zero is known best; without it the total variance would be off
+    # lag zero is the most accurate; without its weight the total variance would be wrong
     trust[0] = 10.0
     total = max(float(np.trace(product)), 1e-12 * len(tau))
     shown = np.trace(expected, axis1=1, axis2=2)
@@ -193,7 +192,7 @@ def _weights(product: np.ndarray, expected: np.ndarray, tau: np.ndarray) -> np.n
 
 
 def _drawn(own: float, usual: float, spare: float) -> float:
-    """Noise of a condition relative to the usual, drawn towards one."""
+    """Noise of a condition relative to the average, shrunk towards one."""
     freedom = 6.0 * spare
     ratio = (own / max(usual, 1e-30) * freedom + 12.0) / (freedom + 12.0)
     return float(np.clip(np.sqrt(ratio), 0.5, 3.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A fitted number: unit, null or start value, range, and the step with which it is screened."""
+"""A fitted parameter: unit, null or start value, range, and the step for its screening."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a model or of an effect, with its physical range and where it comes from."""
+    """One parameter of a model or of an effect, with its physical range and source."""
 
     name: str
     unit: str = "1"
@@ -21,16 +21,16 @@ class Parameter:
     lower: float = -np.inf
     upper: float = np.inf
     screen: float = 0.0
-    """a finite step that shows the effect; scale of a base parameter; 0: not screened by itself"""
+    """finite step that makes the effect visible; scale of a base parameter; 0: not screened"""
     matters: float = 0.0
     """sizes below this are of no consequence"""
     prior: float = np.inf
-    """standard deviation of what is known beforehand, around `null`"""
+    """standard deviation of the prior, around `null`"""
     note: str = ""
-    """what it is, or the source of its value"""
+    """description, or the source of its value"""
     known: bool = False
-    """known beforehand within its narrow range: no effect is hidden behind it, it takes what is
-    small; what is large is left to effects"""
+    """True when the parameter is known within its narrow range: it absorbs small deviations and
+    hides no effect; large deviations are left to effects"""
 
 
 def param(
@@ -43,7 +43,7 @@ def param(
     prior: float = np.inf,
     note: str = "",
 ) -> Any:
-    """A dataclass field that is fitted; see `Parameter`."""
+    """Declare a fitted dataclass field; see `Parameter`."""
     meta = {
         "parameter": dict(
             unit=unit,

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bumps and waves over a place that a model leaves in its first channel.
+"""Bumps and waves over a place in the residual of the first channel.
 
-The mean over all conditions hides what acts for half a metre under one sign of a setting, and a
-stretch of 5 cm hides what is long and low. So bumps of several widths and waves of many periods,
-each in all runs and in those of one sign of a setting, are tried as an effect is: whitened, what
-the model can imitate taken out, over the dispersion among repeats, the looking paid for.
+The mean over all conditions hides a force that acts over half a metre under one sign of a setting,
+and stretches of 5 cm hide a long and low one. So bumps of several widths and waves of many
+periods, in all runs and in those of one sign of a setting, are tested like effects: whitened, with
+the model's columns projected out, relative to the dispersion among repeats, and with the p-value
+multiplied by the number of patterns tested.
 """
 
 from __future__ import annotations
@@ -21,22 +22,22 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_data.wording import span
 
 WIDTHS = (20, 10, 5)
-"""a place is so many widths of a bump long"""
+"""length of the place coordinate in widths of a bump"""
 WAVES, SHORTEST, PHASES = (4, 120), 6, 4
-"""fewest and most periods in a place; nodes that a period needs at least; phases of each"""
+"""fewest and most periods over the place; least nodes per period; phases of each wave"""
 SAME = 0.02
-"""places that differ by no more are one, but for the origin, unit of the coordinate"""
+"""coordinates whose difference varies by less [unit of the coordinate] are the same, shifted"""
 SEEN = 0.3
-"""share of a pattern that must be left beside what the model can imitate"""
+"""least share of a pattern that the model cannot imitate"""
 LEVEL = 1e-3
-"""p-value of a pattern, all that was looked at taken in"""
+"""required p-value of a pattern, corrected for the number of patterns tested"""
 ASKED, TYPICAL = 24, 20
-"""patterns that count whose repeats are looked at; those that show the usual dispersion"""
+"""most patterns whose dispersion is tested; number of patterns that give the usual dispersion"""
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """A bump or a wave that is left."""
+    """A bump or a wave in the residual."""
 
     coordinate: str
     unit: str
@@ -47,7 +48,7 @@ class Pattern:
     period: float
     """NaN of a bump"""
     under: str
-    """the runs that it is in, in words; empty: in all"""
+    """the runs that have it, in words; empty: all"""
     p_value: float
 
     def words(self) -> str:
@@ -68,7 +69,7 @@ class _Place:
 
 
 class Patterns:
-    """What is left of a fitted model, asked for its patterns; an answer is kept."""
+    """Patterns in the residual of a fitted model, cached."""
 
     def __init__(
         self,
@@ -78,22 +79,22 @@ class Patterns:
         left: np.ndarray,
         residual: np.ndarray,
     ) -> None:
-        """columns (k, channels, runs, samples), left (channels, runs, samples): what the model can
-        do at the whitened fit, and what that leaves; residual (runs, samples): what the plain fit
-        leaves in the first channel.
+        """columns (k, channels, runs, samples) and left (channels, runs, samples): Jacobian and
+        residual of the whitened fit; residual (runs, samples): that of the plain fit in the first
+        channel.
         """
         self.runs, self.residual = runs, residual
         self._parts = metric, columns, left
         self._known: dict[tuple[float, float], Pattern | None] = {}
 
     def strongest(self, bump: float, wave: float) -> Pattern | None:
-        """The surest one that counts, from these sizes on; None when there is none."""
+        """The most significant pattern larger than these sizes; None when there is none."""
         if (bump, wave) not in self._known:
             self._known[bump, wave] = self._strongest((bump, wave))
         return self._known[bump, wave]
 
     def ranges(self, pattern: Pattern) -> dict[str, tuple[float, float]]:
-        """Where it is, in its own coordinate and in those that are the same but for the origin."""
+        """Its range in its own coordinate and in those that differ only by their origin."""
         coordinates = self.runs.coordinates
         own = coordinates[pattern.coordinate].values
         return {
@@ -105,12 +106,12 @@ class Patterns:
 
     def _strongest(self, limits: tuple[float, float]) -> Pattern | None:
         mean = self.runs.mean(self.residual)
-        tried = [t for place in _places(self.runs) for t in _tried(self.runs, place, mean)]
+        tried = [t for place in _places(self.runs) for t in _tested(self.runs, place, mean)]
         large = [(t, np.flatnonzero(np.abs(t.sizes) > limits[t.kind.waves])) for t in tried]
         counted = [(t, int(i)) for t, rows in large for i in rows]
         if not counted:
             return None
-        own = _Own(self.runs, *self._parts)
+        own = _ModelColumns(self.runs, *self._parts)
         scored = [(own.gain(t.column(i)), t, i) for t, i in counted]
         bumps = [(t, i) for t in tried if not t.kind.waves for i in range(len(t.sizes))]
         known = own.usual([t.column(i) for t, i in bumps[:: max(len(bumps) // TYPICAL, 1)]])
@@ -123,7 +124,7 @@ class Patterns:
 
 
 def _places(runs: RunSet) -> Iterator[_Place]:
-    """Place coordinates, those that are the same but for their origin once."""
+    """Place coordinates; of those that differ only by their origin, one."""
     known: list[np.ndarray] = []
     for name, c in reversed(list(runs.coordinates.items())):
         if not c.local or any(np.ptp(c.values - k) < SAME for k in known):
@@ -133,7 +134,7 @@ def _places(runs: RunSet) -> Iterator[_Place]:
 
 
 def _groups(runs: RunSet) -> Iterator[tuple[str, np.ndarray]]:
-    """All runs, and those of one sign of a setting."""
+    """Words and masks: all runs, and the runs of one sign of each setting."""
     yield "", np.ones(runs.runs)
     for name, c in runs.coordinates.items():
         level = c.values[:, 0]
@@ -154,7 +155,7 @@ class _Kind:
     """(n, 2): middle and width of a bump, crest and period of a wave"""
 
     def shapes(self, values: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-        """Of some numbers (n, 2) over a place (runs, samples): (n, runs, samples)."""
+        """Shapes (n, runs, samples) for numbers (n, 2) over a place (runs, samples)."""
         at, width = numbers[:, 0, None, None], numbers[:, 1, None, None]
         u = (values - at) / width
         if self.waves:
@@ -181,16 +182,16 @@ def _waves(place: _Place) -> Iterator[_Kind]:
 
 
 @dataclass(frozen=True)
-class _Tried:
+class _TestedPatterns:
     """Patterns of one kind in one group of runs."""
 
     place: _Place
     kind: _Kind
     group: np.ndarray
-    """(runs,) of 0 and 1"""
+    """(runs,) mask of 0 and 1"""
     under: str
     sizes: np.ndarray
-    """(n,) in the mean residual"""
+    """(n,) amplitudes in the mean residual"""
 
     def column(self, i: int) -> np.ndarray:
         (shape,) = self.kind.shapes(self.place.values, self.kind.numbers[i : i + 1])
@@ -208,8 +209,8 @@ class _Tried:
         )
 
 
-def _tried(runs: RunSet, place: _Place, mean: np.ndarray) -> Iterator[_Tried]:
-    """All kinds over a place in all groups; mean (conditions, samples): what is left."""
+def _tested(runs: RunSet, place: _Place, mean: np.ndarray) -> Iterator[_TestedPatterns]:
+    """All patterns over a place in all groups of runs; mean (conditions, samples): residual."""
     heads = [g[0] for g in runs.groups]
     for kind in (*_bumps(place), *_waves(place)):
         own = kind.shapes(place.values[heads], kind.numbers)
@@ -217,11 +218,11 @@ def _tried(runs: RunSet, place: _Place, mean: np.ndarray) -> Iterator[_Tried]:
             weight = group[heads]
             score = np.einsum("ncs,cs,c->n", own, mean, weight)
             size = np.einsum("ncs,ncs,c->n", own, own, weight)
-            yield _Tried(place, kind, group, under, score / np.maximum(size, 1e-30))
+            yield _TestedPatterns(place, kind, group, under, score / np.maximum(size, 1e-30))
 
 
-class _Own:
-    """What the model itself can take."""
+class _ModelColumns:
+    """The model's own columns, which are projected out of every pattern."""
 
     def __init__(
         self, runs: RunSet, metric: Metric, columns: np.ndarray, left: np.ndarray
@@ -246,7 +247,7 @@ class _Own:
         return score**2 / info if info > SEEN * products[-1, -1] else 0.0
 
     def dispersion(self, column: np.ndarray) -> tuple[float, float]:
-        """Of the scores of a pattern among repeats, and its freedom."""
+        """Dispersion of the scores of a pattern among repeats, and its degrees of freedom."""
         gram = self.gram(column)
         return among_repeats(self.runs.groups, *scores_of(gram, self.base.shape[1]))
 
@@ -255,6 +256,6 @@ class _Own:
         return usual([k for k, _ in pairs], [f for _, f in pairs])
 
     def p_value(self, gain: float, column: np.ndarray, known: Usual) -> float:
-        """Of one pattern, without the looking."""
+        """p-value of one pattern, not corrected for the number of patterns tested."""
         kappa, freedom = known.draw(*self.dispersion(column))
         return float(f_distribution.sf(gain / kappa, 1, freedom))

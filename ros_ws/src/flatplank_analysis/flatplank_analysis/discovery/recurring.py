@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stretches of one record in which its inputs come again (laps, levels, the way back), and a model
-whose runs are these.
+"""Pieces of one record in which its inputs recur (laps, levels, up and down), and a model whose
+runs are these pieces.
 
-A record is cut where its inputs (`RunSet.inputs`) say so, never by what was measured.
+A record is cut by its inputs (`RunSet.inputs`), never by what was measured.
 """
 
 from __future__ import annotations
@@ -16,34 +16,34 @@ from flatplank_analysis.discovery.model import Lane, Model, form_of, starts_of, 
 from flatplank_analysis.discovery.runs import RunSet
 
 SAME = 0.02
-"""share of its range within which an input is said to come again"""
+"""difference, as a share of its range, within which an input counts as the same"""
 SEGMENTS = 6
-"""conditions that a lap or a sweep is cut into: an effect must have one size in all of them"""
+"""pieces (conditions) per lap or sweep: an effect must have the same size in all of them"""
 COVER = 0.5
-"""share of every record at least that comes again: what does not is left out of everything"""
+"""least share of every record that recurs; data that does not recur is not used"""
 SHORTEST = 12
-"""nodes of a piece at least"""
+"""least number of nodes of a piece"""
 HALF = 0.5
-"""share of the range that a way up or down covers at least"""
+"""least share of the range that an upward or downward sweep covers"""
 LONG = 0.04
-"""share of a record at least for which a level is held"""
+"""least share of a record for which a level is held"""
 
 _Stretch = tuple[int, str, np.ndarray]
-"""run, what it repeats, nodes"""
+"""run, label of what it repeats, nodes"""
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """Stretches of the records that repeat each other."""
+    """Pieces of the records that repeat each other."""
 
     rows: np.ndarray
-    """(pieces,) the run that each is of"""
+    """(pieces,) index of the run"""
     nodes: np.ndarray
     """(pieces, samples) its nodes"""
     condition: np.ndarray
-    """(pieces,) pieces of the same number are repeats"""
+    """(pieces,) equal numbers are repeats"""
     names: tuple[str, ...]
-    """of the conditions"""
+    """names of the conditions"""
 
 
 def laps(runs: RunSet) -> Pieces | None:
@@ -69,10 +69,10 @@ def _begin(values: np.ndarray) -> int:
 
 
 def _period(values: np.ndarray) -> int:
-    """Shortest shift of the inputs (inputs, samples) after which they come again, 0 without."""
+    """Shortest period of the inputs (inputs, samples) in nodes, 0 when there is none."""
     samples = values.shape[1]
     for shift in range(SHORTEST, samples // 2 + 1):
-        # a slow input looks like itself after any short shift: it must have left in between
+        # a slow input equals itself after any short shift: it must have changed in between
         left = np.abs(values[:, : shift + 1] - values[:, :1]).max() > 0.25
         if left and np.abs(values[:, shift:] - values[:, :-shift]).max() < SAME:
             return shift
@@ -80,13 +80,13 @@ def _period(values: np.ndarray) -> int:
 
 
 def visits(runs: RunSet) -> Pieces | None:
-    """Levels of the input that are held, left, and held again."""
+    """Levels of the input that are held more than once."""
     found: list[_Stretch] = []
     for r, values in _inputs(runs):
         still = np.abs(np.diff(values, axis=1, prepend=values[:, :1])).max(axis=0) < 0.1 * SAME
         for nodes in _runs_of(still):
             if len(nodes) >= max(SHORTEST, LONG * values.shape[1]):
-                # a level is named by the input itself, in whole steps of what counts as the same
+                # the level, in steps of twice the tolerance, is the label
                 level = np.round(values[:, nodes].mean(axis=1) / SAME / 2.0).astype(int)
                 found.append((r, f"{runs.names[r]}, level {' '.join(map(str, level))}", nodes))
     return _pieces(runs, found)
@@ -123,7 +123,7 @@ def _smooth(values: np.ndarray, width: int = 5) -> np.ndarray:
 
 
 def _inputs(runs: RunSet) -> Iterator[tuple[int, np.ndarray]]:
-    """Per run its inputs that move, each over its range: (inputs, samples) within 0 .. 1."""
+    """Per run the inputs that vary, scaled to 0 .. 1: (inputs, samples)."""
     for r in range(runs.runs):
         moving = [v[r] for v in runs.inputs.values() if np.ptp(v[r]) > 0.0]
         if moving:
@@ -131,13 +131,13 @@ def _inputs(runs: RunSet) -> Iterator[tuple[int, np.ndarray]]:
 
 
 def _runs_of(true: np.ndarray) -> list[np.ndarray]:
-    """Nodes of every stretch without a gap."""
+    """Node indices of every uninterrupted stretch."""
     nodes = np.flatnonzero(true)
     return np.split(nodes, np.flatnonzero(np.diff(nodes) > 1) + 1) if len(nodes) else []
 
 
 def _pieces(runs: RunSet, found: Sequence[_Stretch]) -> Pieces | None:
-    """What comes at least twice, all cut to as many nodes; None when too little does."""
+    """Pieces that occur at least twice, with equal node counts; None when too few recur."""
     labels = [label for _, label, _ in found]
     again = [s for s in found if labels.count(s[1]) > 1 and len(s[2]) >= 2]
     used = [len(np.unique(np.concatenate([n for r, _, n in again if r == run] or [[]])))
@@ -158,10 +158,10 @@ def _pieces(runs: RunSet, found: Sequence[_Stretch]) -> Pieces | None:
 
 
 class Seen:
-    """A model whose runs are pieces of its records; the model itself predicts whole records."""
+    """A model whose runs are pieces of its records; the inner model predicts whole records."""
 
     def __init__(self, model: Model, pieces: Pieces, source: str) -> None:
-        """source: identifier of the source that wants the pieces."""
+        """source: identifier of the floor source that needs the pieces."""
         self.model, self.pieces = model, pieces
         self.parameters = model.parameters
         self.form, self.starts = form_of(model), starts_of(model)
@@ -174,7 +174,7 @@ class Seen:
         return whole[:, :, self.pieces.rows[:, None], self.pieces.nodes]
 
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
-        """Directions that scatter, those of the model."""
+        """Directions that scatter from run to run, as in the inner model."""
         return self.model.stiff(base)
 
 

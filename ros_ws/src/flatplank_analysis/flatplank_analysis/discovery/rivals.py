@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which effects could stand in for one that was found: each is refitted in its place.
+"""Effects that the runs may not distinguish from a found one: each is refitted in its place.
 
-Suspects are picked when the effect is taken: those whose columns look like its own once the model
-has taken its part, and those that show in the same coordinate and promise as much. When the
-search is over each of them takes the place of the effect, and everything is fitted again. Those
-whose whitened sum of squares is no worse than the evidence asks for are its class.
+Suspects are selected when the effect is added: effects whose columns resemble its own after the
+model has taken its part, and effects over the same coordinate with a similar expected drop. After
+the search each suspect replaces the effect, and everything is fitted again. The suspects whose
+whitened sum of squares is not significantly larger form the class of the effect.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ from flatplank_analysis.discovery.shortlist import EVIDENCE, profile
 from flatplank_analysis.discovery.state import State, term_of
 
 NEARLY_ALIKE = 0.8
-"""likeness of the columns from which on an effect is a suspect"""
+"""likeness of the columns above which an effect is a suspect"""
 PROMISE = 0.3
-"""share of the drop that another effect of the same coordinate must promise to be one"""
+"""least expected drop of a suspect over the same coordinate, as a share of the effect's drop"""
 ALIKE = 0.03
-"""share of a drop that is no evidence between two effects: the law of the model is no better"""
+"""difference of two drops, relative, that does not decide between effects: error of the law"""
 JACOBIANS = 5
-"""of the refit of a rival"""
+"""Jacobians of the first refit of a rival"""
 CLOSE = 0.3
-"""share of the drop by which a rival may stand behind and still be refitted to the end: a gap
-moves slowly to the force at which it is crossed"""
+"""excess of a rival, as a share of the drop, below which its refit is continued to the end: the
+force at which a gap is crossed converges slowly"""
 
 
 @dataclass(frozen=True)
 class Suspect:
-    """An effect that might stand in for the one that was taken, and where its refit starts."""
+    """An effect that may explain the same as an accepted one, and the start of its refit."""
 
     start: Term
     near: bool
-    """its columns look alike, too"""
+    """True when its columns resemble those of the effect"""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Rival:
     """whitened sum of squares beyond that with the effect"""
     near: bool
     excluded: bool
-    """the data tell it from the effect"""
+    """True when the data exclude it, or its size is negligible or at the end of its range"""
 
     @property
     def name(self) -> str:
@@ -64,17 +64,17 @@ class Rival:
 
 
 def indifferent(decision: Decision, explained: float = 0.0) -> float:
-    """Difference of two sums of squares that is no evidence between two effects.
+    """Difference of two sums of squares that does not decide between two effects.
 
-    explained: by all effects together; less than the share of it that makes an effect is none.
-    A fault of another form leaves more than that, whatever its name.
+    explained: drop by all effects together; `SHARE` of it is the least drop of any effect.
+    A fault of another form leaves a larger residue, which does not decide either.
     """
     evidence = EVIDENCE * max(decision.dispersion, 1.0)
     return max(evidence, ALIKE * decision.drop, SHARE * explained, decision.residue)
 
 
 def suspects(model: Model, state: State, screen: Screen, decision: Decision) -> Iterator[Suspect]:
-    """Effects that might stand in for one that is about to be added to a state."""
+    """Effects that may explain the same as one that is about to be added to a state."""
     own = decision.term.effect
     mine = settings_of(screen, own.identifier)
     for item in best_per_effect(screen):

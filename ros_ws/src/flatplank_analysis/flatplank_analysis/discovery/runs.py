@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the engine knows of a measurement campaign: aligned runs with repeats and coordinates."""
+"""A measurement campaign as the engine uses it: aligned runs with repeats and coordinates."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from flatplank_data.errors import FlatplankError
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A quantity in which physics may show itself, one value per run and sample."""
+    """A quantity over which an effect may show, one value per run and sample."""
 
     values: np.ndarray
     """shape (runs, samples)"""
     unit: str = "1"
     bins: int = 24
     period: float = 0.0
-    """the values wrap at this number (an angle), 0 when they do not"""
+    """period at which the values wrap (an angle), 0 when they do not"""
     local: bool = False
-    """a place (plank position): local events are looked for bin by bin"""
+    """True for a place (plank position): local deviations are searched bin by bin"""
 
 
 @dataclass(frozen=True)
@@ -38,31 +38,31 @@ class RunSet:
     measured: np.ndarray
     """(channels, runs, samples)"""
     time: np.ndarray
-    """(runs, samples) [s]: the clock of the noise"""
+    """(runs, samples) [s]: time base of the noise model"""
     order: np.ndarray
     """(runs,) order in which the runs were made"""
     coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
     units: tuple[str, ...] = ()
     """unit of every channel"""
     roughness: np.ndarray | None = None
-    """(runs, samples) factor >= 1 on the noise where the model is known to be rough; for
+    """(runs, samples) factor >= 1 on the noise where the model is known to be inaccurate; for
     decisions only"""
     input_noise: tuple[float, ...] = ()
-    """per channel: error of the prediction that the resolution of the inputs makes; it repeats
-    itself from run to run, so the repeats do not show it"""
+    """per channel: prediction error by the resolution of the inputs; it is the same in all
+    repeats, which therefore do not show it"""
     facts: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """numbers per run that effects may want (start angle, nominal load ...), shape (runs,)"""
+    """values per run that effects may use (start angle, nominal load ...), shape (runs,)"""
     inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """what the machine was told or driven by, shape (runs, samples): where it comes again in one
-    record, that gives a floor without repeats"""
+    """commands or excitations of the machine, shape (runs, samples): where they recur within one
+    record, they give a floor without repeats"""
     rest: tuple[float, ...] = ()
     """per channel: standard deviation while nothing moves"""
     resolution: tuple[float, ...] = ()
-    """per channel: step in which it was recorded"""
+    """per channel: resolution of the recording"""
     floor_from: str = ""
     """identifier of the source (`sources.ranked`) that the records were cut for, empty: not cut"""
     contradicted: tuple[str, ...] = ()
-    """signs of columns or records that physics contradicts, in words: nothing is fitted then"""
+    """signs of columns or records that physics contradicts, in words; they prevent any fit"""
 
     def __post_init__(self) -> None:
         shape = self.measured.shape
@@ -96,12 +96,12 @@ class RunSet:
 
     @cached_property
     def comparable(self) -> list[np.ndarray]:
-        """Groups in which the scores of an effect scatter: repeats, or without any all runs."""
+        """Groups within which the scores of an effect scatter: repeats, or all runs without any"""
         return self.groups if self.repeated else [np.arange(self.runs)]
 
     @cached_property
     def largest(self) -> np.ndarray:
-        """Largest mean of the repeats (channels,); channels of one unit share it."""
+        """Largest absolute mean of the repeats (channels,); channels of the same unit share it."""
         own = np.abs(self.mean(self.measured)).max(axis=(1, 2))
         units = self.units or self.channels
         return np.array([max(own[i] for i, v in enumerate(units) if v == u) for u in units])
@@ -111,7 +111,7 @@ class RunSet:
         return np.stack([values[..., g, :].mean(axis=-2) for g in self.groups], axis=-2)
 
     def contrast(self, values: np.ndarray) -> np.ndarray:
-        """What differs between repeats: values minus the mean of their condition."""
+        """Difference of each run from the mean of its condition."""
         return values - self.mean(values)[..., self.condition, :]
 
     def rmse(self, residual: np.ndarray) -> float:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Screening: score columns projected off the base, size, gain, visibility, likeness (5, 9)."""
+"""Screening of candidates: size, gain, visibility and likeness with the base projected out."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from flatplank_analysis.discovery.gram import Gram, solve
 from flatplank_analysis.discovery.state import Candidate, State
 
 VISIBLE = 0.005
-"""share of a column that must be left after projection for the effect to be named; how far the
-form of the model's law may carry a size grows with one over its root, see `Judge`"""
+"""least visible share of an effect that is named (share of its column after projection); the size
+that the law's form may imitate grows with one over its root, see `Judge`"""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Screened:
 
     candidate: Candidate
     sizes: np.ndarray
-    """best sizes in screening steps, inside the physical range"""
+    """best sizes in screening steps, within the physical range"""
     gain: float
     """drop of the whitened chi2 at these sizes"""
     visible: float
@@ -30,7 +30,7 @@ class Screened:
     information: np.ndarray
     """(k, k) projected products"""
     contribution: np.ndarray
-    """(m,) the candidate's column as a combination, for likeness"""
+    """(m,) combination of the columns of all candidates, for likeness"""
 
     @property
     def identifier(self) -> str:
@@ -39,7 +39,7 @@ class Screened:
 
 @dataclass(frozen=True)
 class Screen:
-    """All candidates, best first, and the sums they were judged with."""
+    """All candidates, best first, and the sums behind their ranking."""
 
     ranked: list[Screened]
     gram: Gram
@@ -48,7 +48,7 @@ class Screen:
     projected: np.ndarray
     """products of all candidate columns with the model's own projected out"""
     usual: Usual
-    """what the dispersions of the candidates are like"""
+    """typical dispersion of the candidates"""
 
 
 def screen(state: State) -> Screen:
@@ -79,7 +79,7 @@ def screen(state: State) -> Screen:
 
 
 def _usual(state: State, gram: Gram, own: int, ranked: list[Screened]) -> Usual:
-    """Dispersions of all visible candidates at their best setting."""
+    """Typical dispersion over all visible candidates at their best setting."""
     pairs, seen = [], set()
     for item in ranked:
         if item.identifier in seen or item.visible < VISIBLE:
@@ -125,7 +125,7 @@ def _judge(candidate: Candidate, info, score, raw, rows, total) -> Screened:
 
 
 def _bounded(candidate: Candidate, info: np.ndarray, score: np.ndarray) -> np.ndarray:
-    """Best sizes with those that leave their range held at it, one after the other."""
+    """Best sizes; those outside their range are held at its end, and the others solved again."""
     sizes, _ = solve(info, score)
     parameters = candidate.effect.linear()
     low = np.array([(p.lower - p.null) / p.screen for p in parameters])
@@ -154,9 +154,9 @@ def best_per_effect(result: Screen) -> list[Screened]:
 
 
 def likeness(result: Screen, one: Screened, other: Screened) -> float:
-    """rho: how much alike two candidates look once the model has taken its part (0..1).
+    """Likeness (0..1) of two candidates with the model's columns projected out.
 
-    With several columns the nearest combination of the other's columns counts.
+    With several columns the closest combination of the other's columns is used.
     """
     a = one.contribution
     rows = np.flatnonzero(other.contribution != 0.0)

@@ -31,19 +31,19 @@ from flatplank_analysis.discovery.steps import Found, Progress, Search, Step
 from flatplank_data.errors import FlatplankError
 
 COLD = 2
-"""refits, those with the largest drops, that may be repeated from the start values of the base"""
+"""most refits per step, those with the largest drops, repeated from the base's start values"""
 IDLE = "not needed beside what was found"
-"""why an effect is refused that goes again once it is in the model"""
+"""reason for an effect that was added and then removed by backward elimination"""
 FIRST_STEPS = 6
-"""of a fit from another tire"""
+"""iterations from each of the other start tires, before the best one is fitted to the end"""
 
 
 @dataclass
 class Options:
-    """How far the search goes."""
+    """Settings of the search."""
 
     most: int = 4
-    """effects at most"""
+    """largest number of effects"""
     refits: int = 5
     """candidates that are refitted per step"""
     progress: Progress | None = None
@@ -52,7 +52,7 @@ class Options:
     terms: tuple[Term, ...] = ()
     """effects that are in the model already"""
     measured: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    """effect -> parameter -> value [SI] that was measured at the machine: where its fit starts"""
+    """effect -> parameter -> value [SI] measured on the machine, used as start value"""
 
 
 def run_search(
@@ -67,10 +67,10 @@ def run_search(
 
 
 def looks(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
-    """By effect the number by which the family-wise level is divided (weighted Bonferroni).
+    """Divisor of the family-wise level, by effect (weighted Bonferroni).
 
-    Every effect gets the same share; one that is looked for at many places, or at many periods,
-    pays for its own looking and not the others with it.
+    Every effect gets the same share of the level; an effect that is tested at many places or
+    periods divides its own share, not that of the others.
     """
     return {
         e.identifier: len(effects) * max(len(e.linear()), 1) * e.scanned(model.runs)
@@ -79,7 +79,7 @@ def looks(effects: Sequence[type[Effect]], model: Model) -> dict[str, int]:
 
 
 def polish(search: Search) -> State | None:
-    """Set free every piece of the law; None when there is none."""
+    """The state with all effects that belong to the force law fitted; None without any."""
     last = search.last.state
     present = {t.effect for t in last.fit.terms}
     pieces = [e for e in search.effects if e.law and e not in present]
@@ -129,7 +129,7 @@ class _Searcher:
         )
 
     def onward(self, steps: list[Step]) -> list[Step]:
-        """All steps from the last one of these on."""
+        """These steps and all that follow from the last one."""
         for number in range(len(steps) - 1, self.options.most):
             self.say(f"refits, step {number + 1}", 0.2 + 0.15 * number)
             self.known = {_names(s) for s in steps}
@@ -140,9 +140,9 @@ class _Searcher:
         return steps
 
     def simpler(self, steps: list[Step]) -> Step | None:
-        """One effect of another form that explains more than all that were found together.
+        """A step with one effect that explains more than all found effects together.
 
-        It was refused for its form alone; what was found in its place imitates it.
+        The effect was refused for its form alone; the found effects imitate it.
         """
         first, found = steps[0], steps[-1].found
         odd = [d for d in first.refits if d.misshapen]
@@ -161,10 +161,10 @@ class _Searcher:
         return self.take(first, judge, [(best, start)], misshapen=True)
 
     def elsewhere(self, step: Step) -> Step:
-        """The same step; where something of consequence is left, the best one from several tires.
+        """The step, or a better one from another start tire when a residual remains.
 
-        A fit may end where no small step is better, and what it leaves there is no effect. A few
-        steps from each tire tell which one is worth going on with.
+        A fit may end in a local minimum, whose residual is no effect. A few iterations from each
+        start tire select the one that is fitted to the end.
         """
         state, others = step.state, starts_of(self.model)
         if state.floors[0].unexplained <= invariants.limits(state).rest or not others:
@@ -181,7 +181,7 @@ class _Searcher:
     def step_of(
         self, fit: Fit, found: list[Found], update: bool = False, near: Fit | None = None
     ) -> Step:
-        """State and ranking; `update` takes the floor into the weights once.
+        """State and ranking; `update` sets the channel weights from the floors.
 
         near: a whitened fit of the same terms.
         """
@@ -193,7 +193,7 @@ class _Searcher:
         return Step(state, screens.screen(state), found)
 
     def forward(self, step: Step) -> Step | None:
-        """Refit the best candidates; the best one that passes all tests is taken."""
+        """Refit the best candidates and add the best one that passes all tests."""
         state = step.state
         before = sum(f.decision.drop for f in step.found)
         residue = sum(f.decision.residue for f in step.found)
@@ -215,8 +215,8 @@ class _Searcher:
     def complete(
         self, step: Step, judge: Judge, tried: list[tuple[Decision, Whitened]]
     ) -> Step | None:
-        """An effect of another form, where its form is nearly right or nothing that counts is
-        left beside it.
+        """Add an effect refused for its form, when the form is nearly right (`NEARLY`) or no
+        residual of consequence remains beside it.
         """
         odd = [pair for pair in tried if pair[0].misshapen]
         taken = self.take(step, judge, odd[:1], misshapen=True) if odd else None
@@ -227,9 +227,10 @@ class _Searcher:
     def gaps(
         self, step: Step, judge: Judge, items: list[Screened]
     ) -> list[tuple[Decision, Whitened]]:
-        """The most promising effects that were not refitted and whose size the screening cannot
-        tell, with the base from its start: without a gap it may have ended in a corner that
-        imitates one, and from there no column of a gap looks right.
+        """Refits of promising effects with several start sizes, from the start values of the base.
+
+        Without the gap the base may have ended at parameters that imitate it, and there the
+        screening cannot see the gap.
         """
         state, cold = step.state, start_base(self.model, self.options.start)
         known = {i.identifier for i in items}
@@ -252,23 +253,24 @@ class _Searcher:
         tried: list[tuple[Decision, Whitened]],
         misshapen: bool = False,
     ) -> Step | None:
-        """The first refit that passes all tests as a step, or all but those of its form, without
-        the effects that are not needed beside it; None when none does. One that is not needed
-        itself, or leads back to the effects of an earlier step, is refused.
+        """The step with the first refit that passes all tests, after backward elimination.
+
+        misshapen: a wrong form is permitted. A refit that is eliminated itself, or that leads back
+        to the effects of an earlier step, is refused. None when no refit passes.
         """
         state = step.state
         for _, near in self.preferred(tried):
             index = len(near.fit.terms) - 1
             best = state.settle(near.fit)
-            if best.fit.at_bound and not step.found:  # what comes later goes on from there
+            if best.fit.at_bound and not step.found:  # later steps start from this base
                 best = self.restarted(state, best)
-            # the place found with the effect may be a better one without it, too
+            # the base found with the effect may also fit better without it
             less = state.settle(self.fitter.shrunk(best.fit, index))
             fair = replace(judge, without=min(judge.without, less.chi2))
             decision = self.newest(fair, best)
             if not (decision.accepted or (misshapen and decision.misshapen)):
                 continue
-            # from both places: the one may end in a corner of the law
+            # from both bases, because one of them may end at limits of the force law
             fits = [self.fitter.fit(b, best.fit.terms) for b in (state.fit.base, best.fit.base)]
             fit = invariants.no_worse(self.fitter, state.fit, fits)
             if not invariants.acts(fit.terms[-1]):
@@ -303,8 +305,10 @@ class _Searcher:
     def from_cold(
         self, judge: Judge, tried: list[tuple[Decision, Whitened]]
     ) -> list[tuple[Decision, Whitened]]:
-        """Refits by gain; of the two first, those that are beyond the scatter, refused for
-        another reason, and bring more than any that is accepted, with the base from its start.
+        """Refits by gain, the best of them repeated from the start values of the base.
+
+        That applies to the `COLD` best ones that exceed the scatter, were refused for another
+        reason, and have a larger drop than any accepted one.
         """
         accepted = max((d.drop for d, _ in tried if d.accepted), default=0.0)
         out = _by_drop(tried)
@@ -319,8 +323,8 @@ class _Searcher:
     def restarted(self, state: State, found: Whitened) -> Whitened:
         """The same effects with the base from its start values, when that is better.
 
-        Without the effect the base may have ended in a corner that imitates it; from there no
-        refit gets out. A free law is left as it is: it is no reason for a corner.
+        Without the effect the base may have ended at limits where it imitates the effect, which a
+        refit from there does not leave. Free forms of the law are not restarted.
         """
         if found.fit.terms[-1].effect.generic:
             return found
@@ -331,7 +335,7 @@ class _Searcher:
     def preferred(self, tried: list[tuple[Decision, Whitened]]) -> list[tuple[Decision, Whitened]]:
         """Acceptable refits by gain; a free law only when no named effect is acceptable.
 
-        Of refits whose gains the data cannot tell apart the more usual effect goes first.
+        Where the data do not distinguish the gains, the more common effect (`rarity`) comes first.
         """
         good = [pair for pair in tried if _nearly(pair[0])]
         named = [p for p in good if not p[0].term.effect.generic]
@@ -343,7 +347,7 @@ class _Searcher:
         return (named + free)[:3]
 
     def classed(self, step: Step) -> list[Found]:
-        """The effects of a step, each with what could stand in for it."""
+        """The effects of a step, each with its rivals."""
         offset, fitter = len(self.options.terms), self.fitter
         explained = sum(f.decision.drop for f in step.found)
         return [
@@ -352,9 +356,9 @@ class _Searcher:
         ]
 
     def backward(self, step: Step) -> Step:
-        """Drop accepted effects that are not needed any more; refresh the tests of the others.
+        """Remove accepted effects that are not needed any more; repeat the tests of the others.
 
-        One that was taken for a later one explains little beside it, and goes.
+        An effect that imitated a later one explains little beside it.
         """
         if len(step.found) < 2:
             return step
@@ -363,7 +367,7 @@ class _Searcher:
             idle = [i for i, f in enumerate(step.found) if not _needed(f, step.found)]
             if not idle:
                 break
-            # one at a time: of two that share what they explain, none is needed beside the other
+            # one at a time: two effects that explain the same would both be removed
             least = min(idle, key=lambda i: step.found[i].decision.drop)
             kept = [i for i in range(len(step.found)) if i != least]
             fit, offset = step.state.fit, len(self.options.terms)
@@ -404,13 +408,13 @@ def _needed(one: Found, found: Sequence[Found]) -> bool:
 
 
 def _nearly(decision: Decision) -> bool:
-    """Good enough after the first refit for the full one."""
+    """True when the first refit is good enough for the full one."""
     hard = {"present, negligible", "at the end of its physical range"}
     return not hard & set(decision.reasons) and decision.p_repeats < 0.02
 
 
 def _rough_levels(model: Model) -> list[float]:
-    """First weights: scatter between neighbouring nodes and between repeats, the smaller."""
+    """Levels for the first weights: the smaller of node-to-node and repeat-to-repeat scatter."""
     runs = model.runs
     near = np.sqrt(np.mean(np.diff(runs.measured, 2, axis=-1) ** 2, axis=(1, 2)) / 6.0)
     if not runs.repeated:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which screened candidates are worth a refit, and the size from which it starts."""
+"""Candidates that are worth a refit, and the size from which it starts."""
 
 from __future__ import annotations
 
@@ -22,13 +22,14 @@ from flatplank_analysis.discovery.screen import (
 from flatplank_analysis.discovery.state import State, term_of
 
 TWINS = 0.995
+"""likeness above which the model cannot distinguish two effects; only one of them is refitted"""
 HOPE = 0.8
-"""a refit may bring that much more than the screening promised"""
+"""least screening gain for a refit, as a share of the test limit: a refit may gain more"""
 EVIDENCE = 20.0
-"""difference of two chi2 below which nothing is said"""
+"""difference of two chi2 that decides between two models"""
 
 MOST_UNSHOWN = 3
-"""effects that are told of those that the runs hardly show"""
+"""most effects that are reported although the runs hardly show them"""
 
 
 def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[Screened]:
@@ -40,7 +41,7 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
             continue
         if len(effect.starts()) == 1 and negligible(item):
             continue
-        # of twins the model cannot but take one for the other
+        # of two effects that the model cannot distinguish one is kept
         alike = [min(likeness(ranking, item, o), likeness(ranking, o, item)) for o in out]
         twin = next((i for i, rho in enumerate(alike) if rho > TWINS), None)
         if twin is not None:
@@ -54,8 +55,8 @@ def shortlist(ranking: Screen, looked_at: Mapping[str, int], most: int) -> list[
 
 
 def unshown(ranking: Screen, looked_at: Mapping[str, int]) -> list[str]:
-    """Effects that the residual asks for most, within their range, though the tire can imitate
-    nearly all of them, so that these runs cannot name them."""
+    """Effects that the residual suggests most, within their range, but of which the tire can
+    imitate nearly all, so that these runs cannot name them."""
     level = max(ranking.usual.dispersion, 1.0)
     return [
         item.identifier
@@ -74,8 +75,8 @@ def _least_gain(item: Screened, looked_at: Mapping[str, int]) -> float:
 
 
 def _goes_before(item: Screened, better: Screened) -> bool:
-    """Which of two twins is taken: the more usual, then the better one, and where the data do
-    not tell the alphabet, not the order of the noise."""
+    """True when the first of two indistinguishable effects is kept: by rarity, then by gain, and
+    by name where the data do not decide, so that noise does not choose."""
     one, other = item.candidate.effect.rarity, better.candidate.effect.rarity
     if one != other:
         return one < other
@@ -83,7 +84,7 @@ def _goes_before(item: Screened, better: Screened) -> bool:
 
 
 def negligible(item: Screened) -> bool:
-    """True when the screened size is far below the one that matters."""
+    """True when the screened size is below half of the smallest size of consequence."""
     effect = item.candidate.effect
     values = {p.name: p.null for p in effect.parameters()} | item.candidate.setting
     for p, size in zip(effect.linear(), item.sizes, strict=True):
@@ -92,12 +93,12 @@ def negligible(item: Screened) -> bool:
 
 
 def line_search(model: Model, state: State, item: Screened) -> Term:
-    """Size with the smallest whitened chi2 once the base has moved along."""
+    """The term with the size of smallest whitened chi2 after one linear step of the base."""
     return profile(model, state, item)[0]
 
 
 def profile(model: Model, state: State, item: Screened) -> tuple[Term, float]:
-    """The same with the drop of the chi2 that one linear step of the base promises there."""
+    """That term, and its drop of chi2 after the linear step."""
     effect, fit = item.candidate.effect, state.whitened.fit
     width = item.sizes if np.any(item.sizes) else np.ones_like(item.sizes)
     terms = [term_of(item.candidate, width * s) for s in (0.5, 1.0, 1.5, 2.2, 3.3, 5.0)]

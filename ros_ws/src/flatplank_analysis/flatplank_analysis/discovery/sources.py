@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What gives a floor: ranked sources, each with the most that a verdict may say on it."""
+"""Ranked sources of the noise floor, each with the strongest verdict that it permits."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flatplank_analysis.discovery.runs import RunSet
 
 FOUND, PARTLY, UNDECIDED = "found", "partly", "not decidable"
 CLAIMS = (FOUND, "found group", "tire law only")
-"""verdicts that say that everything is explained"""
+"""verdicts that claim that everything is explained"""
 
 
 @dataclass(frozen=True)
@@ -24,15 +24,15 @@ class Source:
 
     identifier: str
     title: str
-    """in words, as it follows 'floor by'"""
+    """text after 'floor by'"""
     at_most: str
-    """the strongest verdict that it allows"""
+    """strongest permitted verdict"""
     offered: Callable[[RunSet], bool | Pieces | None]
-    """whether runs have it; pieces, where their records must be cut for it"""
+    """whether the runs have this source; pieces where their records must be cut for it"""
     lower_bound: bool = False
-    """the scatter is no smaller, and may be larger"""
+    """True when the real scatter may be larger"""
     systematic: bool = False
-    """what differs between its repeats is ordered: an effect that shows there is the floor"""
+    """True when its repeats differ systematically, so that an effect may be part of the floor"""
 
     def words(self) -> str:
         return self.title + (" (lower bound)" if self.lower_bound else "")
@@ -47,7 +47,7 @@ class Source:
 
 
 def _repeats(runs: RunSet) -> bool:
-    """A condition measured twice in one session; where no session is said all are of one."""
+    """A condition measured twice in one session; runs without a session belong to the same one."""
     sessions = runs.facts.get("session", np.zeros(runs.runs))
     return any(len(np.unique(sessions[g])) < len(g) for g in runs.groups)
 
@@ -65,17 +65,17 @@ SOURCES = (
     ), lower_bound=True),
     Source("nothing", "nothing", UNDECIDED, lambda _: True),
 )  # fmt: skip
-"""best first; the last one is always there"""
+"""best first; the last one always applies"""
 BY_NAME = {s.identifier: s for s in SOURCES}
 
 
 def source_of(runs: RunSet) -> Source:
-    """What gives these runs their floor."""
+    """The source of the floor of these runs."""
     return BY_NAME[runs.floor_from] if runs.floor_from else _best(runs)[0]
 
 
 def seen(model: Model) -> Model:
-    """The model with its runs cut into pieces where the best source wants them so."""
+    """The model with its runs cut into pieces where the best source needs them."""
     if model.runs.floor_from:
         return model
     source, pieces = _best(model.runs)
@@ -83,7 +83,7 @@ def seen(model: Model) -> Model:
 
 
 def can_show(runs: RunSet, columns: np.ndarray) -> bool:
-    """False where an effect of these columns (k, channels, runs, samples) is the floor itself."""
+    """False where the effect of columns (k, channels, runs, samples) is part of the floor."""
     if not source_of(runs).systematic:
         return True
     return bool(np.sum(runs.contrast(columns) ** 2) < 0.5 * np.sum(columns**2))
@@ -107,7 +107,7 @@ def _best(runs: RunSet) -> tuple[Source, Pieces | None]:
 
 
 def capped(source: Source, verdict: str, reason: str) -> tuple[str, str]:
-    """Verdict and reason as the floor allows them; the reason names a floor that is no repeats."""
+    """Verdict and reason limited by the source; the reason names a source other than repeats."""
     if source.at_most == FOUND:
         return verdict, reason
     told = f"{reason}; the floor is by {source.words()}"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the search stands: a fitted model, its floor, noise, whitened sums, and the columns of
-all effects that might be added."""
+"""State of the search: a fitted model with floor, noise, whitened sums, and the columns of all
+effects that may be added."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Candidate:
     effect: type[Effect]
     setting: dict[str, float]
     columns: np.ndarray
-    """(k, channels, runs, samples), change of the prediction by one screening step each"""
+    """(k, channels, runs, samples), change of the prediction by one screening step of each"""
 
 
 @dataclass
 class State:
-    """A fitted model with all that decisions need."""
+    """A fitted model with everything that decisions need."""
 
     model: Model
     fitter: Fitter
@@ -44,9 +44,9 @@ class State:
     floors: list[floors.Floor]
     """per channel"""
     metric: grams.Metric
-    """of decisions"""
+    """metric of the decisions"""
     whitened: Whitened
-    """the same model where the whitened chi2 is smallest"""
+    """fit of the same model with the smallest whitened chi2"""
 
     @property
     def runs(self) -> RunSet:
@@ -58,17 +58,17 @@ class State:
 
     @cached_property
     def patterns(self) -> Patterns:
-        """Bumps and waves that are left in the first channel."""
+        """Bumps and waves in the residual of the first channel."""
         fit = self.whitened.fit
         left = fit.residual(self.runs.measured)
         return Patterns(self.runs, self.metric, fit.jacobian[fit.loose()], left, self.residual[0])
 
     def settle(self, fit: Fit, most: int = 12) -> Whitened:
-        """The smallest whitened chi2 near a fit."""
+        """Minimise the whitened chi2 from a fit."""
         return settle(self.metric, self.fitter, fit, most)
 
     def with_term(self, term: Term, most: int) -> Whitened:
-        """The whitened fit with one more effect, with `most` Jacobians."""
+        """The whitened fit with one more effect, using `most` Jacobians."""
         return self.settle(self.fitter.grown(self.whitened.fit, term), most)
 
 
@@ -133,11 +133,11 @@ def make_state(
     stiff = stiff_columns(model, fit)
     bound = source_of(runs).lower_bound
     model_noise = noises.fit_noise(runs, residual if bound else contrasts, residual, stiff)
-    # beside the first channel, what the form misses is no noise, but no evidence either
+    # in the other channels the form error is no noise, but no evidence of an effect either
     seen = form_of(model).side * np.abs(runs.mean(fit.predicted)).max(axis=(1, 2))
     model_noise[1:] = map(noises.no_quieter, model_noise[1:], seen[1:])
     for c, noise in enumerate(model_noise):
-        # a lower bound is seen at every node; what the residual itself makes of it is no measure
+        # a lower bound holds at every node; the residual's own correlation is no measure of it
         per_run = runs.samples if bound else noises.freedom_of(runs, noise)
         least = level_of(runs, c) if bound else 0.0
         levels.append(floors.floor_of(runs, residual[c], cleaned[c], c, per_run, least))
@@ -148,17 +148,17 @@ def make_state(
     found = settle(metric, fitter, near or fit)
     found = replace(found, fit=fitter.derivative(found.fit))
     if near is None:
-        # the whitened fit may lie far from the plain one, and there columns look different
+        # the whitened fit may be far from the plain one, where the columns differ
         candidates = make_candidates(model, found.fit, effects, residual)
     return State(model, fitter, fit, residual, candidates, levels, metric, found)
 
 
 def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:
-    """Weights (channels, 1, 1) of the plain least squares: one over what a channel is thought to
-    be off, its floor [unit] and what the form of the model misses of its largest mean signal.
+    """Weights (channels, 1, 1) of the plain least squares: one over the expected error of a
+    channel, from its floor [unit] and the form error as a share of its largest mean signal.
 
-    By the floor alone a quiet channel would ask for what no model of this form can give, and the
-    others would pay for it.
+    By the floor alone a quiet channel would demand a fit that no model of this form can give, at
+    the expense of the others.
     """
     form = np.array([form_of(model).share(c) for c in range(len(levels))])
     off = np.hypot(np.array(levels, dtype=float), form * model.runs.largest)
@@ -166,13 +166,13 @@ def channel_weights(model: Model, levels: Sequence[float]) -> np.ndarray:
 
 
 def start_base(model: Model, given: Mapping[str, float] | None = None) -> np.ndarray:
-    """Start values of the base parameters, some of them given."""
+    """Start values of the base parameters, with the given ones replaced."""
     given = given or {}
     return np.array([float(given.get(p.name, p.null)) for p in model.parameters])
 
 
 def measured_term(term: Term, measured: Mapping[str, float]) -> Term:
-    """The term with the values [SI] that were measured, inside their bounds."""
+    """The term with measured values [SI], within its bounds."""
     values = {
         p.name: float(np.clip(measured.get(p.name, value), p.lower, p.upper))
         for p, value in zip(term.effect.parameters(), term.values, strict=True)
@@ -181,7 +181,7 @@ def measured_term(term: Term, measured: Mapping[str, float]) -> Term:
 
 
 def term_of(candidate: Candidate, sizes: np.ndarray) -> Term:
-    """A term at the screened sizes (in screening steps), inside its bounds."""
+    """A term at the screened sizes (in screening steps), within its bounds."""
     effect = candidate.effect
     values = dict(candidate.setting)
     for p, size in zip(effect.linear(), sizes, strict=True):

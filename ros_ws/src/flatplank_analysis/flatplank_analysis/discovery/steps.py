@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a search has found: effects with their classes, its steps, and all of it together."""
+"""Results of a search: found effects with their classes, its steps, and the whole."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from flatplank_analysis.discovery.screen import Screen
 from flatplank_analysis.discovery.state import State
 
 LARGEST_CLASS = 4
-"""names of an effect and its class together; more are no answer"""
+"""most names of an effect and its class together; a larger class is no answer"""
 Progress = Callable[[str, float], None]
-"""what is done, and which share of it"""
+"""text of the present activity and completed share"""
 
 
 @dataclass(frozen=True)
@@ -27,23 +27,23 @@ class Found:
 
     decision: Decision
     suspects: tuple[Suspect, ...] = ()
-    """effects that might stand in for it"""
+    """effects that may explain the same"""
     rivals: tuple[Rival, ...] = ()
-    """the suspects once each was refitted in its place, the likeliest first"""
+    """the suspects after a refit in its place, the likeliest first"""
 
     @property
     def alike(self) -> tuple[str, ...]:
-        """Its class: what the runs cannot tell from it."""
+        """Its class: effects that the runs cannot distinguish from it."""
         return tuple(r.name for r in self.rivals if not r.excluded)
 
     @property
     def told(self) -> list[Rival]:
-        """Its class as it is told: the likeliest ones. With more than these it is no answer."""
+        """The likeliest members of its class, which are reported; a larger class is no answer."""
         return [r for r in self.rivals if not r.excluded][:LARGEST_CLASS]
 
     @property
     def weakly(self) -> tuple[str, ...]:
-        """What can hardly be told from it."""
+        """Similar effects that the data exclude."""
         return tuple(r.name for r in self.rivals if r.excluded and r.near)
 
 
@@ -55,11 +55,11 @@ class Step:
     screen: Screen
     found: list[Found]
     refits: list[Decision] = field(default_factory=list)
-    """what was tried from here, best first"""
+    """tests of the refits from this state, best first"""
 
     @cached_property
     def held_out(self) -> float:
-        """RMSE of the first channel in conditions that did not fix the sizes of the effects."""
+        """Held-out RMSE of the first channel, see `heldout`."""
         return heldout.rmse(self.state)
 
 
@@ -72,15 +72,15 @@ class Search:
     steps: list[Step]
     seconds: float
     looked_at: dict[str, int]
-    """by effect: in how many ways it was looked for, times the number of effects"""
+    """by effect: divisor of the family-wise level, see `looks`"""
     base_fit: float
-    """seconds that the first fit took"""
+    """duration of the first fit [s]"""
     first_ranking: float
-    """seconds until the first ranking was there"""
+    """time until the first ranking [s]"""
     starts: int = 1
-    """from how many tires the base was fitted"""
+    """number of start tires of the base fit"""
     polished: State | None = None
-    """the end of the search with all pieces of the law set free: what they take is no fault"""
+    """the last state with all parts of the force law fitted: what they explain is no fault"""
 
     @property
     def last(self) -> Step:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The verdict of a search and everything that is told with it."""
+"""The verdict of a search and the report data that belong to it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ LEAST_RUNS = 6
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What a search tells; `to_dict` is the contract for programs."""
+    """Result of a search; `to_dict` is the interface for programs."""
 
     verdict: str
     reason: str
@@ -49,19 +49,19 @@ class Diagnosis:
     held_out_after: float
     unexplained: float
     varying: float
-    """part that differs between repeats and is explained by what differs between them"""
+    """part of the scatter that known differences between repeats explain"""
     maps: tuple[where.Map, ...]
     events: tuple[where.Event, ...]
     period: float
     coherence: float
     next_run: dict[str, Any]
     detectable: dict[str, tuple[float, str]]
-    """smallest size found with 80 % power, by effect, with unit"""
+    """smallest size found with 80 % power, by effect, with its unit"""
     seconds: float
     source: Source
-    """what gives the floor"""
+    """source of the floor"""
     limits: invariants.Limits | None = None
-    """what counts in the first channel"""
+    """sizes of consequence in the first channel"""
     search: Search | None = None
     notes: tuple[str, ...] = field(default_factory=tuple)
 
@@ -136,12 +136,12 @@ def effect_dict(found: Found) -> dict[str, Any]:
 
 
 def six_digits(value: float) -> float | None:
-    """A number as programs get it; None where there is none."""
+    """A number rounded for programs; None when it is not finite."""
     return float(f"{value:.6g}") if np.isfinite(value) else None
 
 
 def undecidable(runs: RunSet) -> str:
-    """Why a campaign cannot be decided, or an empty text."""
+    """Reason why a campaign cannot be decided; empty when it can."""
     if runs.contradicted:
         return "; ".join(runs.contradicted)
     if runs.runs < LEAST_RUNS:
@@ -157,7 +157,7 @@ def undecidable(runs: RunSet) -> str:
 
 
 def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosis:
-    """Judge where a search ended."""
+    """Judge the end of a search."""
     runs = search.model.runs
     verdict, reason = _unsettled(search)
     if verdict:
@@ -206,7 +206,7 @@ def diagnose(search: Search, next_run: dict[str, Any] | None = None) -> Diagnosi
 
 
 def _unsettled(search: Search) -> tuple[str, str]:
-    """Why nothing can be named at all; two empty texts when something can."""
+    """Verdict and reason when nothing can be named at all; otherwise two empty texts."""
     why = undecidable(search.model.runs)
     if why:
         return UNDECIDED, why
@@ -299,7 +299,7 @@ def smallest(step: Step, looked_at: Mapping[str, int]) -> dict[str, tuple[float,
 
 
 def refused(runs: RunSet, seconds: float = 0.0) -> Diagnosis:
-    """Diagnosis of a campaign that cannot be decided at all."""
+    """Diagnosis of a campaign that cannot be decided."""
     nan = float("nan")
     return Diagnosis(
         UNDECIDED, undecidable(runs), (), nan, nan, nan, nan, nan, nan, nan, (), (), nan, nan,

@@ -31,13 +31,13 @@ class Map:
     ordered: float
     """share of the energy that a function of this coordinate alone explains"""
     p_value: float
-    """of the hypothesis that the coordinate does not matter (runs exchanged)"""
+    """of the hypothesis that the coordinate does not matter (runs shifted, signs flipped)"""
     place: tuple[float, float]
     """narrowest range that holds half of the energy"""
     place_share: float
 
     def words(self) -> str:
-        """Where it is, in one line."""
+        """The place of the residual in one line."""
         if self.place_share <= 0.0:
             return "nothing beyond the floor"
         return f"{self.place_share:.0%} of it within {span(*self.place, self.unit)}"
@@ -45,7 +45,7 @@ class Map:
 
 @dataclass(frozen=True)
 class Event:
-    """A stretch in which the mean residual is beyond what counts."""
+    """A stretch in which the mean residual exceeds the size of consequence."""
 
     coordinate: str
     start: float
@@ -57,7 +57,7 @@ class Event:
 
 
 def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -> list[Map]:
-    """Maps over all coordinates, those that order the residual best first."""
+    """Maps over all coordinates, sorted by the share that each explains, largest first."""
     mean = runs.mean(residual)
     maps = [
         _map(runs, name, c, residual, mean, floor, seed) for name, c in runs.coordinates.items()
@@ -66,7 +66,7 @@ def make_maps(runs: RunSet, residual: np.ndarray, floor: float, seed: int = 0) -
 
 
 def pointed(maps: Sequence[Map], ranges: Mapping[str, tuple[float, float]]) -> list[Map]:
-    """The maps with those first whose place is known, and with that place."""
+    """The maps, with the known place in those that have one, and these first."""
     first = []
     for m in (m for m in maps if m.coordinate in ranges):
         low, high = ranges[m.coordinate]
@@ -108,7 +108,7 @@ def _map(runs, name, c: Coordinate, residual, mean, floor, seed) -> Map:
 
 
 def _ordered(place, residual, bins, seed) -> tuple[float, float]:
-    """Explained share of a step function, and how often shifted runs do as well."""
+    """Share explained by a function of the bins, and its p-value by randomised runs."""
 
     def explained(values: np.ndarray) -> float:
         count = np.maximum(np.bincount(place.ravel(), minlength=bins), 1)
@@ -120,7 +120,7 @@ def _ordered(place, residual, bins, seed) -> tuple[float, float]:
     draws = 60
     hits = 0
     for _ in range(draws):
-        # whole runs are shifted and turned, which keeps the colour of the noise
+        # whole runs are shifted and their signs flipped, which keeps the spectrum of the noise
         shift = rng.integers(0, residual.shape[1], len(residual))
         sign = rng.choice([-1.0, 1.0], len(residual))
         moved = np.stack([np.roll(r, s) for r, s in zip(residual, shift, strict=True)])
@@ -141,8 +141,8 @@ def _half(edges: np.ndarray, share: np.ndarray) -> tuple[float, float, float]:
 
 
 def events(runs: RunSet, residual: np.ndarray, limit: float, width: float = 0.05) -> list[Event]:
-    """Stretches of a place coordinate where the mean residual of a condition exceeds a limit, and
-    what the scatter of its own repeats makes of a mean; the worst first."""
+    """Stretches of a place coordinate where the mean residual of a condition exceeds a limit and
+    `SURE` standard errors; the worst first."""
     mean = runs.mean(residual)
     limits = np.maximum(limit, SURE * standard_errors(runs, residual))
     out: list[Event] = []
@@ -163,8 +163,8 @@ def events(runs: RunSet, residual: np.ndarray, limit: float, width: float = 0.05
 
 
 def standard_errors(runs: RunSet, residual: np.ndarray) -> np.ndarray:
-    """Of the mean residual of every condition, by the scatter of its own repeats (conditions,):
-    the scatter of a tire grows with its force. Zero where nothing was repeated."""
+    """Standard error of the mean residual (conditions,), from the repeats of each condition,
+    because the scatter of a tire grows with its force. Zero without repeats."""
     square = np.mean(runs.contrast(residual) ** 2, axis=1)
     counts = np.array([len(g) for g in runs.groups])
     within = np.array([float(np.sum(square[g])) for g in runs.groups])
@@ -204,7 +204,7 @@ def period_of(
 
 
 def coherence(runs: RunSet, residual: np.ndarray) -> float:
-    """Share of the residual's energy that repeats itself from repeat to repeat."""
+    """Share of the residual's energy that is the same in all repeats."""
     counts = np.array([len(g) for g in runs.groups])
     if not np.any(counts > 1):
         return float("nan")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an effect of the flat plank can touch: four hooks that do nothing by default.
+"""Hooks of an effect of the flat plank: four methods that do nothing by default.
 
 Arrays have the shape (lanes, runs, samples), parameters of the effect broadcast against them.
-Change arrays in place or assign new ones; what is assigned replaces the old.
+Change arrays in place or assign new ones.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class Motion:
-    """What the machine really does between two nodes; starts as what the encoders saw."""
+    """Real motion of the machine between two nodes; starts as the encoders measured it."""
 
     data: TireRuns
     travel: np.ndarray
@@ -34,7 +34,7 @@ class Motion:
 
 @dataclass(eq=False)
 class Tire:
-    """Load, friction and the tire's own numbers."""
+    """Load, friction and the tire's own parameters."""
 
     data: TireRuns
     load: np.ndarray
@@ -46,7 +46,7 @@ class Tire:
 
 
 class Block:
-    """The tire's numbers in one direction by name, each (lanes, runs); see `kernel.NAMES`."""
+    """The tire's parameters in one direction by name, each (lanes, runs); see `kernel.NAMES`."""
 
     def __init__(self, values: np.ndarray, names: tuple[str, ...]) -> None:
         object.__setattr__(self, "_values", values)
@@ -64,7 +64,7 @@ class Block:
 
 
 class Node:
-    """One node while it is computed; arrays (lanes, runs)."""
+    """One node during the computation; arrays (lanes, runs)."""
 
     force_x: np.ndarray
     force_y: np.ndarray
@@ -79,18 +79,18 @@ class Node:
         self.data = data
         self.index = 0
         self.memory: dict[str, np.ndarray] = {}
-        """what the effect wants to remember from node to node"""
+        """values that the effect keeps from node to node"""
 
 
 @dataclass(eq=False)
 class Signal:
-    """What the sensors say; starts as the force of the tire."""
+    """Readings of the sensors; starts as the force of the tire."""
 
     data: TireRuns
     fx: np.ndarray
     fy: np.ndarray
     fz: np.ndarray
-    """what the load channel shows beside the load that is fed to the tire [N]"""
+    """change of the load reading relative to the load on the tire [N]"""
     true_fx: np.ndarray
     """force of the tire itself [N]"""
     true_fy: np.ndarray
@@ -101,19 +101,19 @@ class TireEffect(Effect):
     """Base of all effects on the flat plank. Override the hooks that the physics needs."""
 
     ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}
-    """by coordinate the range in which the effect was seen; columns of a table need it"""
+    """by coordinate: the range in which the effect was observed; required for table columns"""
 
     def motion(self, motion: Motion) -> None:
-        """Change what plank and wheel really do; `motion.travel`, `.rolled`, `.lateral`."""
+        """Change the real motion of plank and wheel: `motion.travel`, `.rolled`, `.lateral`."""
 
     def tire(self, tire: Tire) -> None:
-        """Change load, friction or the numbers of the tire."""
+        """Change load, friction or the parameters of the tire."""
 
     def node(self, node: Node) -> None:
-        """Change one node knowing the forces of the last one (slower: a Python loop)."""
+        """Change one node with knowledge of the last forces (slower: a Python loop)."""
 
     def signal(self, signal: Signal) -> None:
-        """Change what the sensors show."""
+        """Change the readings of the sensors."""
 
     @classmethod
     def overrides(cls, hook: str) -> bool:

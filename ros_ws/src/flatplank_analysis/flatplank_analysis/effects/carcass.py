@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deflection of the carcass: creep, and its stiffness over load, pressure and force."""
+"""Deflection of the carcass: creep, and stiffness that depends on load, pressure and force."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flatplank_analysis.effects.base import Tire, TireProperty
 
 @dataclass(frozen=True)
 class CarcassCreep(TireProperty):
-    """Part of the deflection comes late: a spring and a damper in series with the carcass."""
+    """Part of the deflection is delayed: a spring and a damper in series with the carcass."""
 
     identifier = "carcass_creep"
     title = "Creep of the carcass"

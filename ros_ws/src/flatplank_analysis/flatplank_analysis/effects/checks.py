@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The contract of an effect, tested on a small made-up campaign; the same for every effect."""
+"""The contract of an effect, tested on a small simulated campaign; the same for every effect."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ TEXTS = ("identifier", "title", "coordinate", "source", "what", "check", "remove
 
 @lru_cache(maxsize=1)
 def probe_model():
-    """A model on eight made-up runs over the whole plank that differ in everything that an effect
-    may look at."""
+    """A model of eight simulated runs over the whole plank that differ in everything an effect may
+    depend on."""
     from flatplank_analysis.contact_patch.data import from_tables
     from flatplank_analysis.contact_patch.model import TireModel
 
@@ -36,7 +36,7 @@ def probe_model():
 
 
 def probe_of(effect: type[Effect]):
-    """The same model; what the effect has seen in a range goes through that range in every run."""
+    """The same model; coordinates with an observed range vary over that range in every run."""
     from flatplank_analysis.contact_patch.model import TireModel
 
     ranges, model = getattr(effect, "ranges", {}), probe_model()
@@ -78,7 +78,7 @@ def _probe_table(index: int, kappa: float, start: int) -> MeasurementTable:
 
 
 def check_effect(effect: type[Effect]) -> list[str]:
-    """What an effect does wrong, in one line each; empty when it keeps the contract."""
+    """Violations of the contract by an effect, one line each; empty when there are none."""
     try:
         return list(_texts(effect)) or list(_behaviour(effect))
     except FlatplankError as error:
@@ -87,7 +87,7 @@ def check_effect(effect: type[Effect]) -> list[str]:
 
 
 def sound_library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
-    """`library`; FlatplankError tells which effect of a file breaks the contract, and how."""
+    """`library`; FlatplankError for an effect of a file that violates the contract."""
     known = library(files)
     for effect in known.values():
         file = source_file(effect)
@@ -172,7 +172,7 @@ def _other_hooks(effect: type[Effect], runs: RunSet) -> Iterator[str]:
 
 
 def _lanes(effect: type[Effect], base: np.ndarray, setting) -> tuple[list[Lane], list[str]]:
-    """Screening step of each parameter first, then the ends of the ranges."""
+    """Lanes with the screening step of each parameter, then with the ends of the ranges."""
     lanes, names = [], []
     for p in effect.linear():
         values = effect.vector(dict(setting) | {p.name: p.null + p.screen})

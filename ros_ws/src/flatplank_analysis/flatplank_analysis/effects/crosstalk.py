@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Crosstalk of the hub: a bridge answers to more than its own force."""
+"""Crosstalk of the hub: a bridge responds to other forces than its own."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from flatplank_analysis.contact_patch.tire_runs import TireRuns
 
 LEAST = 100.0
-"""[N] root mean square of the lateral force"""
+"""[N] root mean square of the lateral force below which its crosstalk is not tested"""
 
 
 def other(data: TireRuns, channel: str, tared: np.ndarray) -> np.ndarray:
-    """Another measured channel (lanes, runs, samples), minus its value at the start when tared."""
+    """Another measured channel (lanes, runs, samples), minus its initial value when tared."""
     values = data.signals.get(channel)
     if values is None:
         return np.zeros((1, *data.position.shape)) * tared
@@ -32,7 +32,7 @@ class CrosstalkIntoFx(TireEffect):
     """A share of another channel appears in the longitudinal force, whatever the slip."""
 
     channel: ClassVar[str]
-    """the other one"""
+    """the other channel"""
     kind = "sensor"
     coordinate = "time"
     source = "thesis 3.1 and Appendix A: the calibration matrix of the hub"
@@ -59,7 +59,7 @@ class CrosstalkIntoFx(TireEffect):
 
 @dataclass(frozen=True)
 class CrosstalkFy(CrosstalkIntoFx):
-    """From the lateral force."""
+    """Lateral force in the longitudinal force."""
 
     identifier = "crosstalk_fy"
     title = "Crosstalk from the lateral force into Fx"
@@ -70,14 +70,14 @@ class CrosstalkFy(CrosstalkIntoFx):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        """None where there is hardly a lateral force: a fifth of it would pass for noise."""
+        """No variant where there is hardly a lateral force: its crosstalk would be below noise."""
         force = runs.measured[runs.channels.index("fy")] if "fy" in runs.channels else 0.0
         return [{"tared": 1.0}] if float(np.sqrt(np.mean(force**2))) > LEAST else []
 
 
 @dataclass(frozen=True)
 class CrosstalkFz(CrosstalkIntoFx):
-    """From the load."""
+    """Load in the longitudinal force."""
 
     identifier = "crosstalk_fz"
     title = "Crosstalk from the load into Fx"
@@ -94,7 +94,7 @@ class CrosstalkFz(CrosstalkIntoFx):
 
 @dataclass(frozen=True)
 class CrosstalkMx(CrosstalkIntoFx):
-    """From the overturning moment."""
+    """Overturning moment in the longitudinal force."""
 
     identifier = "crosstalk_mx"
     title = "Crosstalk from the overturning moment into Fx"
@@ -104,7 +104,7 @@ class CrosstalkMx(CrosstalkIntoFx):
 
 @dataclass(frozen=True)
 class CrosstalkMz(CrosstalkIntoFx):
-    """From the aligning moment."""
+    """Aligning moment in the longitudinal force."""
 
     identifier = "crosstalk_mz"
     title = "Crosstalk from the aligning moment into Fx"

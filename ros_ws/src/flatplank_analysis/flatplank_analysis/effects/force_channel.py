@@ -57,7 +57,7 @@ class HubGain(TireEffect):
 
 @dataclass(frozen=True)
 class ZeroDrift(TireEffect):
-    """The zero of Fx creeps with time during every run."""
+    """The zero of Fx drifts with time during every run."""
 
     identifier = "zero_drift"
     title = "Drift of the zero during a run"
@@ -76,7 +76,7 @@ class ZeroDrift(TireEffect):
 
 @dataclass(frozen=True)
 class ZeroDriftRuns(TireEffect):
-    """The zero of Fx creeps from run to run."""
+    """The zero of Fx drifts from run to run."""
 
     identifier = "zero_drift_runs"
     title = "Drift of the zero over the runs"
@@ -100,7 +100,7 @@ class ZeroDriftRuns(TireEffect):
 
 @dataclass(frozen=True)
 class ForceLag(TireEffect):
-    """A first-order low-pass sits in the longitudinal force channel."""
+    """A first-order low-pass acts on the longitudinal force channel."""
 
     identifier = "force_lag"
     title = "Lag of the force signal"

@@ -15,7 +15,7 @@ LEVELS = (
 
 @dataclass(frozen=True)
 class FreeLaw(TireEffect):
-    """A free correction of the steady force over the contact slip, driving and braking apart."""
+    """A free correction of the steady force over the contact slip, separate for each sign."""
 
     identifier = "tire_law"
     title = "The force law is of another form"
@@ -53,7 +53,7 @@ class FreeLaw(TireEffect):
 
 @dataclass(frozen=True)
 class SlipDefinition(TireEffect):
-    """Slip over the travel of the road or over the rolled distance."""
+    """Slip relative to the travel of the road or to the rolled distance."""
 
     identifier = "slip_definition"
     title = "Definition of the slip"
@@ -72,7 +72,7 @@ class SlipDefinition(TireEffect):
 
 @dataclass(frozen=True)
 class SlidingFriction(TireEffect):
-    """The friction depends on the speed with which the rubber slides."""
+    """The friction depends on the sliding speed of the rubber."""
 
     identifier = "sliding_friction"
     title = "Friction falls with the sliding speed"
@@ -114,7 +114,7 @@ class CombinedSlip(TireProperty):
 
 @dataclass(frozen=True)
 class LessWhenBraking(TireEffect):
-    """A number of the tire is smaller at negative slip."""
+    """A tire parameter is smaller at negative slip."""
 
     kind = "tire"
     coordinate = "slip level"

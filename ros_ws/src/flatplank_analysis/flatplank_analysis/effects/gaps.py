@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gaps in the machine that are crossed when the force changes: drive, rack, road, support."""
+"""Gaps in the machine that are crossed when the force or the slip changes: drive, rack, road,
+support."""
 
 from __future__ import annotations
 
@@ -30,10 +31,10 @@ class Gap(TireEffect):
 
 
 def lost_motion(motion: Motion, gap: np.ndarray) -> np.ndarray:
-    """Increments of slip travel [m] that are lost while a gap is crossed, both ways.
+    """Increments of slip travel [m] that are lost while a gap is crossed, in both directions.
 
-    The slip travel beyond that of free rolling drags its output behind it at a distance of at
-    most the gap (play operator); what the distance grows by is lost."""
+    Relative to free rolling, the output follows the slip travel at a distance of at most the gap
+    (play operator); increases of this distance are lost."""
     data = motion.data
     slip = motion.rolled - motion.travel
     before = (data.since_step < -0.004) & (data.since_step > -0.4) & (data.position > 0.05)
@@ -50,7 +51,7 @@ def lost_motion(motion: Motion, gap: np.ndarray) -> np.ndarray:
 
 @njit(cache=True)
 def distance(ahead, gap, lost):
-    """Distance of a follower that is dragged through a gap; (lanes, runs, samples)."""
+    """Distance of a follower with play behind its input; (lanes, runs, samples)."""
     for i in range(ahead.shape[0]):
         for r in range(ahead.shape[1]):
             output = 0.0
@@ -61,7 +62,7 @@ def distance(ahead, gap, lost):
 
 @dataclass(frozen=True)
 class DriveBacklash(Gap):
-    """After a change of the slip the wheel goes on as before until the gears have crossed the
+    """After a change of the slip the wheel keeps its speed until the gears have crossed the
     gap."""
 
     identifier = "drive_backlash"
@@ -83,8 +84,8 @@ class DriveBacklash(Gap):
 
 @dataclass(frozen=True)
 class RackBacklash(Gap):
-    """The plank goes along with the tire until the teeth have crossed the gap: after a change of
-    the slip, or, where the bearings hold it, once the force is beyond their friction."""
+    """The plank moves with the tire until the teeth have crossed the gap: after a change of
+    the slip, or, where the bearings hold it, once the force exceeds their friction."""
 
     identifier = "rack_backlash"
     title = "Backlash of rack and pinion"
@@ -132,7 +133,7 @@ class RackBacklash(Gap):
 
 @dataclass(frozen=True)
 class RoadPlay(Gap):
-    """The plank slides through its play while the force passes zero."""
+    """The plank slides through its play while the force crosses zero."""
 
     identifier = "road_play"
     title = "Play of the road in x"
@@ -185,7 +186,7 @@ class RoadPlay(Gap):
 
 @dataclass(frozen=True)
 class SupportPlayY(TireEffect):
-    """The support slides sideways through its play while the lateral force passes zero."""
+    """The support slides sideways through its play while the lateral force crosses zero."""
 
     identifier = "support_play_y"
     title = "Play of the support in y"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The load on the tire, and what it makes: lost in braking, not felt, rolling resistance."""
+"""Load on the tire and its effects: loss in braking, wrong load readings, rolling resistance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flatplank_analysis.effects.base import Signal, Tire, TireEffect, TireProper
 
 @dataclass(frozen=True)
 class LoadLossBraking(TireEffect):
-    """The axle height is fixed: braking takes load off the tire."""
+    """The axle height is fixed: braking unloads the tire."""
 
     identifier = "load_loss_braking"
     title = "Load loss when braking"
@@ -53,13 +53,13 @@ class LoadLossBraking(TireEffect):
         tire.x.loss_brake += self.per_run.loss * (1.0 - self.per_run.seen)
 
     def signal(self, signal: Signal) -> None:
-        # the measured load, loss included, is what the base feeds to the tire
+        # the base applies the measured load, loss included, to the tire
         signal.fz = signal.fz + self.seen * self.loss * np.minimum(signal.true_fx, 0.0)
 
 
 @dataclass(frozen=True)
 class MeasuredLoad(TireEffect):
-    """A share of the measured change of load never reaches the tire: the load is nearer to
+    """A share of the measured change of load does not act on the tire: the real load is closer to
     nominal."""
 
     identifier = "measured_load"
@@ -81,7 +81,7 @@ class MeasuredLoad(TireEffect):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        """None where the load hardly moves: its last newtons are the noise of its channel."""
+        """No variant where the load hardly varies: the rest is noise of its channel."""
         load = runs.coordinates["load"].values
         return [{}] if moving_load(load) > LEAST_LOAD else []
 
@@ -91,7 +91,7 @@ class MeasuredLoad(TireEffect):
 
 @dataclass(frozen=True)
 class RollingResistance(TireProperty):
-    """A braking force in proportion to the load while the tire rolls."""
+    """A braking force proportional to the load while the tire rolls."""
 
     identifier = "rolling_resistance"
     title = "Rolling resistance"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Waves over the plank position, and the periods that a residual suggests."""
+"""Waves over the plank position, and periods suggested by a residual."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, Tire, Wave
 
 SHORTEST = 80.0
-"""[1/m] waves per travel: a tooth of the bench has 64, the nodes of a run resolve 83"""
+"""[1/m] highest wave number: the teeth of the bench have 64, the nodes of a run resolve 83"""
 
 
 def spectrum(
@@ -21,7 +21,7 @@ def spectrum(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies [1/m] and coherent amplitude of the residual (runs, samples) over a place.
 
-    All runs see the same wave at the same place: their complex amplitudes are added."""
+    All runs have the same wave at the same place: their complex amplitudes are added."""
     x = runs.coordinates[coordinate].values
     even = np.arange(float(x[:, 0].max()), float(x[:, -1].min()), cell)
     mean = np.mean([np.interp(even, xi, ei) for xi, ei in zip(x, residual, strict=True)], axis=0)
@@ -34,11 +34,11 @@ def spectrum(
 def periods(
     runs: RunSet, residual: np.ndarray, shortest: float, longest: float, count: int = 4
 ) -> list[float]:
-    """Periods of plank travel [m] at which the residual of channel 0 waves most."""
+    """Periods of plank travel [m] with the largest waves in the residual of channel 0."""
     frequencies, level = spectrum(runs, residual[0], "plank position")
     keep = (frequencies >= 1.0 / longest) & (frequencies <= 1.0 / shortest)
     frequencies, level = frequencies[keep], level[keep]
-    # judged against the neighbourhood, for the residual is red
+    # relative to the neighbourhood, because the residual has a red spectrum
     width = 12
     padded = np.pad(level, width, mode="reflect")
     around = np.array([np.median(padded[i : i + 2 * width + 1]) for i in range(len(level))])
@@ -56,7 +56,7 @@ def periods(
 
 @dataclass(frozen=True)
 class LoadUndulation(Wave):
-    """The plank is not level: the load on the tire waves with the plank position."""
+    """The plank is not level: the load on the tire varies with the plank position."""
 
     identifier = "load_undulation"
     title = "Load undulation over the plank that the hub does not see"
@@ -86,8 +86,8 @@ class LoadUndulation(Wave):
 
 @dataclass(frozen=True)
 class MeshRipple(Wave):
-    """The plank runs ahead and back with the period of a tooth or a pinion turn; the encoder
-    on the pinion does not see it."""
+    """The plank position varies with the period of a tooth or a pinion turn, which the encoder
+    on the pinion does not measure."""
 
     identifier = "mesh_ripple"
     title = "Speed ripple of rack and pinion"
@@ -117,7 +117,7 @@ class MeshRipple(Wave):
 
     def motion(self, motion: Motion) -> None:
         phase = 2.0 * np.pi * motion.data.position / self.period
-        # the measured motion went through the filter, so this one must too
+        # the measured motion is filtered, so this one must be, too
         damp = np.exp(-0.5 * (2.0 * np.pi * FILTER * SPEED / self.period) ** 2)
         wave = self.cos * (np.cos(phase) - 1.0) + self.sin * np.sin(phase)
         wave = damp * wave

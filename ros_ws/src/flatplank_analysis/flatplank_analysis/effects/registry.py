@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where effects come from: the files of this folder, entry points, and files of the user."""
+"""Sources of effects: the files of this folder, entry points, and files of the user."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NOT_EFFECTS = {"base", "registry", "checks"}
 
 
 def effects_in(module: ModuleType) -> list[type[Effect]]:
-    """Effects that a module defines itself."""
+    """Effects defined in a module."""
     return [
         value
         for value in vars(module).values()
@@ -65,7 +65,7 @@ def load_file(path: str | Path) -> list[type[Effect]]:
     path = Path(path)
     if not path.is_file():
         raise FlatplankError("no such file", str(path), "give the path of a Python file")
-    # files of one name in two folders are two modules
+    # files with the same name in two folders are two modules
     name = f"{_USER}{path.stem}_{crc32(bytes(path.resolve())):08x}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
@@ -85,7 +85,7 @@ def load_file(path: str | Path) -> list[type[Effect]]:
 
 
 def source_file(effect: type[Effect]) -> str:
-    """The user's file in which an effect is defined; empty for all others."""
+    """The user's file that defines an effect; empty for all others."""
     if not effect.__module__.startswith(_USER):
         return ""
     return str(Path(inspect.getfile(effect)).resolve())
@@ -98,7 +98,7 @@ def _origin(effect: type[Effect]) -> str:
 def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
     """All effects by identifier: shipped ones, entry points, and those of the given files.
 
-    A file that is given twice, in whatever way it is written, is read once.
+    A file that is given twice, under any path, is read once.
     """
     out: dict[str, type[Effect]] = {}
     own = [e for f in dict.fromkeys(Path(f).resolve() for f in files) for e in load_file(f)]
@@ -112,7 +112,7 @@ def library(files: Iterable[str | Path] = ()) -> dict[str, type[Effect]]:
 
 
 def find(identifier: str, files: Iterable[str | Path] = ()) -> type[TireEffect]:
-    """One effect; an unknown name is answered with the nearest ones."""
+    """One effect by name; an unknown name is reported with the nearest ones."""
     known = library(files)
     if identifier not in known:
         near = ", ".join(alike(identifier, known, most=3))

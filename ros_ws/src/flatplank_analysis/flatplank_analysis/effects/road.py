@@ -12,12 +12,12 @@ from flatplank_analysis.discovery.runs import RunSet
 from flatplank_analysis.effects.base import Motion, Tire, TireEffect
 
 BEFORE, AFTER = 0.1, 0.2
-"""[m] about a step that all runs have in common: no patch is looked for"""
+"""[m] before and after a step common to all runs, where no worn patch is searched"""
 
 
 @dataclass(frozen=True)
 class RoadSpeedError(TireEffect):
-    """The road is faster or slower than its encoder says: the same slip offset in all runs."""
+    """The road is faster or slower than its encoder says: equal slip offset in all runs."""
 
     identifier = "road_speed_error"
     title = "Mean error of the road speed"
@@ -87,7 +87,7 @@ class Wear(TireEffect):
 
 @dataclass(frozen=True)
 class WornPatch(TireEffect):
-    """Less friction at one place of the plank; grows with the slip."""
+    """Less friction at one place of the plank, with increasing influence at larger slip."""
 
     identifier = "worn_patch"
     title = "Worn patch of the road surface"
@@ -112,8 +112,8 @@ class WornPatch(TireEffect):
 
     @classmethod
     def variants(cls, runs: RunSet, residual: np.ndarray) -> list[dict[str, float]]:
-        """Places over the plank; not where all runs step, for there a patch is not to be told
-        from the form of the tire's transient."""
+        """Places over the plank, except where all runs have their step: there a patch cannot be
+        distinguished from the transient of the tire."""
         last = float(runs.coordinates["plank position"].values.max())
         steps = runs.facts.get("step", np.array([np.nan]))
         steps = steps[np.isfinite(steps)]
@@ -134,6 +134,6 @@ class WornPatch(TireEffect):
 
 
 def _edge(u: np.ndarray) -> np.ndarray:
-    """Share of a parabolic contact pressure that has passed an edge, u = -1 .. 1."""
+    """Share of a parabolic contact pressure beyond an edge, u = -1 .. 1."""
     u = np.clip(u, -1.0, 1.0)
     return 0.5 + 0.75 * u - 0.25 * u**3

@@ -34,8 +34,8 @@ class CamberThrust(TireProperty):
 
 @dataclass(frozen=True)
 class Conicity(TireProperty):
-    """The tire is a cone: a lateral force that grows with the load and does not change with
-    the direction."""
+    """The tire is a cone: a lateral force proportional to the load that keeps its sign when the
+    direction of travel changes."""
 
     identifier = "conicity"
     title = "Conicity"
@@ -57,7 +57,7 @@ class Conicity(TireProperty):
 
 @dataclass(frozen=True)
 class PlySteer(TireProperty):
-    """The belt steers: a lateral force at zero slip angle that turns with the direction of
+    """The belt steers: a lateral force at zero slip angle that changes sign with the direction of
     travel."""
 
     identifier = "ply_steer"
@@ -76,7 +76,7 @@ class PlySteer(TireProperty):
 
 @dataclass(frozen=True)
 class SteeringZero(TireEffect):
-    """The steering angle is off by a constant."""
+    """The steering angle has a constant error."""
 
     identifier = "steering_zero"
     title = "Zero error of the steering angle"
@@ -97,7 +97,7 @@ class SteeringZero(TireEffect):
 
 @dataclass(frozen=True)
 class SteeringPlay(TireEffect):
-    """The steering angle follows the pull of the tire through its play."""
+    """The steering angle changes with the lateral force, within its play."""
 
     identifier = "steering_play"
     title = "Play of the steering"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forces and slip that wave over the wheel angle."""
+"""Forces and slip that vary with the wheel angle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def wave(angle: np.ndarray, order: int, cos: np.ndarray, sin: np.ndarray) -> np.
 
 @dataclass(frozen=True)
 class TurningForce(TireEffect):
-    """Forces in x and z that wave over the wheel angle; the size is the amplitude in x."""
+    """Forces in x and z that vary with the wheel angle; the size is the amplitude in x."""
 
     coordinate = "wheel angle"
 
@@ -35,8 +35,8 @@ class TurningForce(TireEffect):
 
 @dataclass(frozen=True)
 class ParasiticForce(TurningForce):
-    """Once per turn of the wheel, the same at every slip and load, in the forces that the hub
-    shows."""
+    """Once per turn of the wheel, the same at every slip and load, in the readings of the
+    hub."""
 
     identifier = "parasitic_force"
     title = "Parasitic force of the preloaded shaft"
@@ -49,7 +49,7 @@ class ParasiticForce(TurningForce):
     removes = "The parasitic filter with a fresh three-turn run; a longer flexplate drum."
 
     def tire(self, tire: Tire) -> None:
-        # the load channel shows a force that the tire does not feel
+        # the load channel reads a force that does not act on the tire
         tire.load -= wave(tire.data.wheel_turn, 1, self.fz_cos, self.fz_sin)
 
     def signal(self, signal: Signal) -> None:
@@ -60,7 +60,7 @@ class ParasiticForce(TurningForce):
 
 @dataclass(frozen=True)
 class NonUniformity(TurningForce):
-    """The rolling tire makes a force that waves over the turn and grows with the load."""
+    """The rolling tire makes a force that varies over the turn and grows with the load."""
 
     kind = "tire"
     source = "tire uniformity practice"
@@ -73,7 +73,7 @@ class NonUniformity(TurningForce):
     )
     removes = "A more even tire; measure at all start angles and take the mean."
     per_turn: ClassVar[int]
-    """waves in a turn of the wheel"""
+    """periods per turn of the wheel"""
 
     def signal(self, signal: Signal) -> None:
         data = signal.data
@@ -85,7 +85,7 @@ class NonUniformity(TurningForce):
 
 @dataclass(frozen=True)
 class NonUniformity1(NonUniformity):
-    """One wave in a turn of the wheel."""
+    """One period per turn of the wheel."""
 
     identifier = "nonuniformity_1"
     title = "Non-uniformity of the tire, order 1"
@@ -94,7 +94,7 @@ class NonUniformity1(NonUniformity):
 
 @dataclass(frozen=True)
 class NonUniformity2(NonUniformity):
-    """Two waves in a turn."""
+    """Two periods per turn."""
 
     identifier = "nonuniformity_2"
     title = "Non-uniformity of the tire, order 2"
@@ -103,7 +103,7 @@ class NonUniformity2(NonUniformity):
 
 @dataclass(frozen=True)
 class NonUniformity3(NonUniformity):
-    """Three waves in a turn: the same at all three start angles."""
+    """Three periods per turn: the same at all three start angles."""
 
     identifier = "nonuniformity_3"
     title = "Non-uniformity of the tire, order 3"
@@ -113,10 +113,10 @@ class NonUniformity3(NonUniformity):
 
 @dataclass(frozen=True)
 class RunOut(Wave):
-    """The rolling radius waves over the turn: slip and load wave with it."""
+    """The rolling radius varies over the turn, and slip and load with it."""
 
     per_turn: ClassVar[int]
-    """waves in a turn of the wheel"""
+    """periods per turn of the wheel"""
     coordinate = "wheel angle"
     source = "thesis 3.1: run-out turns with the start angle"
     what = (
@@ -148,7 +148,7 @@ class RunOut(Wave):
 
 @dataclass(frozen=True)
 class RunOut1(RunOut):
-    """One wave in a turn of the wheel."""
+    """One period per turn of the wheel."""
 
     identifier = "runout_1"
     title = "Run-out of wheel and tire, order 1"
@@ -157,7 +157,7 @@ class RunOut1(RunOut):
 
 @dataclass(frozen=True)
 class RunOut2(RunOut):
-    """Two waves in a turn."""
+    """Two periods per turn."""
 
     identifier = "runout_2"
     title = "Run-out of wheel and tire, order 2"
@@ -166,7 +166,7 @@ class RunOut2(RunOut):
 
 @dataclass(frozen=True)
 class RunOut3(RunOut):
-    """Three waves in a turn: the same at all three start angles."""
+    """Three periods per turn: the same at all three start angles."""
 
     identifier = "runout_3"
     title = "Run-out of wheel and tire, order 3"

@@ -132,7 +132,7 @@ def repeatability(result: CampaignResult) -> Iterator[Figure]:
 
 
 def _smooth(values: np.ndarray, width: int = 50) -> np.ndarray:
-    """Mean over `width` values, at the ends over those that are there."""
+    """Moving mean over `width` values, over fewer at the ends."""
     ones = np.ones(min(width + 1 - width % 2, values.size))
     count = np.convolve(np.ones(values.size), ones, mode="same")
     return np.convolve(values, ones, mode="same") / count

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of chapter 7: models beside measurements, and their parameters."""
+"""Figures of chapter 7: models compared with measurements, and their parameters."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CARCASS = (
 
 
 def errors_beside_floor(result: CampaignResult) -> Iterator[Figure]:
-    """Tables 7.1, 7.3, 7.4 as a picture: error of every model over slip, beside the floor."""
+    """Tables 7.1, 7.3, 7.4 as a figure: error of every model over slip, with the floor."""
     point = result.nominal()
     if point is None or not point.models:
         return
@@ -98,7 +98,7 @@ def lateral_starts(result: CampaignResult) -> Iterator[Figure]:
 
 
 def linear_parameters(result: CampaignResult) -> Iterator[Figure]:
-    """Figures 7.3, 7.8, 7.10, 7.12, 7.17: sigma_x and C'_Fk over slip, for what is varied."""
+    """Figures 7.3, 7.8, 7.10, 7.12, 7.17: sigma_x and C'_Fk over slip, for varied factors."""
     point = result.nominal()
     if point is None:
         return

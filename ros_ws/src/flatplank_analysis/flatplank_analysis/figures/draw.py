@@ -18,13 +18,13 @@ from flatplank_analysis.figures.spec import INK, MUTED, PALETTE, Figure, Panel, 
 from flatplank_analysis.report.table import csv_text
 
 MAX_POINTS = 700
-"""per line in a picture; the CSV has them all"""
+"""most points of a line in a figure; the CSV has all"""
 LEGEND_WIDTH, LEGEND_MARK = 54, 4
-"""characters that fit above the axes, and those that a mark takes"""
+"""characters that fit above the axes, and width of a marker in characters"""
 WIDTH, HEIGHT = 6.4, 3.7
-"""of one panel [inch]"""
+"""size of one panel [inch]"""
 CONSTANT = 2e-3
-"""share of the largest value that an axis spans at least"""
+"""least range of an axis, as a share of the largest value"""
 
 RC = {
     "font.family": "sans-serif",
@@ -101,7 +101,7 @@ def _panel(axis: Axes, panel: Panel) -> None:
     axis.ticklabel_format(useOffset=False)
     if panel.x_range:
         axis.set_xlim(*panel.x_range)
-    # what is constant but for rounding is drawn as constant
+    # values that are constant except for rounding are drawn as constant
     low, high = axis.get_ylim()
     missing = CONSTANT * max(abs(low), abs(high)) - (high - low)
     if missing > 0.0:
@@ -111,7 +111,7 @@ def _panel(axis: Axes, panel: Panel) -> None:
 
 
 def _legend(axis: Axes, panel: Panel) -> None:
-    """Where there is more than one thing to tell apart; above the axes when lines fill them."""
+    """Add a legend where there are several series; above the axes when lines fill them."""
     shown = [s for s in panel.series if s.legend and not s.end_label and s.label]
     if len(panel.series) < 2 or not shown:
         return
@@ -137,7 +137,7 @@ def _series(axis: Axes, series: Series, color: str) -> None:
 
 
 def _end_labels(axis: Axes, labels: list[tuple[Series, str]]) -> None:
-    """Texts at the right end of the lines, moved apart where they would overlap."""
+    """Labels at the right end of the lines, moved apart where they would overlap."""
     if not labels:
         return
     low, high = axis.get_ylim()
@@ -168,7 +168,7 @@ def _last(series: Series, right: float) -> float:
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """At most MAX_POINTS points, evenly chosen; NaN left out."""
+    """At most MAX_POINTS evenly chosen points, without NaN."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     good = np.isfinite(x) & np.isfinite(y)
     x, y = x[good], y[good]
@@ -179,7 +179,7 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def save(figure: Figure, folder: Path) -> str:
-    """Write NAME.svg, NAME.png and NAME.csv; returns the SVG element for a page."""
+    """Write NAME.svg, NAME.png and NAME.csv; return the SVG element for a page."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{figure.name}.csv").write_text(table_of(figure), encoding="utf-8")
     stream = io.StringIO()
@@ -194,7 +194,7 @@ def save(figure: Figure, folder: Path) -> str:
 
 
 def _inline(text: str, name: str) -> str:
-    """The SVG element with identifiers of its own, so that a page can hold many."""
+    """The SVG element with unique identifiers, so that a page can contain many."""
     text = text[text.index("<svg") :]
     prefix = re.sub(r"\W", "-", name)
     for pattern in ('id="', 'href="#', r"url\(#"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fitted Magic Formula beside what it was fitted to: Fx, Fy, rolling radius (7.26 to 7.31)."""
+"""The fitted Magic Formula with its data: Fx, Fy, rolling radius (figures 7.26 to 7.31)."""
 
 from __future__ import annotations
 

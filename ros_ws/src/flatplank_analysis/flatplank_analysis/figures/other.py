@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is no slip step: other waveforms, cleat, parking, turning, camber sweep, reference tire."""
+"""Figures without a slip step: waveforms, cleat, parking, turning, camber sweep, reference
+tire."""
 
 from __future__ import annotations
 
@@ -14,11 +15,11 @@ from flatplank_analysis.figures.spec import INK, PALETTE, Figure, Panel, Series
 from flatplank_analysis.report.results import CampaignResult
 
 SPAN = (0.8, 1.1)
-"""Curves reach from this share of the lowest frequency of a run to this share of its highest."""
+"""Range of the curves: shares of the lowest and of the highest frequency of a run."""
 
 
-def _told(run: dict) -> str:
-    """Parameters in words; waves much shorter than 2 pi sigma tell their ratio only."""
+def _fitted(run: dict) -> str:
+    """Parameters in words; waves much shorter than 2 pi sigma determine only their ratio."""
     sigma, stiffness = run["sigma"], 1e-3 * run["slip_stiffness"]
     if run["determined"]:
         return f"σx {sigma:.3f} m, C {stiffness:.1f} kN"
@@ -35,7 +36,7 @@ def waveforms(result: CampaignResult) -> Iterator[Figure]:
         yield Figure(
             f"waveform_{run['run']}",
             f"{run['waveform'].replace('_', ' ').capitalize()}, {run['run']}",
-            f"Linear model driven by the measured slip: {_told(run)}, RMSE {run['rmse']:.0f} N.",
+            f"Linear model driven by the measured slip: {_fitted(run)}, RMSE {run['rmse']:.0f} N.",
             (
                 Panel(pieces.SINCE_STEP, pieces.SLIP, [slip], span),
                 Panel(pieces.SINCE_STEP, pieces.FX, force, span),
@@ -80,7 +81,7 @@ def _where(row: Mapping[str, Any]) -> str:
 
 
 def cleats(result: CampaignResult) -> Iterator[Figure]:
-    """Forces over the cleat, and the effective road that they tell."""
+    """Forces over the cleat, and the effective road derived from them."""
     for row in result.extras.get("cleat", []):
         found = row["found"]
         x = 1e3 * found.distance
@@ -101,7 +102,7 @@ def cleats(result: CampaignResult) -> Iterator[Figure]:
 
 
 def parkings(result: CampaignResult) -> Iterator[Figure]:
-    """Moment over the steering angle, all loads in one picture."""
+    """Moment over the steering angle, all loads in one figure."""
     rows = result.extras.get("parking", [])
     if not rows:
         return
@@ -133,11 +134,11 @@ TRAVEL = {
         ("camber γ [°]", "camber"),
     ),
 }
-"""kind -> prefix of the name, title, caption; label and attribute [rad] of the given angle"""
+"""kind -> prefix of the name, title, caption; label and attribute [rad] of the input angle"""
 
 
 def over_travel(result: CampaignResult) -> Iterator[Figure]:
-    """Impulse turning, camber sweep: the angle, and what side force and moment answered."""
+    """Impulse turning, camber sweep: the angle, and the response of side force and moment."""
     for kind, (name, title, caption, (label, angle)) in TRAVEL.items():
         for row in result.extras.get(kind, []):
             found = row["found"]

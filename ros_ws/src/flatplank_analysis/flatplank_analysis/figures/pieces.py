@@ -22,7 +22,7 @@ SLIP = "slip κ [%]"
 ALPHA = "side slip angle α [°]"
 RADIUS = "effective rolling radius [mm]"
 SPEED = 0.03
-"""of the road, where a model wants one [m/s]"""
+"""road speed for models that need one [m/s]"""
 
 #: what is varied: field of the operating point -> (symbol, unit)
 FACTORS = {
@@ -37,12 +37,12 @@ _NEUTRAL = "#5b6672"
 
 
 def percent(kappa: float) -> str:
-    """Slip as it is written beside a line."""
+    """Slip as the label of a line."""
     return f"{100 * kappa:+.3g} %".replace("+0 %", "0 %").replace("-", "−")
 
 
 def level(point: PointResult, factor: str) -> str:
-    """What is varied, as it is written beside a line."""
+    """Value of the varied factor as the label of a line."""
     symbol, unit = FACTORS[factor]
     gap = "" if unit == "°" else " "
     return f"{symbol} = {getattr(point.point, factor):g}{gap}{unit}"
@@ -54,7 +54,7 @@ def slips(point: PointResult) -> list[ConditionResult]:
 
 
 def slip_colors(conditions: Sequence[ConditionResult]) -> dict[float, str]:
-    """Blue for braking, orange for driving, the darker the larger; grey for none."""
+    """Blue for braking, orange for driving, darker for larger slip; grey for zero slip."""
     levels = [c.condition.kappa for c in conditions]
     out = {level: _NEUTRAL for level in levels}
     for scale, chosen in (
@@ -92,7 +92,7 @@ class Variation(NamedTuple):
 
     @property
     def name(self) -> str:
-        """For the name of a file."""
+        """Name of the factor in a file name."""
         return self.factor.removesuffix("_deg")
 
     @property
@@ -101,7 +101,7 @@ class Variation(NamedTuple):
 
     @property
     def axis(self) -> str:
-        """Label of the axis over which the points lie."""
+        """Label of the axis of the factor."""
         symbol, unit = FACTORS[self.factor]
         return f"{symbol} [{unit}]"
 
@@ -110,13 +110,13 @@ class Variation(NamedTuple):
         return [(p, level(p, self.factor)) for p in self.points]
 
     def at_slip(self, kappa: float) -> list[tuple[float, ConditionResult]]:
-        """The factor and the condition with this slip, of the points that have one."""
+        """Factor and condition of the points that have this slip."""
         there = ((getattr(p.point, self.factor), at_slip(p, kappa)) for p in self.points)
         return [(x, c) for x, c in there if c is not None]
 
 
 def variations(result: CampaignResult, *factors: str) -> list[Variation]:
-    """Of these factors, or of all, those that were varied."""
+    """Variations of these factors, by default of all, that were measured."""
     nominal = result.nominal()
     out = []
     for factor in factors or FACTORS:
@@ -133,7 +133,7 @@ def variations(result: CampaignResult, *factors: str) -> list[Variation]:
 
 
 def loads(result: CampaignResult) -> list[PointResult]:
-    """Points of different loads, else the nominal one, if there is one."""
+    """Points with different loads, otherwise the nominal one, if it exists."""
     for varied in variations(result, "fz"):
         return varied.points
     nominal = result.nominal()
@@ -154,7 +154,7 @@ def step_window(conditions: Iterable[ConditionResult]) -> tuple[float, float]:
 def estimate_points(
     label: str, x: Sequence[float], estimates: Sequence, factor: float = 1.0
 ) -> Series | None:
-    """Fitted numbers with their standard errors; those that are not determined are left out."""
+    """Fitted numbers with their standard errors, without undetermined ones."""
     rows = [
         (a, e.value, e.std_error)
         for a, e in zip(x, estimates, strict=True)
@@ -188,7 +188,7 @@ def estimates(
 
 
 def panel(x_label: str, y_label: str, series: Iterable[Series | None]) -> Panel | None:
-    """A panel of what there is, or None."""
+    """A panel of the existing series; None without any."""
     there = [s for s in series if s is not None and len(s.x)]
     return Panel(x_label, y_label, there) if there else None
 
@@ -196,7 +196,7 @@ def panel(x_label: str, y_label: str, series: Iterable[Series | None]) -> Panel 
 def figure(
     name: str, title: str, caption: str, panels: Iterable[Panel | None], source: str = ""
 ) -> Iterator[Figure]:
-    """A figure of the panels that there are; none without one."""
+    """A figure of the existing panels; no figure without any."""
     there = [p for p in panels if p is not None]
     if there:
         yield Figure(name, title, caption, there, source)
@@ -226,7 +226,7 @@ def with_model(
 def at_point(
     c: Coefficients, fz: Any, kappa: Any, alpha_deg: Any, gamma_deg: float, bar: float
 ) -> OperatingPoint:
-    """Operating point of the Magic Formula from what figures show: degrees and bar."""
+    """Operating point of the Magic Formula from degrees and bar."""
     return operating_point(
         c, fz, kappa, np.radians(alpha_deg), math.radians(gamma_deg), 1e5 * bar, SPEED
     )

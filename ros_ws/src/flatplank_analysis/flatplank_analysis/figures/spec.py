@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A figure as data: what is drawn is what stands in its CSV. Colours of all figures."""
+"""A figure as data: figure and CSV show the same numbers. Colours of all figures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 INK = "#1d2733"
 MUTED = "#6b7684"
-#: tells up to six lines apart, also for colour-blind eyes
+#: distinguishes up to six lines, also for colour-blind readers
 PALETTE = ("#1f6fb2", "#d1672b", "#3b8f6b", "#8b5fa8", "#b8902f", "#5b6672")
 
 
@@ -24,11 +24,11 @@ class Series:
     style: str = "line"
     """key of `figures.draw.STYLES`"""
     color: str = ""
-    """colour, or empty for the next of the palette"""
+    """colour; empty: the next of the palette"""
     error: np.ndarray | None = None
     """half length of an error bar"""
     end_label: bool = False
-    """write the label at the end of the line instead of in the legend"""
+    """True for a label at the end of the line instead of in the legend"""
     legend: bool = True
 
 
@@ -55,11 +55,11 @@ class Figure:
     caption: str
     panels: Sequence[Panel] = field(default_factory=tuple)
     source: str = ""
-    """which figure of the thesis this is"""
+    """number of the figure in the thesis"""
     stacked: bool = False
-    """panels above each other"""
+    """True for panels above each other"""
 
     @property
     def wide(self) -> bool:
-        """As wide as the page."""
+        """True for a figure as wide as the page."""
         return len(self.panels) > 1 and not self.stacked

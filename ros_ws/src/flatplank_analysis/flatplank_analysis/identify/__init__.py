@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identification: parameters from measurements, with what the data can and cannot say."""
+"""Identification: parameters from measurements, and what the data do not determine."""

@@ -148,10 +148,10 @@ def fit_campaign(
     start: TirFile | None = None,
     mapper: Mapper = map,
 ) -> ConditionFits | MFFit:
-    """Fit a model to all runs; `extra` are points beyond them (radius, stiffness, contact).
+    """Fit a model to all runs; `extra`: further points (radius, stiffness, contact).
 
-    `start` is what a Magic Formula starts from, else the file that the settings name. `mapper`
-    spreads the conditions, for example the `map` of a process pool.
+    `start`: start of a Magic Formula, by default the file named by the settings. `mapper`
+    distributes the conditions, for example the `map` of a process pool.
     """
     if settings.model not in FITTERS:
         known = ", ".join(FITTERS)
@@ -192,7 +192,7 @@ def _per_condition(
 def _fit_condition(
     model: str, options: dict[str, Any], runs: Sequence[StepRun]
 ) -> LinearCondition | CarcassFit | str:
-    """Fit one condition; a bad one is a line of text, so that the others go on."""
+    """Fit one condition; an error becomes a line of text, so that the others continue."""
     try:
         return PER_CONDITION[model](runs, **options)
     except FlatplankError as error:
@@ -200,4 +200,4 @@ def _fit_condition(
 
 
 FITTERS = (*PER_CONDITION, "mf")
-"""Models that a campaign can be fitted with."""
+"""Models that can be fitted to a campaign."""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Carcass stiffness per operating condition with the weights of (7.25), and how sure it is: noise,
-scatter, and the steady curve's share.
+"""Carcass stiffness per operating condition with the weights of (7.25), and its uncertainty by
+noise, scatter, and the steady curve.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class CarcassFit:
     sigma_x: Estimate
     """Relaxation length (7.27) [m]."""
     model_bias: dict[str, float]
-    """The model's own relative bias of c_cx and sigma_x where the tread is made of bristles."""
+    """Relative bias of the model in c_cx and sigma_x for a tread of bristles."""
     half_length: float
     """a at the mean load [m]."""
     curve: SteadyCurve
@@ -82,15 +82,15 @@ class CarcassFit:
     confusions: tuple[Confusion, ...] = ()
     converged: bool = True
     beside: tuple[Estimate, ...] = ()
-    """What was fitted with them: in y the steering zero."""
+    """Parameters fitted with them: in y the steering zero."""
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
-        """Carcass stiffness, slip stiffness, relaxation length; in y under names of their own."""
+        """Carcass stiffness, slip stiffness, relaxation length; in y under their lateral names."""
         return (self.c_cx, self.slip_stiffness, self.sigma_x, *self.beside)
 
     def without_bias(self) -> dict[str, Estimate]:
-        """c_cx and sigma_x less the model's own bias, by the names of `model_bias`."""
+        """c_cx and sigma_x without the model's own bias, with the names of `model_bias`."""
         pairs = zip(self.model_bias.items(), (self.c_cx, self.sigma_x), strict=True)
         return {name: e.times(1.0 / (1.0 + bias)) for (name, bias), e in pairs}
 
@@ -163,9 +163,9 @@ def report(
 def brush_bias(c_cx: float, stiffness: float, a: float) -> dict[str, float]:
     """Relative bias of the model on a tread of bristles, in the limit of small slip.
 
-    After a small step such a tread lags by 2a/3 in the mean (a parabola over 2a), the model by
-    sigma_c = a: the carcass gets the difference, 1/c_cx = 1/c - a/(3 C_Fk), and sigma_x by (7.27)
-    comes out a/3 too short.
+    After a small step such a tread lags by 2a/3 on average (a parabola over 2a), the model by
+    sigma_c = a. The carcass absorbs the difference, 1/c_cx = 1/c - a/(3 C_Fk), and sigma_x by
+    (7.27) comes out a/3 too short.
     """
     spring = 1.0 / (1.0 / c_cx + a / (3.0 * stiffness)) if stiffness > 0.0 else c_cx
     sigma = stiffness / spring + a
@@ -173,11 +173,11 @@ def brush_bias(c_cx: float, stiffness: float, a: float) -> dict[str, float]:
 
 
 def form_error(state: JointState, bias: float, error: float) -> float:
-    """What the form of the model adds to the standard error of c_cx [N/m], beside its bias.
+    """Part of the standard error of c_cx [N/m] by the form of the model, beside its bias.
 
-    Half of what driving and braking steps disagree, as far as their scatter (`error`) does not
-    explain it: after a large step the patch of (7.17) is late, to one side too stiff and to the
-    other too soft. With steps of one sign half of the bias.
+    Half of the difference between driving and braking steps, as far as their scatter (`error`)
+    does not explain it: after a large step the patch of (7.17) is late, which makes it too stiff
+    for one sign and too soft for the other. With steps of one sign half of the bias.
     """
     kappa = state.problem.curve.kappa[state.problem.level]
     if not (np.any(kappa > 0.0) and np.any(kappa < 0.0)):
@@ -189,9 +189,9 @@ def form_error(state: JointState, bias: float, error: float) -> float:
 def _error(
     gradient: np.ndarray, runs: Sequence[StepRun], state: JointState, noise: ARNoise
 ) -> tuple[float, float]:
-    """Standard error, degrees of freedom of a quantity with this gradient by (c_cx, forces).
+    """Standard error and degrees of freedom of a quantity with this gradient by (c_cx, forces).
 
-    From what each run brings; from the noise alone where nothing was repeated.
+    From the contribution of each run; from the noise alone where nothing was repeated.
     """
     sensitivity = state.sensitivity(gradient)
     correction = _repeat_correction(state.problem.curve)
@@ -214,7 +214,7 @@ def _curve_errors(state: JointState) -> np.ndarray:
 
 
 def _repeat_correction(curve: SteadyCurve) -> float:
-    """Small-sample factor: a mean of n repeats hides 1/n of their scatter."""
+    """Small-sample factor: a mean of n repeats contains 1/n of their scatter."""
     n = float(np.mean(curve.repeats))
     return n / (n - 1.0) if n > 1.0 else 1.0
 

@@ -2,10 +2,10 @@
 """The carcass stiffness of one condition as a least-squares problem, and its solution.
 
 First c_cx alone minimises the weighted error (7.25), (7.26), which the transient part dominates.
-Then c_cx and steady curve are solved for together: the steady force of a level is what leaves no
-mean error in the settled part of its runs under *this* model, since the asymptote of a first-order
-fit is biased where the response is not exponential, and c_cx with it. That also gives what each
-run brings to each result, and so their standard errors.
+Then c_cx and steady curve are solved together: the steady force of a level is the one without mean
+error in the settled part of its runs under *this* model, because the asymptote of a first-order
+fit, and with it c_cx, is biased where the response is not exponential. This also gives the
+contribution of each run to each result, and so the standard errors.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from .runs import StepRun, by_level
 from .steady_curve import SteadyCurve, curve_law, steady_curve
 
 GROWTH = 1.06
-"""Cells of the fit grow by this factor from the runs' own grid at the step ..."""
+"""Growth factor of the cells of the fit, from the runs' own grid at the step ..."""
 LARGEST_CELL = ((0.8, 0.008), (np.inf, 0.02))
-"""... to this width [m] up to this distance [m]: the relaxation of the patch collapses early."""
+"""... to this width [m] up to this distance [m]; fine, because the patch relaxes early."""
 LATE = 0.7
 """The last part of a run counts as settled even when its slope is not yet small."""
 START = 2e5
@@ -68,7 +68,7 @@ class CarcassProblem:
         return model.simulate(stiffness, self.inputs)
 
     def residuals(self, stiffness: np.ndarray) -> np.ndarray:
-        """For the search over c_cx alone: (lanes, 1) -> (lanes, runs * samples)."""
+        """Residuals of the search over c_cx alone: (lanes, 1) -> (lanes, runs * samples)."""
         force = self.simulate(stiffness)
         return (self.weight * (force - self.measured)).reshape(len(stiffness), -1)
 
@@ -122,7 +122,7 @@ def _measured(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Cell centres (n,), mean force, root of the summed weights, settled samples (runs, n).
 
-    Cells that a run does not fill have no weight in it.
+    Cells that a run does not fill have zero weight.
     """
     longest = max((run.after_step(run.distance) for run in runs), key=len)
     first = _cells(len(longest), float(longest[1] - longest[0]))
@@ -185,7 +185,7 @@ class JointState:
     def stiffness_of(self, part: np.ndarray) -> float:
         """c_cx [N/m] of some of the runs alone, to first order; part (runs,) bool.
 
-        The steady forces of the other levels stay as they are.
+        The steady forces of the other levels are kept.
         """
         own = np.sum(self.rows * self.error, axis=2)[:, :, None]
         matrix, scores = (self._summed(values * part[:, None]) for values in (self.every, own))
@@ -201,7 +201,7 @@ class JointState:
         return out
 
     def sensitivity(self, gradient: np.ndarray) -> np.ndarray:
-        """How a quantity with this gradient (1 + k,) follows each error (runs, samples)."""
+        """Derivative of a quantity with this gradient (1 + k,) by each error (runs, samples)."""
         part = -np.linalg.lstsq(self.matrix.T, gradient, rcond=None)[0]
         return part[0] * self.rows[0] + part[1 + self.problem.level][:, None] * self.rows[1]
 
@@ -224,7 +224,7 @@ def joint_state(problem: CarcassProblem, c_cx: float) -> JointState:
 def solve_jointly(
     problem: CarcassProblem, c_cx: float, bounds: tuple[float, float]
 ) -> tuple[JointState, bool]:
-    """Newton steps on both kinds of equations from the solution with the first curve.
+    """Newton steps on both kinds of equations, starting from the solution with the first curve.
 
     The thesis keeps the first curve. Returns state and convergence.
     """
@@ -242,7 +242,7 @@ def solve_jointly(
 
 
 def repeat_noise(runs: Sequence[StepRun], state: JointState) -> ARNoise:
-    """Noise from differences between repeats (else residuals) on the runs' own even grid."""
+    """Noise from differences between repeats (otherwise residuals) on the runs' uniform grid."""
     problem = state.problem
     modelled = problem.measured + state.error
     groups: dict[float, list[np.ndarray]] = {}
@@ -258,7 +258,7 @@ def repeat_noise(runs: Sequence[StepRun], state: JointState) -> ARNoise:
 def noise_error(
     runs: Sequence[StepRun], state: JointState, sensitivity: np.ndarray, noise: ARNoise
 ) -> float:
-    """Standard error that the noise alone gives a quantity with this sensitivity."""
+    """Standard error by the noise alone, for a quantity with this sensitivity."""
     cells = np.gradient(state.problem.distance)
     total = 0.0
     for run, row in zip(runs, sensitivity, strict=True):

@@ -2,16 +2,16 @@
 """The lateral transient: sigma_y and c_cy of a tire that starts to roll at a slip angle.
 
 On the flat plank the slip angle is set before the road moves, so the step in side slip is the
-start of the motion. A lateral run is the same kind of object as a slip-step run: -Fy in the place
-of Fx and Fx in that of Fy, tan(alpha) in the place of kappa, the slip angle as level. All fits in
-x then serve in y.
+start of the motion. A lateral run has the same form as a slip-step run, with -Fy in place of Fx,
+Fx in place of Fy, tan(alpha) in place of kappa, and the slip angle as level, so that all fits in x
+also work in y.
 
-The steering zero comes from runs at +alpha and -alpha: steady Fx, Fy and Mz in one fit. A steering
-scale that is off by d shifts the curves of Fy and Mz, and so does ply steer p. Only d changes the
+The steering zero comes from runs at +alpha and -alpha: steady Fx, Fy and Mz in one fit. An error d
+of the steering scale shifts the curves of Fy and Mz, and so does ply steer p. Only d changes the
 wheel's own slip: the slip control turns it for cos(alpha), the road moves by cos(alpha + d), which
 makes dFx = C_Fk(alpha) (cos(alpha) / cos(alpha + d) - 1), odd in alpha. A conical tire adds a
-constant force. Curves: Magic Formula shapes that are odd (Pacejka 2012, section 4.3), d, p and the
-offsets are fitted with them.
+constant force. The fit has odd Magic Formula curves (Pacejka 2012, section 4.3), d, p and the
+offsets as parameters.
 """
 
 from __future__ import annotations
@@ -36,30 +36,30 @@ from .runs import StepRun, by_level
 TAIL = 0.3
 """Road before the slip step over which the forces are averaged [m]."""
 MIRRORED = 2
-"""Angles that must be there with both signs."""
+"""Number of angles required with both signs."""
 SHARE = {"fy": 3e-3, "mz": 3e-4, "fx": 3e-3}
 """Error of a steady mean, as a share of Fz (Mz: times 1 m)."""
 PLY = math.radians(0.3)
-"""Usual size of ply steer [rad]; told apart from the zero by Fx only."""
+"""Typical size of ply steer [rad]; only Fx separates it from the zero."""
 NAMES = ("zero", "ply", "d", "b", "e", "fy0", "trail", "bt", "mz0")
 LOW = np.array([-0.2, -0.05, 0.05, 0.5, -10.0, -0.3, -0.5, 0.0, -0.05])
 HIGH = np.array([0.2, 0.05, 4.0, 90.0, 1.0, 0.3, 0.5, 60.0, 0.05])
 START = np.array([0.0, 0.0, 1.0, 12.0, 0.0, 0.0, 0.03, 8.0, 0.0])
 PRIOR = {"ply": PLY, "e": 2.0, "fy0": 0.05, "mz0": 2e-3}
-"""Parameter -> usual spread about zero; forces as shares of Fz."""
+"""Parameter -> typical spread about zero; forces as shares of Fz."""
 SHAPE_Y, SHAPE_T = 1.4, 1.15
 
 
 @dataclass(frozen=True)
 class SteeringZero:
-    """True less shown side slip angle of one condition."""
+    """True minus indicated side slip angle of one condition."""
 
     zero: Estimate
-    """Of the steering [deg]."""
+    """Steering zero [deg]."""
     ply: Estimate
     """Ply steer of the tire [deg]."""
     shift: float
-    """Both together: what the curves of Fy and Mz are shifted by [rad]."""
+    """Sum of both: shift of the curves of Fy and Mz [rad]."""
 
     def corrected(self, run: StepRun) -> StepRun:
         """A lateral run at its true side slip angle."""
@@ -77,15 +77,15 @@ def lack_of_mirrors(levels: Sequence[float]) -> str:
 
 
 def zero_warning(levels: Sequence[float]) -> str:
-    """What stands beside every number from these angles [deg]; empty when they tell the zero."""
+    """Warning for every number from these angles [deg]; empty when they determine the zero."""
     lack = lack_of_mirrors(levels)
     return lack and f"a steering zero error is in it: add {lack}"
 
 
 def steering_zero(runs: Sequence[StepRun]) -> SteeringZero | None:
-    """From lateral runs of one condition; None without mirrored angles.
+    """The steering zero from lateral runs of one condition; None without mirrored angles.
 
-    Errors hold what the shapes of the curves may miss (`SHARE`) and, from three start angles on,
+    Errors contain the possible error of the curves (`SHARE`) and, from three start angles on,
     the scatter between starts fitted one by one.
     """
     if lack_of_mirrors([run.level for run in runs]):
@@ -109,7 +109,7 @@ def steering_zero(runs: Sequence[StepRun]) -> SteeringZero | None:
 
 
 def _solved(runs: Sequence[StepRun]) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters in the order of NAMES, and their errors for means as good as `SHARE`."""
+    """Parameters in the order of NAMES, and their errors for means with the errors `SHARE`."""
     data = _Steady.of(runs)
     free = np.ones(len(NAMES), bool)
     free[NAMES.index("ply")] = bool(np.isfinite(data.stiffness).any())
@@ -136,7 +136,7 @@ class _Steady:
 
     angle: np.ndarray
     fy: np.ndarray
-    """In the sense of the side slip: -Fy."""
+    """-Fy, which has the sign of the side slip."""
     mz: np.ndarray
     fx: np.ndarray
     stiffness: np.ndarray
@@ -155,7 +155,7 @@ class _Steady:
         return cls(*np.array(rows).T)
 
     def residuals(self, lanes: np.ndarray) -> np.ndarray:
-        """Errors over their size, and the priors (lanes, n)."""
+        """Normalised errors and priors (lanes, n)."""
         p = {name: lanes[:, i : i + 1] for i, name in enumerate(NAMES)}
         x = np.tan(self.angle + p["zero"] + p["ply"])
         bent = p["b"] * x - p["e"] * (p["b"] * x - np.arctan(p["b"] * x))
@@ -165,13 +165,13 @@ class _Steady:
         rows = [
             (force + p["fy0"] - self.fy) / SHARE["fy"],
             (p["mz0"] - arm * force - self.mz) / SHARE["mz"],
-            *self._even_left(slip),
+            *self._odd_differences(slip),
         ]
         rows += [p[name] / spread for name, spread in PRIOR.items()]
         return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
 
-    def _even_left(self, slip: np.ndarray) -> list[np.ndarray]:
-        """Half the difference of Fx at +alpha and -alpha: what is even in alpha falls out."""
+    def _odd_differences(self, slip: np.ndarray) -> list[np.ndarray]:
+        """Half the difference of Fx at +alpha and -alpha: parts even in alpha cancel."""
         rows = []
         for i, angle in enumerate(self.angle):
             for j in np.flatnonzero(np.isclose(self.angle, -angle)):
@@ -189,14 +189,14 @@ def _tail(run: StepRun, last: float) -> np.ndarray:
 
 
 SMALL_STEP = 0.02
-"""Largest slip whose step tells the slip stiffness at a slip angle [-]."""
+"""Largest slip whose step gives the slip stiffness at a slip angle [-]."""
 STARTED = 5e-4
 """Travel after which the road counts as moving [m]."""
 RENAMED = {"c_cx": "c_cy", "slip_stiffness": "cornering_stiffness", "sigma_x": "sigma_y"}
 
 
 def lateral_run(table: MeasurementTable, spacing: float = CELL) -> StepRun:
-    """The part of a run from its start to the slip step, seen as a step in side slip."""
+    """The part of a run from its start to the slip step, treated as a step in side slip."""
     info = table.info
     alpha = math.radians(info.alpha_deg)
     position = table["plank_position"]
@@ -232,7 +232,7 @@ def lateral_run(table: MeasurementTable, spacing: float = CELL) -> StepRun:
 
 
 def _own_step(table: MeasurementTable) -> float:
-    """dFx/dkappa of the run's slip step [N]; NaN where it is none, or not a small one."""
+    """dFx/dkappa of the run's slip step [N]; NaN without a small step."""
     info, x = table.info, table["plank_position"]
     if not 0.0 < abs(info.kappa) <= SMALL_STEP or not table.has("fx"):
         return math.nan
@@ -246,7 +246,7 @@ def _own_step(table: MeasurementTable) -> float:
 def fit_lateral_carcass(runs: Sequence[StepRun], **options: Any) -> CarcassFit:
     """c_cy [N/m], cornering stiffness [N/rad] and sigma_y [m] from lateral runs of one condition.
 
-    From runs at +alpha and -alpha the steering zero is found first, and taken off; without them
+    With runs at +alpha and -alpha the steering zero is found first and corrected; without them
     cornering stiffness and c_cy carry a warning. `options` as for `fit_carcass`.
     """
     zero = steering_zero(runs)

@@ -15,12 +15,12 @@ Residuals = Callable[[np.ndarray], np.ndarray]
 """Parameters (lanes, p) -> weighted residuals (lanes, n)."""
 
 STEP = 1e-4
-"""Relative step of the central differences: above the grain of a tabulated law."""
+"""Relative step of the central differences: larger than the resolution of a tabulated law."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Where the search ended: x (p,), residual (n,), Jacobian (n, p) at x."""
+    """End of the search: x (p,), residual (n,), Jacobian (n, p) at x."""
 
     x: np.ndarray
     residual: np.ndarray
@@ -58,8 +58,8 @@ def solve(
 ) -> Solution:
     """Minimise the sum of squares from `start` inside the bounds.
 
-    `scale` is the size of a change that matters (default: the start values), in the parameters'
-    units; `tolerance` is the relative gain in cost below which the search ends.
+    `scale` is the size of a relevant change (default: the start values), in the parameters'
+    units; `tolerance` is the relative decrease of the cost below which the search ends.
     """
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
     x = np.clip(np.asarray(start, float), lower, upper)
@@ -85,7 +85,7 @@ def solve(
     )
     z, count, still = x / scale, 0, False
     columns = jacobian(z)
-    # The end is where a search that begins with the Jacobian of that very point stays.
+    # converged: a search that begins with the Jacobian of its start does not move
     while count < iterations and not still:
         end = descend(problem, z, columns, iterations - count, iterations)
         count, still, z = count + end.steps, np.array_equal(end.point.z, z), end.point.z
@@ -113,5 +113,5 @@ def linearise(
     np.fill_diagonal(lanes[:count], up)
     np.fill_diagonal(lanes[count:], down)
     out = residuals(lanes)
-    # Without a width both lanes are one: their difference is zero.
+    # with zero width both lanes are equal, and so their difference is zero
     return ((out[:count] - out[count:]) / np.where(width > 0.0, width, 1.0)[:, None]).T

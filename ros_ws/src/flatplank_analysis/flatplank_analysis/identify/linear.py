@@ -14,16 +14,16 @@ from .noise import ARNoise, fit_noise
 from .results import Confusion, Estimate, rmse, to_plain
 
 BEFORE = 0.1
-"""Travel before the step that tells the force from which the response starts [m]."""
+"""Travel before the step from which the start force is determined [m]."""
 BEFORE_WEIGHT = 20.0
-"""Of a squared error before the step: the start force is what was measured there, not what would
-bend the response."""
+"""Weight of a squared error before the step: the start force follows the measurement there instead
+of improving the fit of the response."""
 SIGMA_BOUNDS = (0.005, 5.0)
 """Relaxation length [m]: from a tenth of a contact length to more than the plank."""
 STIFFNESS_LIMIT = 1e7
 """Size of the local slip stiffness [N]; in y it is negative (ISO W)."""
 SMALLEST_SLIP = 2e-3
-"""Below this slip a run tells nothing about sigma and C [-]."""
+"""Slip below which a run does not determine sigma and C [-]."""
 SLOPE_LIMIT = 0.05
 """The transient part ends where slope over steady force falls below this [1/m]."""
 TRANSIENT_WEIGHT = 100.0
@@ -92,7 +92,7 @@ def linear_run(
 ) -> LinearFit:
     """Fit the linear transient model to one run.
 
-    `distance` since the step [m] (what lies 0.1 m before it tells the start force), `fx` the
+    `distance` since the step [m] (the 0.1 m before it give the start force), `fx` the
     force [N], `kappa` the actual slip. Without samples before the step the start force is 0, as in
     the thesis. `noise`: from repeats (on the same spacing); otherwise from the residual.
     """
@@ -131,7 +131,7 @@ def _fit(x: np.ndarray, force: np.ndarray, kappa: float, noise: ARNoise | None) 
     confusions = () if settled and abs(correlation) < 0.95 else (_unsettled(correlation, sigma),)
 
     def estimate(name: str, value: float, unit: str, error: float, edge: str) -> Estimate:
-        """A number on its bound is no measurement: it is marked as not determined."""
+        """An estimate; one on its bound is no measurement and is marked as not determined."""
         note = f"rests on its {edge} bound" if edge else ""
         return Estimate(name, float(value), unit, error, dof, edge, not edge, note=note)
 
@@ -230,7 +230,7 @@ def transient_end(distance: np.ndarray, response: np.ndarray, steady_force: floa
     if len(x) < 3 or not np.isfinite(steady_force) or abs(steady_force) < 1e-9:
         return float(x[-1]) if len(x) else 0.0
     slope = np.abs(np.gradient(f, x)) / abs(steady_force)
-    # After the steepest place: a plateau at the beginning has no slope either.
+    # beyond the steepest place, because a plateau at the beginning has no slope either
     first = int(np.argmax(slope))
     below = np.flatnonzero(slope[first:] < SLOPE_LIMIT)
     return float(x[first + below[0]]) if len(below) else float(x[-1])

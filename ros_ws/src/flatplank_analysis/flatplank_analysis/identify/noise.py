@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Autocorrelated noise and run-to-run scatter, and what they do to the error of an estimate.
+"""Autocorrelated noise and run-to-run scatter, and their part in the error of an estimate.
 
-Samples of a force are far from independent (their autoregressive coefficients sum to 0.97-0.99):
-a standard error that counts samples is far too small. The noise of one run is described by
-e_i = sum a_k e_(i-k) + w_i and comes from differences between repeats where there are repeats.
+Samples of a force are far from independent (their autoregressive coefficients sum to 0.97-0.99),
+so that a standard error from the number of samples is far too small. The noise of one run is e_i =
+sum a_k e_(i-k) + w_i, determined from differences between repeats where there are repeats.
 
-Where runs scatter, inside a run the samples may be correlated in any way; only the runs' scores
-J_r' e_r count. They are freed of the leverage of their own run (CR2 of Bell and McCaffrey), and
-the t distribution gets the degrees of freedom that the spread of information over the runs allows.
+Where runs scatter, the samples of a run may be correlated in any way; only the runs' scores J_r'
+e_r are used. They are corrected for the leverage of their own run (CR2 of Bell and McCaffrey), and
+the degrees of freedom of the t distribution follow from the spread of information over the runs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scipy.signal import lfilter
 
 MAX_ORDER = 8
 SPECTRAL_RADIUS = 0.999
-"""Poles are drawn inside this radius, so that a short record cannot give an endless memory."""
+"""Poles are moved inside this radius, so that a short record does not give an infinite memory."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class ARNoise:
 
     @property
     def gain(self) -> float:
-        """Standard deviation of a slow mean over that of independent samples."""
+        """Standard deviation of a slow mean, relative to that of independent samples."""
         return 1.0 / max(1.0 - sum(self.coefficients), 1e-3)
 
     @property
@@ -48,7 +48,7 @@ class ARNoise:
 
     @property
     def effective_samples(self) -> float:
-        """Number of independent values that hold as much as the record it was fitted to."""
+        """Number of independent values with the same information as the fitted record."""
         if self.innovation == 0.0:
             return float(self.samples)
         return self.samples * (self.std / (self.innovation * self.gain)) ** 2
@@ -84,7 +84,7 @@ def fit_noise(series: Sequence[np.ndarray], order: int | None = None) -> ARNoise
 
 
 def repeat_differences(groups: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """What differs between repeats: arrays (repeats, n) -> series scaled to one run's variance."""
+    """Differences between repeats (repeats, n) -> series scaled to the variance of one run."""
     out: list[np.ndarray] = []
     for group in groups:
         group = np.asarray(group, float)
@@ -132,7 +132,7 @@ def _stable(a: np.ndarray) -> tuple[float, ...]:
 
 
 LEVERAGE_LIMIT = 0.98
-"""Share of one direction that one run may carry; above it, its residual says nothing."""
+"""Largest share of a direction that one run may determine; above it its residual is no measure."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Covariance:
     runs: np.ndarray
     """Names of the runs (runs,)."""
     brought: np.ndarray
-    """What every run brings to the error of the parameters (runs, p)."""
+    """Contribution of every run to the error of the parameters (runs, p)."""
 
     @property
     def std_error(self) -> np.ndarray:
@@ -161,12 +161,12 @@ class Covariance:
 
 @dataclass(frozen=True)
 class Carried:
-    """Errors that an earlier fit carries into this one (two-step estimation, Murphy and Topel)."""
+    """Errors propagated from an earlier fit (two-step estimation, Murphy and Topel)."""
 
     runs: np.ndarray
     """Runs of the earlier fit (m,)."""
     response: np.ndarray
-    """Change of this fit's rows by what each of them brought to the earlier one (m, n)."""
+    """Change of this fit's rows by the contribution of each of them to the earlier fit (m, n)."""
 
 
 def run_covariance(
@@ -178,8 +178,9 @@ def run_covariance(
 ) -> Covariance:
     """Covariance from weighted Jacobian (n, p), residual (n,), and the run of each row (n,).
 
-    `prior` (p, p): information that is not from runs (priors), added to J'J. `carried`: errors of
-    what was fitted before and is held here, run by run, for the same run may have made both.
+    `prior` (p, p): information that is not from runs, added to J'J. `carried`: errors of
+    parameters that were fitted before and are held here, run by run, because one run may affect
+    both fits.
     """
     known = run if carried is None else np.concatenate([run, carried.runs])
     names, place = np.unique(known, return_inverse=True)
@@ -189,12 +190,14 @@ def run_covariance(
     np.add.at(informations, index, jacobian[:, :, None] * jacobian[:, None, :])
     own = informations.sum(axis=0)
     total = own if prior is None else own + prior
-    # Work where the information is the unit matrix; directions without any stay out.
+    # in coordinates where the information is the unit matrix; directions without any are left out
     values, vectors = np.linalg.eigh(total)
     kept = values > 1e-13 * max(float(values[-1]), 1e-300)
     back = vectors[:, kept] / np.sqrt(values[kept])
     whole = back.T @ informations @ back
-    freed = np.array([_freed(k, back.T @ s) for k, s in zip(whole, scores, strict=True)])
+    freed = np.array(
+        [_leverage_corrected(k, back.T @ s) for k, s in zip(whole, scores, strict=True)]
+    )
     if carried is not None:
         pull = carried.response @ jacobian @ back
         np.add.at(freed, place[len(run) :], -pull)
@@ -205,15 +208,16 @@ def run_covariance(
     return Covariance(back @ matrix @ back.T, dof, names, freed @ back.T)
 
 
-def _freed(share: np.ndarray, score: np.ndarray) -> np.ndarray:
-    """(I - K_r)^(-1/2) score: what the residual would be had the run not pulled the fit."""
+def _leverage_corrected(share: np.ndarray, score: np.ndarray) -> np.ndarray:
+    """(I - K_r)^(-1/2) score: corrects for the influence of the run on the fit."""
     values, vectors = np.linalg.eigh(share)
     values = np.clip(values, 0.0, LEVERAGE_LIMIT)
     return vectors @ ((vectors.T @ score) / np.sqrt(1.0 - values))
 
 
 def _degrees_of_freedom(back: np.ndarray, whole: np.ndarray, runs: int) -> np.ndarray:
-    """Per parameter: runs that it rests on, less the parameters they feed (p,)."""
+    """Per parameter: number of runs that determine it, minus the parameters they determine
+    (p,)."""
     each = np.einsum("pk,rkl,pl->rp", back, whole, back)
     total = each.sum(axis=0)
     share = each / np.where(total > 0.0, total, 1.0)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Linear fits of all runs of a condition: the mean of repeats, noise, scatter from run to run.
 
-What turns with the wheel cancels in the mean of repeats from several start angles (section 6.2),
-while a single run of small slip may follow such an error to an absurd relaxation length.
+Forces that turn with the wheel cancel in the mean of repeats from several start angles (section
+6.2), while the fit of a single run of small slip may follow them to an absurd relaxation length.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ class MeanResponse:
 
     fit: LinearFit
     std_error: np.ndarray
-    """Of sigma [m], asymptote and start force [N], from the scatter of the runs (3,)."""
+    """Standard errors of sigma [m], asymptote and start force [N], from the scatter (3,)."""
 
 
 def balanced(runs: Sequence[StepRun]) -> list[StepRun]:
-    """Runs in which every start angle of a level counts once.
+    """Runs in which every start angle of a level has equal weight.
 
     Where a level has several start angles with different numbers of runs, those of one angle are
-    averaged: the mean of the angles would else follow the angle that was repeated most.
+    averaged: otherwise the mean would follow the angle that was repeated most.
     """
     out: list[StepRun] = []
     for members in by_level(runs).values():
@@ -62,7 +62,7 @@ def has_mean(runs: Sequence[StepRun]) -> bool:
 
 
 def mean_response(runs: Sequence[StepRun]) -> MeanResponse:
-    """Fit (7.11) to the mean of repeats; its error is what the single runs pull (linearised)."""
+    """Fit (7.11) to the mean of repeats; its error follows from the single runs (linearised)."""
     runs = balanced(runs)
     x = _shared_distance(runs)
     x = x[x >= -BEFORE]
@@ -76,7 +76,7 @@ def mean_response(runs: Sequence[StepRun]) -> MeanResponse:
 
 
 def shared_fits(runs: Sequence[StepRun]) -> list[LinearFit]:
-    """Fit of every run; repeats share the relaxation length of their mean, where there is one."""
+    """Fit of every run; repeats share the relaxation length of their mean, if it was fitted."""
     found: dict[int, LinearFit] = {}
     for members in by_level(runs).values():
         mean = mean_response(members).fit if has_mean(members) else None
@@ -116,7 +116,7 @@ def _shared_distance(runs: Sequence[StepRun]) -> np.ndarray:
 
 
 def _jacobian(fit: LinearFit, x: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Of the response by sigma, asymptote and start force, weighted (n, 3)."""
+    """Derivatives of the response by sigma, asymptote and start force, weighted (n, 3)."""
     sigma, change = fit.sigma.value, fit.steady_force.value - fit.start_force.value
     s = np.maximum(x, 0.0) / sigma
     rest = np.exp(-s)
@@ -144,7 +144,7 @@ class LinearLevel:
     slip_stiffness: Estimate
     steady_force: Estimate
     rmse: float
-    """Transient part, quadratic mean over the repeats [N] (Table 7.1)."""
+    """Root mean square over the repeats in the transient part [N] (Table 7.1)."""
     repeats: int
 
     def to_json(self) -> dict[str, Any]:
@@ -160,7 +160,7 @@ class LinearCondition:
     condition: Any
     levels: tuple[LinearLevel, ...]
     fits: tuple[LinearFit, ...]
-    """Per run, in the order given; standard errors hold noise and run-to-run scatter."""
+    """Per run, in the order given; standard errors contain noise and run-to-run scatter."""
     names: tuple[str, ...]
     scatter: dict[str, float]
     """Run-to-run scatter, relative standard deviation of each quantity."""
@@ -201,7 +201,7 @@ def fit_linear(runs: Sequence[StepRun]) -> LinearCondition:
 
 
 def _noise(fits: Sequence[LinearFit], groups: Sequence[Sequence[int]]) -> ARNoise:
-    """From differences between repeats after the fit; from the residuals without repeats."""
+    """Noise from differences between repeats after the fit; from the residuals without repeats."""
     length = min(len(f.residual) for f in fits)
     stacks = [np.array([fits[i].residual[-length:] for i in g]) for g in groups]
     return fit_noise(repeat_differences(stacks) or [f.residual for f in fits])

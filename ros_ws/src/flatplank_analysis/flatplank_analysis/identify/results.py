@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a fit hands back: every number with its uncertainty, its bound and what it cannot say."""
+"""Result of a fit: every number with its uncertainty, its bound and what is not determined."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ class Estimate:
     at_bound: str = ""
     """"lower", "upper", or empty."""
     determined: bool = True
-    """False when the data do not say what this parameter is."""
+    """False when the data do not determine this parameter."""
     fixed: bool = False
     note: str = ""
 
     def interval(self, level: float = 0.90) -> tuple[float, float]:
-        """Interval that holds the true value with this probability."""
+        """Interval that contains the true value with this probability."""
         if not (self.determined and math.isfinite(self.std_error)):
             return (-math.inf, math.inf)
         reach = t_quantile(0.5 + level / 2.0, self.dof) * self.std_error
         return (self.value - reach, self.value + reach)
 
     def times(self, factor: float) -> Estimate:
-        """Value and standard error times a known factor."""
+        """The estimate multiplied by a known factor."""
         return replace(self, value=factor * self.value, std_error=factor * self.std_error)
 
     def with_note(self, text: str) -> Estimate:
-        """The same with one more note; as it is where there is none."""
+        """The estimate with one more note; unchanged without a text."""
         return replace(self, note="; ".join(filter(None, (self.note, text))))
 
     def to_json(self) -> dict[str, Any]:
@@ -52,7 +52,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Confusion:
-    """Parameters that these data cannot tell apart, and the run that would."""
+    """Parameters that these data cannot separate, and the run that would."""
 
     names: tuple[str, ...]
     correlation: float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A slip-step run as the fits see it: an even grid over the distance since the step."""
+"""A slip-step run for the fits: a uniform grid over the distance since the step."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .noise import ARNoise
 SMOOTHING = 0.03
 """Window of the moving mean over the measured slip travel [m], applied twice."""
 SETTLE = 0.02
-"""Travel after the step in which the wheel reaches its new speed [m]; not part of kappa_act."""
+"""Travel after the step in which the wheel reaches its new speed [m]; excluded from kappa_act."""
 
 
 @dataclass(frozen=True, eq=False)
 class StepRun:
-    """One run on an even grid; arrays (n,), `distance` [m] since the step (negative before).
+    """One run on a uniform grid; arrays (n,), `distance` [m] since the step (negative before).
 
-    A run is equal to itself only: another campaign may have one of the same name.
+    Runs compare equal only by identity: another campaign may have a run of the same name.
     """
 
     name: str
@@ -54,7 +54,7 @@ class StepRun:
     start: int = 1
     """1, 2, 3: wheel started at 0, 120, 240 deg."""
     slip_stiffness: float = math.nan
-    """Of a lateral run: dFx/dkappa of its own slip step [N]; NaN without a small one."""
+    """dFx/dkappa of the slip step of a lateral run [N]; NaN without a small step."""
 
     @property
     def mean_load(self) -> float:
@@ -87,7 +87,7 @@ class StepRun:
         after = self.distance >= 0.0
         own = np.append(0.0, self.distance[after])
         smooth = np.append(0.0, self._steady_slip(own[1:], self.slip[after]))
-        # Beyond the end of the record the slip goes on; such samples carry no weight.
+        # beyond the end of the record the slip continues; such samples have no weight
         slip = np.interp(x, own, smooth) + self.kappa * np.maximum(x - own[-1], 0.0)
         load = np.interp(x, own[1:], self.fz[after])
         travel = np.diff(x, prepend=0.0)
@@ -108,20 +108,20 @@ class StepRun:
         )
 
     def _steady_slip(self, x: np.ndarray, slip: np.ndarray) -> np.ndarray:
-        """Slip travel without encoder steps of 0.1 mm: what departs from kappa_act is smoothed."""
+        """Slip travel without encoder steps of 0.1 mm: deviations from kappa_act are smoothed."""
         ramp = self.kappa * math.cos(self.alpha) * x
         size = max(int(round(SMOOTHING / (x[1] - x[0]))), 1)
         rest = uniform_filter1d(slip - ramp, size, mode="nearest")
         return ramp + uniform_filter1d(rest, size, mode="nearest")
 
     def grid(self, spacing: float, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Columns after the step as means in cells of `spacing` [m]: centres (m,), (..., m)."""
+        """Means of columns after the step in cells of `spacing` [m]: centres (m,), (..., m)."""
         after = self.distance >= 0.0
         return bin_means(self.distance[after], columns[..., after], spacing)
 
 
 def step_run(table: MeasurementTable) -> StepRun:
-    """Take what the fits need from a measurement table with its run record."""
+    """A run for the fits, from a measurement table with its run record."""
     info = table.info
     if not math.isfinite(info.step_position):
         raise FlatplankError("no step_position", info.file, "add it to campaign.yaml [m]")

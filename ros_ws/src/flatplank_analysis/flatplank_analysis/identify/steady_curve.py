@@ -15,7 +15,7 @@ from .runs import StepRun, by_level
 NEAR_ZERO = 2e-3
 """Slips below this count as free rolling [-]."""
 FORM = 1.0 / 3.0
-"""Standard error of the extrapolation to zero slip, as a share of what its last term moves."""
+"""Standard error of the extrapolation to zero slip, as a share of the change by its last term."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class SteadyCurve:
     """Number of runs per level (k,)."""
 
     def law(self) -> TableLaw:
-        """As the look-up table of the model."""
+        """The curve as look-up table of the model."""
         return curve_law(self.kappa, self.force)
 
     def slope(self) -> Slope:
-        """C_Fkappa, the slope in the limit of zero slip, and what it hangs on."""
+        """C_Fkappa, the slope in the limit of zero slip, with its derivatives and error."""
         weights = slope_weights(self.kappa, self.force)
         plain = slope_weights(self.kappa, self.force, bend=0.0)
         form = FORM * abs(float((weights - plain) @ self.force))
@@ -58,10 +58,11 @@ class Slope:
 def slope_weights(kappa: np.ndarray, force: np.ndarray, bend: float | None = None) -> np.ndarray:
     """Weights (..., k) [1] of each level's force (..., k) in the slope at zero slip.
 
-    The slope between the levels next to zero is too low, since the curve bends from the start: in
-    the brush model F = K kappa (1 - q |kappa| + (q kappa)^2 / 3) until all slides at 1/q (Pacejka
-    2012, section 3.2). K and q follow from a second pair of levels or, on one side, from zero and
-    two levels; `bend` is q where it is given. Fewer levels give the secant (see `slope_lack`).
+    The slope between the levels next to zero is too low, because the curve bends from the start:
+    in the brush model F = K kappa (1 - q |kappa| + (q kappa)^2 / 3) up to full sliding at 1/q
+    (Pacejka 2012, section 3.2). K and q follow from a second pair of levels or, on one side, from
+    zero and two levels; `bend` is q where it is given. Fewer levels give the secant (see
+    `slope_lack`).
     """
     chords = _chords(kappa)
     force = np.asarray(force, float)
@@ -77,7 +78,7 @@ def slope_weights(kappa: np.ndarray, force: np.ndarray, bend: float | None = Non
 
 
 def slope_lack(kappa: np.ndarray, force: np.ndarray) -> str:
-    """What is missing for the slope at zero slip; empty when the levels (k,) tell it."""
+    """What is missing for the slope at zero slip; empty when the levels (k,) determine it."""
     chords = _chords(kappa)
     if not chords:
         pair = "a second pair of slips, braking and driving"
@@ -91,7 +92,7 @@ def slope_lack(kappa: np.ndarray, force: np.ndarray) -> str:
 def curve_law(kappa: np.ndarray, force: np.ndarray) -> TableLaw:
     """Table through the levels (k,), force (k,) or (lanes, k), with its true slope at zero slip.
 
-    Half-way between zero and its neighbours a point is put on the curve of the brush.
+    Half-way between zero and its neighbours a point of the brush's curve is added.
     """
     zero, chords = int(np.argmin(np.abs(kappa))), _chords(kappa)
     if abs(kappa[zero]) > NEAR_ZERO or not chords:
@@ -116,7 +117,8 @@ def curve_law(kappa: np.ndarray, force: np.ndarray) -> TableLaw:
 
 
 def _bend(kappa: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """q of the brush (...,) [1] from the forces (..., k); at most where the far levels slide."""
+    """q of the brush (...,) [1] from the forces (..., k); limited to full sliding at far
+    levels."""
     near, far = _chords(kappa)
     (r1, c1), (r2, c2) = _reach(kappa, *near), _reach(kappa, *far)
     one, two = (force @ _secant(kappa, *chord) for chord in (near, far))
@@ -128,7 +130,7 @@ def _bend(kappa: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 def _chords(kappa: np.ndarray) -> tuple[tuple[int, int], ...]:
-    """Levels (low, high) of the two chords that tell slope and bend, the near one first."""
+    """Levels (low, high) of the two chords that determine slope and bend, the near one first."""
     pairs, side = _pairs(kappa), _side(kappa)
     if len(pairs) > 1:
         return pairs[0], pairs[1]
@@ -153,7 +155,7 @@ def _side(kappa: np.ndarray) -> tuple[int, ...]:
 
 
 def _reach(kappa: np.ndarray, low: int, high: int) -> tuple[float, float]:
-    """What the chord of |kappa| kappa [-] and of kappa^3 [-] is, over that of kappa."""
+    """Chord slopes of |kappa| kappa [-] and of kappa^3 [-], relative to that of kappa."""
     one, two = kappa[low], kappa[high]
     span = two - one
     return float((two * abs(two) - one * abs(one)) / span), float((two**3 - one**3) / span)

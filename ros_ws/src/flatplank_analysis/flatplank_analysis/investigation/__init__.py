@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loop that measures until an answer is decided: settings, questions, choice, evidence."""
+"""The loop that measures until the diagnosis is decided: settings, questions, choice, evidence."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decoys: what the effects of the library would do in other conditions than those of the runs.
+"""Decoys: effects of the library in permuted conditions, for the false alarm rate.
 
-A decoy is the column of an effect whose conditions are permuted. No machine is thought to do
-that, so decoys that pass the tests are counted as false alarms. They are looked for where a search
-ended, as one more step of it, and change nothing of its verdict.
+A decoy is the column of an effect with its conditions permuted. No machine should behave like
+that, so decoys that pass the tests count as false alarms. They are tried at the end of a search,
+as one more step, and do not change its verdict.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from flatplank_analysis.discovery.steps import Search
 from flatplank_analysis.effects.base import Signal, TireEffect
 
 REFITS = 3
-"""decoys that are refitted, the most promising ones"""
+"""most decoys that are refitted, the most promising ones"""
 FEWEST = 3
-"""conditions: with two a permutation is a change of sign"""
+"""least number of conditions: with two a permutation only changes the sign"""
 
 
 @dataclass(frozen=True)
 class Decoys:
-    """How many were looked at, and what came of them."""
+    """Number of decoys tried, and their results."""
 
     looked_at: int = 0
     accepted: tuple[str, ...] = ()
@@ -43,7 +43,7 @@ class Decoys:
 
 
 def decoys_of(search: Search) -> Decoys:
-    """Decoys of all visible effects at the end of a search, judged as effects are."""
+    """Decoys of all visible effects at the end of a search, tested like effects."""
     last = search.last
     groups = last.state.runs.groups
     if len(groups) < FEWEST:
@@ -70,7 +70,7 @@ def _passes(judge: Judge, state: State, item: Screened, looked_at: int) -> bool:
 
 
 def _derangement(groups: Sequence[np.ndarray], key: str) -> np.ndarray:
-    """For each condition another one; the same for the same runs."""
+    """A permutation without fixed conditions, the same for the same runs."""
     random = np.random.default_rng(crc32(key.encode()))
     while True:
         order = random.permutation(len(groups))
@@ -80,7 +80,7 @@ def _derangement(groups: Sequence[np.ndarray], key: str) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Decoy(TireEffect):
-    """Base: adds a column that is there to every channel."""
+    """Base: adds a given column to every channel."""
 
     kind = "machine"
     column: ClassVar[np.ndarray]
@@ -94,7 +94,7 @@ class Decoy(TireEffect):
 
 
 def _decoy(item: Screened, groups: Sequence[np.ndarray], order: Iterable[int]) -> type[Decoy]:
-    """The effect's column at its best sizes, the conditions permuted."""
+    """The effect's column at its best sizes, with the conditions permuted."""
     effect = item.candidate.effect
     sizes = item.sizes if np.any(item.sizes) else np.ones(len(item.sizes))
     own = np.tensordot(sizes / np.abs(sizes).max(), item.candidate.columns, axes=1)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a diagnosis to the questions that it leaves open, each with what a run would answer.
+"""Open questions of a diagnosis, each with the expected answer of a run.
 
-Rivals are refitted in the place of the effect and the numbers of the tire are free in both, so
-what counts is only what neither can imitate.
+Rivals are refitted in the place of the effect, and the tire's parameters are free in both models,
+so that only differences count that neither can imitate.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from flatplank_analysis.investigation.planner import Question
 from flatplank_analysis.investigation.settings import SLIPS, Setting
 
 TOLD_APART = NEEDED / 2.0
-"""log likelihood ratio at which an effect is real, or a place is told from another"""
+"""log likelihood ratio at which an effect is real, or a place is distinguished from another"""
 SEEN = NEEDED / 2.0
-"""the same of an effect of the size that matters, at which it would have been seen"""
+"""the same for an effect at the size that matters, which would then have been detected"""
 CLEAR = 2.0
-"""times what the verdict asks for: a pair that runs could separate by a hair is not pursued, for
-what decides by a hair is the form of the models, not the machine"""
+"""factor on the limit of the verdict: a pair that runs could separate only barely is not pursued,
+because there the form of the models decides, not the machine"""
 FEW_CONDITIONS = 4
-"""conditions below which nothing is said to be absent"""
+"""number of conditions below which no effect is said to be absent"""
 OTHER_SIDE = 0.25
-"""what a slip tells on the side where nothing is left, against the other side"""
+"""weight of a slip on the side without a residual, relative to the other side"""
 ANOTHER_STEP = 0.3
-"""[m] between two step positions that are two"""
+"""[m] least distance between two different step positions"""
 Gain = Callable[[tuple[Setting, ...]], float]
-"""what runs add to a log likelihood ratio"""
+"""expected increase of a log likelihood ratio by runs"""
 
 
 @dataclass
 class Predictor:
-    """Models of runs that could be made, made once."""
+    """Models of possible runs, cached."""
 
     model: Model
     _known: dict[Setting, Model] = field(default_factory=dict)
@@ -58,27 +58,27 @@ class Predictor:
 
 
 def questions(result: Diagnosis, evidence: Evidence, made: Sequence[Setting]) -> list[Question]:
-    """What a diagnosis leaves open."""
+    """Questions that a diagnosis leaves open."""
     search = result.search
     if search is None:
         return []
     predictor = Predictor(search.model)
     if result.found:
         out = list(_between(search, predictor))
-        out += _of_evidence(search, predictor, evidence, made)
+        out += _evidence_questions(search, predictor, evidence, made)
     else:
-        out = list(_of_suspect(search, predictor))
+        out = list(_suspect_question(search, predictor))
     if result.verdict in (verdict.NONE, verdict.PARTLY):
         out.append(_of_place(made))
-        out += _of_levels(made, _left(search))
+        out += _of_levels(made, _residual_excess(search))
     if result.verdict in (verdict.AT_FLOOR, verdict.LAW) and not out:
-        out.append(_of_all(search, predictor, len({s.repeats for s in made})))
+        out.append(_absence_question(search, predictor, len({s.repeats for s in made})))
     return out
 
 
 def _between(search: Search, predictor: Predictor):
-    """Each effect and each of those that could stand in for it; answered where the verdict no
-    longer names the rival beside the effect, asked where it would not name it by far."""
+    """One question per effect and rival: answered where the verdict excludes the rival, asked
+    with a margin (`CLEAR`)."""
     explained = sum(f.decision.drop for f in search.last.found)
     for i, found in enumerate(search.last.found):
         name = found.decision.term.effect.identifier
@@ -88,18 +88,18 @@ def _between(search: Search, predictor: Predictor):
             needed = CLEAR * indifferent(found.decision, explained) / 2.0
             excess = max(rival.excess / 2.0, 0.0)
             text = f"to separate {name} from {rival.name}"
-            yield Question(text, min(excess, needed), needed, _beyond(apart, drop))
+            yield Question(text, min(excess, needed), needed, _beyond_indifference(apart, drop))
 
 
-def _beyond(apart: Gain, drop: Gain) -> Gain:
-    """What runs add to a difference, without the share of the whole that is none."""
+def _beyond_indifference(apart: Gain, drop: Gain) -> Gain:
+    """Expected increase of a difference, minus the share that does not decide."""
     return lambda settings: max(apart(settings) - ALIKE * drop(settings), 0.0)
 
 
-def _of_evidence(
+def _evidence_questions(
     search: Search, predictor: Predictor, evidence: Evidence, made: Sequence[Setting]
 ) -> list[Question]:
-    """Runs that no bet was fitted to, to say that the tire alone is refuted."""
+    """Runs to which no bet was fitted, to refute the tire alone."""
     if evidence.enough:
         return []
     index, found = max(enumerate(search.last.found), key=lambda p: p[1].decision.drop)
@@ -115,8 +115,8 @@ def _of_evidence(
     return [Question(text, evidence.log, -math.log(ALPHA), gain)]
 
 
-def _of_suspect(search: Search, predictor: Predictor):
-    """An effect that is likely and not accepted yet."""
+def _suspect_question(search: Search, predictor: Predictor):
+    """An effect that is likely but not accepted yet."""
     d = suspect(search)
     if d is None:
         return
@@ -143,7 +143,7 @@ def _gain(pair: Pair, predictor: Predictor, share: float = 1.0) -> Gain:
 
 
 def _of_place(made: Sequence[Setting]) -> Question:
-    """What is left over the plank, or since the step: a second step position tells."""
+    """A residual over the plank or since the step: a second step position decides."""
     steps = {s.step_position for s in made}
 
     def another(settings: Sequence[Setting]) -> bool:
@@ -162,8 +162,8 @@ def _of_place(made: Sequence[Setting]) -> Question:
     )
 
 
-def _left(search: Search) -> np.ndarray:
-    """What is left beyond the floor in the condition of each run [N]."""
+def _residual_excess(search: Search) -> np.ndarray:
+    """Residual above the floor in the condition of each run [N]."""
     runs, floor = search.model.runs, search.last.state.floors[0]
     out = np.zeros(runs.runs)
     for rows, beyond in zip(runs.groups, floor.per_condition, strict=True):
@@ -172,9 +172,9 @@ def _left(search: Search) -> np.ndarray:
 
 
 def _of_levels(made: Sequence[Setting], left: Sequence[float]) -> Iterator[Question]:
-    """What is left at slips that are not there yet; the one that is farthest from the others
-    tells most, small slips counting as far apart as large ones, and on the side, driving or
-    braking, where more is left."""
+    """The residual at slips that were not measured; the value of a slip is its distance from the
+    others, small slips counting like large ones, and larger on the side (driving or braking) with
+    the larger residual."""
     there = {s.kappa for s in made}
     if there.issuperset(SLIPS):
         return
@@ -186,7 +186,7 @@ def _of_levels(made: Sequence[Setting], left: Sequence[float]) -> Iterator[Quest
     largest = max(sides.values(), default=0.0) or 1.0
 
     def side(kappa: float) -> float:
-        """One where most is left, and where nothing is known."""
+        """One on the side with the larger residual, and where nothing is known."""
         own = [v / largest for sign, v in sides.items() if kappa * sign >= 0.0]
         return OTHER_SIDE + (1.0 - OTHER_SIDE) * min(own, default=1.0)
 
@@ -204,29 +204,29 @@ def _of_levels(made: Sequence[Setting], left: Sequence[float]) -> Iterator[Quest
     )
 
 
-def _of_all(search: Search, predictor: Predictor, conditions: int) -> Question:
-    """Whether anything that matters would have been seen: the effect that is seen worst of those
-    that the bench shows at all."""
+def _absence_question(search: Search, predictor: Predictor, conditions: int) -> Question:
+    """Whether any effect of consequence would have been detected: the least detectable effect of
+    those that the bench shows at all."""
     state = search.last.state
-    terms = _that_matter(search)
+    terms = _effects_that_matter(search)
     weight = weight_of(state)
     old = _products(state.model, state.fit, terms, weight)
     known: dict[Setting, np.ndarray] = {}
-    had = np.minimum(0.5 * _seen(old, len(terms)), SEEN)
+    had = np.minimum(0.5 * _separations(old, len(terms)), SEEN)
 
     def gain(settings: tuple[Setting, ...]) -> float:
         for s in settings:
             if s not in known:
                 known[s] = _products(predictor(s), state.fit, terms, weight)
         more = old + sum(known[s] for s in settings)
-        return float(np.mean(np.minimum(0.5 * _seen(more, len(terms)), SEEN) - had))
+        return float(np.mean(np.minimum(0.5 * _separations(more, len(terms)), SEEN) - had))
 
     have = float(np.mean(had)) if terms else SEEN
     needed = 0.9 * SEEN if conditions >= FEW_CONDITIONS else SEEN
     return Question("to see what could still be hidden", have, needed, gain)
 
 
-def _that_matter(search: Search) -> list[Term]:
+def _effects_that_matter(search: Search) -> list[Term]:
     """Effects that the runs show at all, at the size that matters."""
     out = []
     for item in best_per_effect(search.last.screen):
@@ -243,7 +243,7 @@ def _that_matter(search: Search) -> list[Term]:
 
 
 def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarray:
-    """Products of the columns of the tire and of what each effect would do."""
+    """Products of the columns of the tire and of each effect."""
     own = fit.lane()
     moved = moved_bases(model, own)
     tried = [Lane(own.base, (*own.effects, (t.effect, t.values))) for t in terms]
@@ -253,7 +253,7 @@ def _products(model: Model, fit: Fit, terms: Sequence[Term], weight) -> np.ndarr
     return products_of(columns)
 
 
-def _seen(products: np.ndarray, effects: int) -> np.ndarray:
+def _separations(products: np.ndarray, effects: int) -> np.ndarray:
     """Separation of each effect from the tire alone."""
     n = len(products) - effects
     cross = products[:n, n:]

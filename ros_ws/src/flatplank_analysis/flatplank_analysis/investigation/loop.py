@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Diagnose, choose, measure, again: until decided, nothing is left to learn, or the budget is
-spent.
+"""Diagnose, choose, measure, repeat: until the answer is decided, nothing is left to learn, or the
+budget is spent.
 
-All that counts stands in the log before the bench moves: whoever starts again with the same log
-goes on where it ended, and comes to the same verdict.
+Everything needed is in the log before the bench moves: a new start with the same log resumes, and
+comes to the same verdict.
 """
 
 from __future__ import annotations
@@ -34,49 +34,49 @@ BEGIN, BATCH, ANSWER, END = "begin", "batch", "answer", "end"
 
 
 class Bench(Protocol):
-    """What measures: the twin, a graph, or made-up data."""
+    """Something that measures: the twin, a graph, or simulated data."""
 
     def files(self) -> list[str]:
-        """Runs that are there before the first batch."""
+        """Runs that exist before the first batch."""
 
     def session(self, files: Collection[str]) -> Session:
-        """These runs."""
+        """A session of these runs."""
 
     def seed(self) -> Candidate:
-        """The runs that an investigation without data begins with."""
+        """The first runs of an investigation without data."""
 
     def price(self, candidate: Candidate) -> Price:
-        """What a candidate takes from how the bench stands now."""
+        """Cost of a candidate from the present state of the bench."""
 
     def plan(self, number: int, candidate: Candidate) -> str:
-        """The text of a plan, from which `measure` makes the same runs whenever it is asked."""
+        """The text of a plan, from which `measure` always makes the same runs."""
 
     def measure(self, number: int, plan: str, left: float) -> Made:
-        """Make a batch, or what is lacking of it; `left`: minutes of the budget after it."""
+        """Make a batch, or its missing runs; `left`: minutes of the budget after it."""
 
 
 @dataclass(frozen=True)
 class Made:
-    """What came of a batch."""
+    """Result of a batch."""
 
     files: tuple[str, ...]
     """good runs"""
     handed_back: tuple[Setting, ...] = ()
-    """rejected or skipped"""
+    """rejected or skipped runs"""
 
 
 class Log(Protocol):
-    """Events, each kept before the loop goes on."""
+    """Events, each stored before the loop continues."""
 
     events: list[dict[str, Any]]
 
     def write(self, event: Mapping[str, Any]) -> None:
-        """Keep one more."""
+        """Store one more event."""
 
 
 @dataclass
 class Memory:
-    """A log of one process."""
+    """A log in memory."""
 
     events: list[dict[str, Any]] = field(default_factory=list)
 
@@ -88,7 +88,7 @@ Choose = Callable[[Diagnosis, Evidence, Sequence[Setting], Sequence[Candidate],
                    Callable[[Candidate], Price], float], Choice]  # fmt: skip
 Say = Callable[[str], None]
 AtEnd = Callable[[Session, Diagnosis], "dict[str, Any] | None"]
-"""what is done once with the last diagnosis: a proposal, by what the log keeps of it"""
+"""called once with the last diagnosis, for a proposal; returns what the log keeps of it"""
 
 
 def ask(
@@ -99,12 +99,12 @@ def ask(
     price: Callable[[Candidate], Price],
     left: float,
 ) -> Choice:
-    """The choice by the questions that a diagnosis leaves open."""
+    """The choice from the questions that a diagnosis leaves open."""
     return choose(questions(result, evidence, made), possible, price, left)
 
 
 class Loop:
-    """One investigation; `run` goes on until its end, `decide` and `measure` do one step."""
+    """One investigation; `run` continues to the end, `decide` and `measure` make one step."""
 
     def __init__(
         self,
@@ -118,10 +118,10 @@ class Loop:
         self.bench, self.log, self.minutes, self.say, self.how = bench, log, minutes, say, how
         self.at_end = at_end
         self.diagnosed: tuple[tuple[str, ...], Session, Diagnosis] | None = None
-        """files, and what they say"""
+        """files and their diagnosis"""
 
     def run(self) -> dict[str, Any]:
-        """The event that ended it."""
+        """Run to the end and return the last event."""
         self.begin()
         if b := self.waiting:
             self.say(f"batch {b['number']} goes on: {b['what']}, {b['reason']}")
@@ -133,17 +133,17 @@ class Loop:
         return self.log.events[-1]
 
     def begin(self) -> None:
-        """Minutes into the log; with more than before it goes on after its end."""
+        """Write the minutes into the log; more than before continue an ended investigation."""
         if not self.log.events:
             event = {"event": BEGIN, "minutes": self.minutes, "files": self.bench.files()}
             self.log.write(event)
         elif self.log.events[-1]["event"] == END and self.minutes > budget(self.log.events):
             self.log.write({"event": BEGIN, "minutes": self.minutes})
 
-    # what the log says
+    # state from the log
     @property
     def waiting(self) -> dict[str, Any] | None:
-        """The batch that was chosen and has no answer yet."""
+        """The chosen batch that has no answer yet."""
         last = self.log.events[-1]
         return last if last["event"] == BATCH else None
 
@@ -153,7 +153,7 @@ class Loop:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Runs that the last answer rests on."""
+        """Runs behind the last answer."""
         out = list(self.log.events[0]["files"])
         for e in self._of(ANSWER):
             out += e["files"]
@@ -161,12 +161,12 @@ class Loop:
 
     @property
     def evidence(self) -> Evidence:
-        """The product over all batches so far."""
+        """The product of the e-values of all batches so far."""
         return Evidence.of(self._of(ANSWER))
 
     @property
     def spent(self) -> float:
-        """Minutes of the batches so far."""
+        """Minutes used by the batches so far."""
         return sum(b["minutes"] for b in batches_of(self.log.events))
 
     @property
@@ -185,7 +185,7 @@ class Loop:
 
     # steps
     def diagnosis(self) -> tuple[Session, Diagnosis]:
-        """Of the runs so far; made once."""
+        """Diagnosis of the runs so far, cached."""
         files = self.files
         if self.diagnosed is None or self.diagnosed[0] != files:
             session = self.bench.session(files)
@@ -232,7 +232,7 @@ class Loop:
         return Choice(seed, "nothing is known yet", price)
 
     def measure(self) -> None:
-        """Have the batch made that was chosen, and diagnose."""
+        """Measure the chosen batch, and diagnose."""
         batch, before = self.waiting, self.files
         assert batch is not None
         bet = None
@@ -258,7 +258,7 @@ class Loop:
         self.say(f"batch {batch['number']}: {answer}{told}; {decoys}; {left:.0f} min left")
 
     def refuse(self) -> None:
-        """The batch that was chosen is not made, and none of its runs is asked for again."""
+        """Drop the chosen batch; its runs are not requested again."""
         batch = self.waiting
         assert batch is not None
         answer = "refused: not made, and not asked for again"
@@ -268,7 +268,7 @@ class Loop:
         self.say(f"batch {batch['number']}: {answer}; {max(self.left, 0.0):.0f} min left")
 
     def _answer(self, files: tuple[str, ...], session: Session | None) -> dict[str, Any]:
-        """What the runs so far say with the new ones."""
+        """Diagnosis of all runs so far, with the evidence of the new ones."""
         if session is None:
             return {"answer": "no good run: handed back", "effects": []}
         result = session.diagnose()
@@ -283,12 +283,12 @@ class Loop:
 
 
 def budget(events: Sequence[Mapping[str, Any]]) -> float:
-    """Minutes [min] that were last given."""
+    """The most recent budget [min]."""
     return [e["minutes"] for e in events if e["event"] == BEGIN][-1]
 
 
 def batches_of(events: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Batches with their answers; one that was refused has no runs and took no time."""
+    """Batches with their answers; a refused one has no runs and used no time."""
     answers = {e["number"]: e for e in events if e["event"] == ANSWER}
     names = ("number", "what", "reason", "settings", "minutes", "expected")
     out = []
@@ -301,25 +301,25 @@ def batches_of(events: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def decoy_words(answers: Sequence[Mapping[str, Any]]) -> str:
-    """How many decoys passed the tests so far; logs of an older version have none."""
+    """Number of decoys that passed the tests so far; older logs have none."""
     looked_at, accepted = decoys_so_far(answers)
     return f"decoys accepted: {len(accepted)} of {looked_at}"
 
 
 def decoys_so_far(answers: Sequence[Mapping[str, Any]]) -> tuple[int, list[str]]:
-    """How many were looked at after all batches, and which were accepted."""
+    """Number of decoys tried in all batches, and the names of the accepted ones."""
     known = [a["decoys"] for a in answers if a.get("decoys")]
     return sum(d["looked_at"] for d in known), [n for d in known for n in d["accepted"]]
 
 
 def rows_of(session: Session, files: Collection[str]) -> np.ndarray:
-    """Runs of a session that were read from these files."""
+    """Indices of the runs of a session that were read from these files."""
     wanted = {r.info.name for r in session.campaign.runs if r.info.file in set(files)}
     return np.array([i for i, n in enumerate(session.data.runs.names) if n in wanted], dtype=int)
 
 
 def words(result: Diagnosis) -> str:
-    """A diagnosis in a line."""
+    """A diagnosis in one line."""
     if not result.found:
         return f"{result.verdict} ({result.reason})"
     parts = []

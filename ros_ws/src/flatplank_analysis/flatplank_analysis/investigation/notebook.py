@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The log of an investigation for people: what was asked of every run, and what it answered."""
+"""The log of an investigation as text: question and answer of every batch."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def runs_words(first: int, count: int) -> str:
 
 
 def entries_of(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Batches with the minutes at which they began and ended, and what they say in words."""
+    """Batches with the minutes at which they began and ended, and their results in words."""
     since, first, evidence = 0.0, told["runs_before"] + 1, Evidence()
     for b in told["batches"]:
         count = len(b["settings"])
@@ -105,7 +105,7 @@ def _lines(events: Sequence[Event]) -> Iterator[str]:
 
 
 def proposal_of(proposal: Mapping[str, Any]) -> str:
-    """What the grammar says to what no library explains."""
+    """The proposal for a residual that no library effect explains, in words."""
     file = (
         f"; written to {proposal['file']}, a guess until `flatplank confirm` has seen new runs"
         if "file" in proposal
@@ -115,14 +115,14 @@ def proposal_of(proposal: Mapping[str, Any]) -> str:
 
 
 def bet_words(batch: Mapping[str, Any]) -> str:
-    """What the new runs say to what was claimed before them."""
+    """Evidence of the new runs for the bet that was fixed before, in words."""
     if batch["log_e"] == 0.0:
         return "no evidence from these: the runs before do not tell what the tire does there"
     return f"for {' + '.join(batch['bet'])} against the tire alone: {times(batch['log_e'])}"
 
 
 def verdict_of(told: Mapping[str, Any]) -> str:
-    """What was found, and how sure it is over the whole loop."""
+    """The found effects, and the evidence of the whole investigation."""
     v = told["verdict"]
     if v is None:
         return "none yet"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is measured next: the candidate that answers most of the open questions per minute.
+"""Choice of the next runs: the candidate with the largest expected answer per minute.
 
-Knows no runs and no model: questions say what a candidate would answer, a price says what it
-takes. To stop is a candidate, too.
+Independent of runs and models: questions give the expected answer of a candidate, a price its
+cost. To stop is a candidate, too.
 """
 
 from __future__ import annotations
@@ -14,36 +14,36 @@ from typing import NamedTuple
 from flatplank_analysis.investigation.settings import Candidate, Setting
 
 TIE = 0.02
-"""relative difference of two rates that is none"""
+"""relative difference of two rates that counts as equal"""
 NOTHING = 1e-3
-"""of an answer per candidate that is none"""
+"""share of an answer per candidate that counts as none"""
 DECIDED, SPENT, NOTHING_LEFT = "decided", "budget spent", "nothing left to learn"
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is not known yet, in units of expected log likelihood ratio."""
+    """An open question, in units of expected log likelihood ratio."""
 
     text: str
-    """goes on a sentence: `to separate a from b`"""
+    """continues a sentence: `to separate a from b`"""
     have: float
     needed: float
     gain: Callable[[tuple[Setting, ...]], float]
-    """what runs are expected to add"""
+    """expected increase by runs"""
 
     @property
     def open(self) -> float:
-        """What is lacking."""
+        """Missing part of the answer."""
         return max(self.needed - self.have, 0.0)
 
 
 class Price(NamedTuple):
-    """What a candidate takes."""
+    """Cost of a candidate."""
 
     minutes: float
-    """with set-up changes"""
+    """minutes including set-up changes"""
     changes: int
-    """set-up changes"""
+    """number of set-up changes"""
 
 
 FREE = Price(0.0, 0)
@@ -51,15 +51,15 @@ FREE = Price(0.0, 0)
 
 @dataclass(frozen=True)
 class Choice:
-    """What comes next, or why nothing does."""
+    """The next candidate, or the reason to stop."""
 
     candidate: Candidate | None
     reason: str
     price: Price = FREE
     expected: float = 0.0
-    """log likelihood ratio"""
+    """expected log likelihood ratio"""
     stop: str = ""
-    """decided, budget spent, nothing left to learn"""
+    """reason to stop: decided, budget spent, nothing left to learn"""
 
 
 def choose(
@@ -68,7 +68,7 @@ def choose(
     price: Callable[[Candidate], Price],
     minutes_left: float,
 ) -> Choice:
-    """The candidate that is expected to answer most per minute; ties by fewer set-up changes."""
+    """The candidate with the largest expected answer per minute; ties by fewer set-up changes."""
     asked = [q for q in questions if q.open > 0.0]
     if not asked:
         return Choice(None, "every question is answered", stop=DECIDED)
@@ -93,14 +93,14 @@ def choose(
 
 
 def _within_reach(i, asked, gains, prices, minutes_left) -> bool:
-    """Whether the minutes that are left could answer a question."""
+    """Whether a question can be answered in the remaining minutes."""
     best = max(gains[c][i] / prices[c].minutes for c in gains)
     most = max(gains[c][i] for c in gains)
     return most > NOTHING and best * minutes_left >= asked[i].open
 
 
 def _no_use(asked, gains, prices, minutes_left) -> Choice:
-    """With more time something could be learned, or no run of the bench would tell."""
+    """The choice to stop: more time is needed, or no run of the bench would help."""
     most = [max(gains[c][i] for c in gains) for i in range(len(asked))]
     i = max(range(len(asked)), key=lambda k: most[k] / asked[k].open)
     if most[i] <= NOTHING:

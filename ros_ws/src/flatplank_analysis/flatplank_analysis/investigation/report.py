@@ -22,11 +22,11 @@ from flatplank_data.wording import sized
 DIAGNOSIS = "diagnosis"
 """folder of the last diagnosis beside the page"""
 LEAST_LOG, MOST_LOG = -6.0, 30.0
-"""decimal logarithms that are shown; beyond them the mark stands at the edge"""
+"""range of decimal logarithms in the figure; values beyond are drawn at the edge"""
 
 
 def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: str) -> Path:
-    """Page, figures and JSON of a log into a folder; returns the page."""
+    """Write page, figures and JSON of a log into a folder; return the page."""
     folder.mkdir(parents=True, exist_ok=True)
     told = summary(events)
     write_atomic(folder / "investigation.json", json.dumps(told, indent=1) + "\n")
@@ -57,13 +57,13 @@ def write_notebook(events: Sequence[Mapping[str, Any]], folder: Path, campaign: 
 
 
 def code_of(proposal: Mapping[str, Any] | None) -> str:
-    """The file of a proposal, when it is there."""
+    """The file of a proposal, if it exists."""
     path = Path((proposal or {}).get("file", ""))
     return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def error_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
-    """Error of the model with what was found, and floor, after every batch."""
+    """Error of the model with the found effects, and floor, after every batch."""
     told = [e for e in entries if e.get("error") is not None]
     if not told:
         return None
@@ -86,7 +86,7 @@ def error_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
 
 
 def evidence_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
-    """The e-value of the loop after every batch, and where it is enough."""
+    """The e-value of the investigation after every batch, with the limit for a claim."""
     told = [e for e in entries if e.get("so_far") is not None]
     if not told:
         return None
@@ -106,7 +106,7 @@ def evidence_figure(entries: Sequence[Mapping[str, Any]]) -> Figure | None:
 
 
 def _over_minutes(figure: Figure, axes, entries: Sequence[Mapping[str, Any]], what: str) -> Figure:
-    """Minutes along, a band for every second batch."""
+    """Minutes as x axis, with a band for every second batch."""
     for e in entries[1::2]:
         axes.axvspan(e["since"], e["until"], color="#edf2f7", zorder=0)
     axes.set_xlim(0.0, 1.03 * max(*(e["until"] for e in entries), 1.0))

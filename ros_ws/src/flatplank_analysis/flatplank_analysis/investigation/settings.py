@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs that could be asked for: a slip step at a condition, and the candidates around those that
-are there."""
+"""Possible runs: a slip step at a condition, and the candidates around the existing ones."""
 
 from __future__ import annotations
 
@@ -17,18 +16,18 @@ from flatplank_analysis.discovery.runs import RunSet
 
 SLIPS = (0.0, 0.01, -0.01, 0.02, -0.02, 0.05, -0.05, 0.1, -0.1)
 SEED_SLIPS = (0.02, -0.05, 0.05)
-"""of the six runs that an investigation without data begins with, each from two wheel angles"""
+"""slips of the first six runs of an investigation without data, each from two wheel angles"""
 STARTS = (1, 2, 3)
 STEPS = (-0.6, 0.7)
-"""further step positions, from the usual one [m]"""
+"""further step positions, relative to the usual one [m]"""
 LOADS = (0.7, 1.3)
-"""shares of the usual load"""
+"""further loads, as shares of the usual one"""
 PRESSURES = (-0.4,)
-"""from the usual one [bar]"""
+"""further pressures, relative to the usual one [bar]"""
 ANGLES = (2.0,)
-"""side slip [deg]"""
+"""further side slip angles [deg]"""
 TWICE = 2
-"""runs of a condition that is new: one has no floor"""
+"""runs of a new condition: a single one has no floor"""
 
 
 @dataclass(frozen=True, order=True)
@@ -47,12 +46,12 @@ class Setting:
 
     @property
     def condition(self) -> tuple[float, float, float]:
-        """Load, pressure, side slip: what one rolling radius holds for."""
+        """Load, pressure, side slip: the condition of one rolling radius."""
         return self.fz, self.pressure, self.alpha_deg
 
     @property
     def repeats(self) -> tuple[float, ...]:
-        """What runs have in common that are repeats of each other."""
+        """Settings that repeats have in common."""
         return self.kappa, self.step_position, *self.condition
 
     def plain(self) -> dict[str, Any]:
@@ -64,14 +63,14 @@ class Setting:
 
 @dataclass(frozen=True)
 class Candidate:
-    """Runs that would be made together; all of one condition."""
+    """Runs that are made together, all of one condition."""
 
     text: str
     settings: tuple[Setting, ...]
 
 
 def settings_of(runs: RunSet) -> list[Setting]:
-    """What the runs of a campaign were made with."""
+    """Settings of the runs of a campaign."""
     f = runs.facts
     rows = zip(
         f["kappa"], f["start"], f["step"], f["nominal"], f["pressure"], np.degrees(f["alpha"]),
@@ -87,7 +86,7 @@ def settings_of(runs: RunSet) -> list[Setting]:
 
 
 def seed_of(fz: float, pressure: float, step: float = 1.5) -> Candidate:
-    """Six runs to begin with: three slips, two wheel angles each."""
+    """The first six runs: three slips, two wheel angles each."""
     runs = [Setting(k, s, step, fz, pressure) for k in SEED_SLIPS for s in STARTS[:TWICE]]
     return Candidate("six runs to begin with: three slips, each from two wheel angles",
                      tuple(runs))  # fmt: skip
@@ -96,22 +95,24 @@ def seed_of(fz: float, pressure: float, step: float = 1.5) -> Candidate:
 def candidates(
     made: Sequence[Setting], handed_back: Mapping[Setting, int] | None = None
 ) -> list[Candidate]:
-    """Runs around those that were made, without those that were handed back twice, or refused."""
+    """Runs around the existing ones, without those that were handed back twice, or refused."""
     refused = handed_back or {}
     found: dict[tuple[Setting, ...], Candidate] = {}
-    for c in _around(made):
+    for c in _candidates_around(made):
         if all(refused.get(s, 0) < TWICE for s in c.settings):
             found.setdefault(c.settings, c)
     return list(found.values())
 
 
-def _around(made: Sequence[Setting]) -> Iterator[Candidate]:
+def _candidates_around(made: Sequence[Setting]) -> Iterator[Candidate]:
     usual = _usual(made)
     for s in dict.fromkeys(replace(s, start=1) for s in made):
-        yield _more(made, s, f"slip {100 * s.kappa:+g} % once more{_where(s, usual)}")
+        yield _one_more_run(made, s, f"slip {100 * s.kappa:+g} % once more{_where(s, usual)}")
     for kappa in SLIPS:
-        yield _more(made, replace(usual, kappa=kappa), f"slip {100 * kappa:+g} %, a new level")
-    for kappa in _leading(s.kappa for s in made):
+        yield _one_more_run(
+            made, replace(usual, kappa=kappa), f"slip {100 * kappa:+g} %, a new level"
+        )
+    for kappa in _extreme_slips(s.kappa for s in made):
         base, text = replace(usual, kappa=kappa), f"slip {100 * kappa:+g} %"
         others = [
             *(replace(base, step_position=round(usual.step_position + d, 3)) for d in STEPS),
@@ -120,7 +121,7 @@ def _around(made: Sequence[Setting]) -> Iterator[Candidate]:
             *(replace(base, alpha_deg=usual.alpha_deg + d) for d in ANGLES),
         ]
         for other in others:
-            yield _more(made, other, text + _where(other, usual))
+            yield _one_more_run(made, other, text + _where(other, usual))
 
 
 def _usual(made: Sequence[Setting]) -> Setting:
@@ -144,9 +145,9 @@ def _where(s: Setting, usual: Setting) -> str:
     return "".join(text for text, yes in differs.items() if yes)
 
 
-def _leading(kappas: Iterable[float]) -> list[float]:
-    """The smallest and the largest slip of either sign: play shows at the one, friction at the
-    other."""
+def _extreme_slips(kappas: Iterable[float]) -> list[float]:
+    """The smallest and the largest slip of either sign: small ones show play, large ones
+    friction."""
     known = sorted(set(kappas), key=abs)
     out = []
     for sign in (1.0, -1.0):
@@ -155,9 +156,9 @@ def _leading(kappas: Iterable[float]) -> list[float]:
     return list(dict.fromkeys(out))
 
 
-def _more(made: Sequence[Setting], s: Setting, text: str) -> Candidate:
-    """One more run of a condition that is there from the wheel angle that it has least, two of
-    one that is not."""
+def _one_more_run(made: Sequence[Setting], s: Setting, text: str) -> Candidate:
+    """One more run of an existing condition, from its least used wheel angle; two of a new
+    condition."""
     count = Counter(m.start for m in made if m.repeats == s.repeats)
     starts = sorted(STARTS, key=lambda start: (count[start], start))
     wanted = starts[: max(TWICE - count.total(), 1)]

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models of the measurements that are no slip steps: one file per kind."""
+"""Models of the measurements without a slip step: one file per kind."""

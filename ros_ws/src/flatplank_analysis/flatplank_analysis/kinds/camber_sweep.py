@@ -4,7 +4,7 @@
     Fy = F_0 - C_g (e g + (1 - e) g'),   sigma dg'/dx + g' = g
     Mz = M_0 + C_m (e_m g + (1 - e_m) g')
 
-g: camber [rad], e: share of the force that follows without lag. Source of the form: H. B.
+g: camber [rad], e: share of the force without lag. Source of the form: H. B.
 Pacejka, Tire and Vehicle Dynamics, chapter 7 (non-lagging part of the camber thrust).
 """
 
@@ -21,14 +21,14 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
 SPACING = 0.005
-"""of the grid over travel [m]"""
+"""spacing of the grid over travel [m]"""
 LEAST_CAMBER = 2e-3
-"""[rad]"""
+"""smallest change of camber that is fitted [rad]"""
 
 
 @dataclass(frozen=True)
 class CamberSweep:
-    """What one sweep tells; arrays of shape (n,) over travel."""
+    """Results of one sweep; arrays of shape (n,) over travel."""
 
     camber_stiffness: Estimate
     """C_g = -dFy/dgamma, steady [N/rad]"""
@@ -47,7 +47,7 @@ class CamberSweep:
     mz: np.ndarray
     mz_modelled: np.ndarray
     rmse: float
-    """of Fy [N]"""
+    """root mean square error of Fy [N]"""
 
 
 def camber_sweep(table: MeasurementTable) -> CamberSweep:

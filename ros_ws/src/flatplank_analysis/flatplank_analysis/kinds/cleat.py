@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rolling over a cleat at a fixed axle height: enveloping, effective height and slope of the road.
 
-What the tire sees of a short obstacle is an effective road: a height w and a slope, told by the
-forces at a fixed axle, Fz = Fz_0 + C_z w and Fx = Fx_0 - Fz dw/dx. Model beside it: two cams, one
+A tire on a short obstacle experiences an effective road: a height w and a slope, which follow from
+the forces at a fixed axle, Fz = Fz_0 + C_z w and Fx = Fx_0 - Fz dw/dx. Model: two cams, one
 behind the other, follow the true profile (A. J. C. Schmeitz, A Semi-Empirical Three-Dimensional
 Model of the Pneumatic Tyre Rolling over Arbitrarily Uneven Road Surfaces, TU Delft 2004); w is the
 mean of their heights, the slope their difference over their distance.
@@ -22,21 +22,21 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
 SPACING = 0.002
-"""of the grid over travel [m]"""
+"""spacing of the grid over travel [m]"""
 AROUND = 0.3
 """road on both sides of the cleat that is fitted [m]"""
 LEAST_RISE = 5.0
-"""of Fz over its scatter before the cleat [-]"""
+"""least rise of Fz over its scatter before the cleat [-]"""
 LENGTH = 0.01
-"""of a cleat whose record does not say it [m]"""
+"""assumed length of a cleat whose record does not state it [m]"""
 
 
 @dataclass(frozen=True)
 class Cleat:
-    """What one pass tells; arrays of shape (n,) over travel since the cleat's middle."""
+    """Results of one pass; arrays of shape (n,) over travel since the cleat's middle."""
 
     height: float
-    """of the cleat [m]"""
+    """height of the cleat [m]"""
     stiffness: Estimate
     """C_z of the model: load per effective height [N/m]"""
     cam_radius: Estimate
@@ -54,9 +54,9 @@ class Cleat:
     distance: np.ndarray
     """[m]"""
     effective_height: np.ndarray
-    """w by Fz and C_z [m]"""
+    """w from Fz and C_z [m]"""
     effective_slope: np.ndarray
-    """by Fx over Fz [-]"""
+    """from Fx over Fz [-]"""
     fx: np.ndarray
     fz: np.ndarray
     fx_modelled: np.ndarray
@@ -75,7 +75,7 @@ def cleat(table: MeasurementTable) -> Cleat:
             table.info.file,
             "write parameters: {measurement: {cleat_mm: ...}}",
         )
-    x, fx, fz = _around(table)
+    x, fx, fz = _near_cleat(table)
     unknowns = (
         Unknown("C_z", "N/m", float(np.ptp(fz)) / height, 1e4, 2e6),
         Unknown("R_cam", "m", 0.3, 0.02, 3.0),
@@ -129,7 +129,7 @@ def _peak(table: MeasurementTable) -> float:
     return float(x[int(np.argmax(fz))])
 
 
-def _around(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _near_cleat(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Travel since the largest load [m], Fx and Fz [N] around the cleat."""
     rows = np.vstack([table["fx"], table["fz"]])
     distance, (fx, fz) = bin_means(table["plank_position"] - _peak(table), rows, SPACING)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parking: aligning moment of a standing tire over the angle that it is steered.
+"""Parking: aligning moment of a standing tire over its steering angle.
 
 The contact patch twists with the wheel until it slides (P. van der Jagt, The Road to Virtual
 Vehicle Prototyping, TU Eindhoven 2000):
@@ -7,8 +7,8 @@ Vehicle Prototyping, TU Eindhoven 2000):
     first turn:        M = f(psi),   df/dpsi = C (1 - (f / M_max)^c)
     after a reversal:  M = M_r +- 2 f(|psi - psi_r| / 2)
 
-The second line is Masing's rule (G. Masing, 1926): what slides and what sticks changes sign part
-by part, so the returning branch is the first one, doubled.
+The second line is Masing's rule (G. Masing, 1926): at a reversal sticking and sliding parts change
+sign one by one, so that the returning branch is the first one, doubled.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
 SPACING = math.radians(0.25)
-"""of the grid of turned angle [rad]"""
+"""spacing of the grid of turned angle [rad]"""
 LEAST_TURN = math.radians(1.0)
-"""[rad]"""
+"""smallest turn that is fitted [rad]"""
 GRID = 200
-"""points of the first turn's curve"""
+"""points of the curve of the first turn"""
 
 
 @dataclass(frozen=True)
 class Parking:
-    """What one parking run tells; angle and moments of shape (n,) over the turned angle."""
+    """Results of one parking run; angle and moments of shape (n,) over the turned angle."""
 
     stiffness: Estimate
     """C, slope of the moment at a reversal [N m/rad]"""
     saturation: Estimate
     """M_max of the sliding patch [N m]"""
     exponent: Estimate
-    """c [-]: how late the patch begins to slide"""
+    """c [-]: the larger, the later the patch begins to slide"""
     largest: float
-    """largest measured moment, that before the first turn taken off [N m]"""
+    """largest measured moment, relative to that before the first turn [N m]"""
     loss: float
     """work per full cycle [J]; NaN without a full cycle"""
     residual_moment: float
-    """mean size of the moment when the angle goes through zero, hysteresis [N m]"""
+    """mean absolute moment at zero angle, hysteresis [N m]"""
     angle: np.ndarray
     moment: np.ndarray
     modelled: np.ndarray
@@ -58,7 +58,7 @@ def parking(table: MeasurementTable) -> Parking:
     """Fit the model to one run. Raises where the steering angle does not move."""
     angle, moment = _over_turned_angle(table)
     growth = np.diff(angle, prepend=angle[0])
-    # the road resists the turn: which sign that has depends on the axes of the angle
+    # the road resists the turn; the sign depends on the axes of the angle
     sign = 1.0 if float(growth @ np.gradient(moment)) >= 0.0 else -1.0
     size = max(float(np.ptp(moment)) / 2.0, 1.0)
     unknowns = (
@@ -121,7 +121,7 @@ def _first_turn(
 
 
 def _branches(angle: np.ndarray) -> list[tuple[int, int]]:
-    """First and last sample of each way in one direction; what is smaller than a cell is none."""
+    """First and last sample of each branch in one direction, without those below a cell."""
     ends, latest = [0], 0
     for i, way in enumerate(np.sign(np.diff(angle))):
         if way and latest and way != latest and abs(angle[i] - angle[ends[-1]]) > SPACING:
@@ -131,7 +131,7 @@ def _branches(angle: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _over_turned_angle(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray]:
-    """Angle [rad] and moment [N m], averaged in even cells of turned angle."""
+    """Angle [rad] and moment [N m], averaged in uniform cells of turned angle."""
     angle, moment = table["steer_angle"], table["mz"]
     good = np.isfinite(angle) & np.isfinite(moment)
     angle, moment = angle[good], moment[good]
@@ -148,7 +148,7 @@ def _over_turned_angle(table: MeasurementTable) -> tuple[np.ndarray, np.ndarray]
 
 
 def _loss(angle: np.ndarray, moment: np.ndarray) -> float:
-    """Work of a full cycle [J]: twice that of the way between the two outermost angles."""
+    """Work of a full cycle [J]: twice that between the two outermost angles."""
     high, low = int(np.argmax(angle)), int(np.argmin(angle))
     first, last = min(high, low), max(high, low)
     if angle[high] <= 0.0 or angle[low] >= 0.0 or last - first < 5:

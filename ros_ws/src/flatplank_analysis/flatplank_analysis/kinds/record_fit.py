@@ -39,10 +39,10 @@ class RecordFit:
 def fit_record(
     model: Model, measured: Mapping[str, np.ndarray], unknowns: Sequence[Unknown]
 ) -> RecordFit:
-    """Fit `unknowns` to channels of shape (n,); every channel weighs by its own spread.
+    """Fit `unknowns` to channels of shape (n,), each weighted by its own spread.
 
-    The noise of a channel is autoregressive and told from the residual. What the model leaves
-    counts as noise, so the interval of a model that does not fit is wide, not narrow.
+    The noise of a channel is autoregressive and estimated from the residual. The model error
+    counts as noise, so that the interval of a model that does not fit is wide.
     """
     size = {name: max(float(np.std(y)), 1e-9) for name, y in measured.items()}
 
@@ -82,7 +82,7 @@ def _errors(solution: Solution, parts: Mapping[str, slice]) -> tuple[np.ndarray,
 
 
 def _estimate(u: Unknown, solution: Solution, k: int, error: float, dof: float) -> Estimate:
-    """A number that rests on its bound, or that no column tells, is not determined."""
+    """An estimate; it is not determined when it is at its bound or no column depends on it."""
     edge = "lower" if solution.at_lower[k] else "upper" if solution.at_upper[k] else ""
     seen = bool(np.any(solution.jacobian[:, k])) and not edge
     note = f"rests on its {edge} bound" if edge else "" if seen else "not determined"
@@ -90,7 +90,7 @@ def _estimate(u: Unknown, solution: Solution, k: int, error: float, dof: float) 
 
 
 def relaxed(values: np.ndarray, spacing: float, sigma: np.ndarray) -> np.ndarray:
-    """u' of sigma du'/dx + u' = u on an even grid, exact for an input of straight pieces.
+    """u' of sigma du'/dx + u' = u on a uniform grid, exact for a piecewise linear input.
 
     values (n,), spacing [m], sigma (sets,) [m]; returns (sets, n), at rest at the first sample.
     """

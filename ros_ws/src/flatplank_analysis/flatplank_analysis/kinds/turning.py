@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Impulse turning: side force and aligning moment of a rolling tire that is steered for a moment.
+"""Impulse turning: side force and aligning moment of a rolling tire with a steering impulse.
 
 The heading psi over travel is side slip and, by its slope, turn slip. The model is a linear brush
 of half length a on a lateral carcass spring, which sticks everywhere (H. B. Pacejka, Tire and
@@ -24,16 +24,16 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
 SPACING = 0.004
-"""of the grid over travel [m]"""
+"""spacing of the grid over travel [m]"""
 LEAST_ANGLE = 1e-3
-"""[rad]"""
+"""smallest angle that is fitted [rad]"""
 ELEMENTS = 24
-"""of the tread"""
+"""number of tread elements"""
 
 
 @dataclass(frozen=True)
 class Turning:
-    """What one impulse tells; arrays of shape (n,) over travel."""
+    """Results of one impulse; arrays of shape (n,) over travel."""
 
     cornering_stiffness: Estimate
     """C = -dFy/dalpha at 0 [N/rad]"""
@@ -42,7 +42,7 @@ class Turning:
     half_length: Estimate
     """a [m]"""
     angle_left: Estimate
-    """heading that is left after the impulse beside what the encoder reads [rad]"""
+    """heading after the impulse, relative to the encoder reading [rad]"""
     position: np.ndarray
     """[m]"""
     angle: np.ndarray
@@ -52,16 +52,16 @@ class Turning:
     mz: np.ndarray
     mz_modelled: np.ndarray
     rmse: float
-    """of Fy [N]"""
+    """root mean square error of Fy [N]"""
     rmse_moment: float
-    """[N m]"""
+    """root mean square error of Mz [N m]"""
 
 
 def turning(table: MeasurementTable) -> Turning:
     """Fit one run. Raises where the wheel was not steered.
 
-    The steering may come to rest beside the angle that its encoder reads (one count, play of the
-    worm); what is left after the turn is fitted within two counts.
+    The steering may come to rest at another angle than its encoder reads (one count, play of the
+    worm); this difference after the turn is fitted within two counts.
     """
     rows = np.vstack([table["steer_angle"], table["fy"], table["mz"]])
     position, (angle, fy, mz) = bin_means(table["plank_position"], rows, SPACING)
@@ -115,7 +115,7 @@ def brush(
     xi = (0.5 - (np.arange(ELEMENTS) + 0.5) / ELEMENTS) * 2.0 * half[:, None]
     spring = stiffness / (2.0 * half**2) * step
     carcass = stiffness / np.maximum(sigma - half, 0.01 * half)
-    # an element that enters within a step is in contact for half of it
+    # an element that enters within a step is in contact for half of the step
     part = np.ones(ELEMENTS)
     part[0] = 0.5
     v = np.zeros((sets, ELEMENTS))
@@ -126,7 +126,7 @@ def brush(
         turn = psi[:, i] - psi[:, i - 1]
         side = -0.5 * (psi[:, i] + psi[:, i - 1]) * step
         v += part * (side[:, None] + xi * turn[:, None])
-        # the carcass gives until it balances the tread: c_y (u + du) = spring sum(v - part du)
+        # the carcass deflects until it balances the tread: c_y (u + du) = spring sum(v - part du)
         du = (spring * v.sum(axis=1) - carcass * u) / (carcass + spring * part.sum())
         v -= part * du[:, None]
         u += du
@@ -140,6 +140,6 @@ def brush(
 
 
 def _resolution(angle: np.ndarray) -> float:
-    """Smallest step of the encoder that the record shows [rad]."""
+    """Resolution of the encoder, from the smallest change in the record [rad]."""
     steps = np.diff(np.unique(np.round(angle[np.isfinite(angle)], 9)))
     return float(np.min(steps[steps > 1e-8], initial=1e-2))

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Machines that are not tires: records of a motion, what moves it, effects that may be missing.
+"""Machines that are not tires: records of a motion, its forces, effects that may be missing.
 
-One degree of freedom: a position over time, of which weight, springs, drives and friction are to
-be known. Other models: `flatplank_analysis.discovery`, which this is an application of.
+One degree of freedom: a position over time, moved by weight, springs, drives and friction.
+For other models use `flatplank_analysis.discovery`, of which this is an application.
 """

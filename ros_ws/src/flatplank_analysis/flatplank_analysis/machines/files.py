@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables over time from the files that machines write: CSV, `.mat`, JSON logs."""
+"""Tables over time from log files of machines: CSV, `.mat`, JSON."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from flatplank_data.errors import FlatplankError
 
 
 def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """A table of the columns of a file; `table.attrs` has the single values beside them.
+    """The columns of a file as a table; `table.attrs` has the file's single values.
 
-    `.csv`, `.txt`, `.dat`: a line of names, then numbers or words. `.mat`: vectors of one length,
-    or signals that Simulink wrote with their time (column `time`). `.json`: a list of rows, or an
-    object whose longest list is the rows.
+    `.csv`, `.txt`, `.dat`: a line of names, then numbers or words. `.mat`: vectors of equal
+    length, or Simulink signals with their time (column `time`). `.json`: a list of rows, or an
+    object whose longest list has the rows.
     """
     where = Path(path)
     reader = READERS.get(where.suffix.lower())
@@ -31,7 +31,7 @@ def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
         table = reader(where)
     except FileNotFoundError:
         raise FlatplankError("no such file", str(where), "check the path") from None
-    except Exception as error:  # what the readers of others raise is of many kinds
+    except Exception as error:  # external readers raise many kinds of errors
         first = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise FlatplankError(f"cannot be read: {first}", str(where), "check the file") from None
     if table.empty:
@@ -40,7 +40,7 @@ def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def column(table: pd.DataFrame, *names: str, where: str = "table") -> np.ndarray:
-    """The first of these columns that a table has, in capitals or not, as numbers."""
+    """The first of these columns that a table has, in upper or lower case, as numbers."""
     has = {str(c).strip().lower(): c for c in reversed(table.columns)}
     for name in names:
         if name.lower() in has:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A machine of one degree of freedom: what moves it, integrated for all runs at once, and what it
-may lack. Numbers that are fitted are declared as `name = param(...)` and handed to the methods.
+"""A machine with one degree of freedom, integrated for all runs at once, and effects that it may
+lack. Fitted parameters are declared as `name = param(...)` and passed to the methods.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from flatplank_analysis.machines.records import BEGIN, FINE, between
 
 
 def parameters_in(kind: type) -> tuple[Parameter, ...]:
-    """Fields made by `param` in the body of a class and of those that it is made of, in order."""
+    """Fields made by `param` in a class and its base classes, in order."""
     found: dict[str, Parameter] = {}
     for part in reversed(kind.__mro__):
         for name, item in vars(part).items():
@@ -36,12 +36,12 @@ def named(names: Iterable[str], values: np.ndarray) -> SimpleNamespace:
 
 
 class Missing(Effect):
-    """Something that a `Motion` may lack: a subclass has numbers made by `param`, and one or more
-    of `force`, `damping` and `friction` of (p, s), as the model has them.
+    """An effect that a `Motion` may lack: a subclass has parameters made by `param`, and one or
+    more of `force`, `damping` and `friction` of (p, s), as in the model.
 
-    The identifier is the name of the class (`LoadFriction`: load_friction), the title the first
-    sentence of its docstring, what it is the rest, unless they are given. `check` says how it is
-    checked on the machine, `removes` what takes it away, `coordinate` where it shows.
+    By default the identifier is the name of the class (`LoadFriction`: load_friction), the title
+    the first sentence of its docstring, and `what` the rest. `check` is a check on the machine,
+    `removes` a remedy, `coordinate` where the effect shows.
     """
 
     coordinate = "speed"
@@ -61,15 +61,15 @@ class Missing(Effect):
 class Motion:
     """inertia d2x/dt2 = force - damping dx/dt, and friction that resists up to a bound.
 
-    A subclass has numbers made by `param` and some of the methods below. `p` has the numbers by
-    name; `s` has the position `x`, the speed `v`, the time `t` and, by name, facts and inputs of
-    the records. All are arrays that broadcast; a method returns one.
+    A subclass has parameters made by `param` and some of the methods below. `p` has the parameters
+    by name; `s` has the position `x`, the speed `v`, the time `t` and, by name, facts and inputs
+    of the records. All are arrays that broadcast; a method returns one.
     """
 
     steps: ClassVar[int] = 6
-    """steps of the integration from one node to the next"""
+    """integration steps between two nodes"""
     scatters: ClassVar[tuple[str, ...]] = ()
-    """numbers that differ a little from record to record"""
+    """names of parameters that scatter from record to record"""
     parameters: tuple[Parameter, ...] = ()
 
     def __init_subclass__(cls) -> None:
@@ -79,15 +79,15 @@ class Motion:
         self.runs = runs
 
     def force(self, p: Any, s: Any) -> Any:
-        """What drives and pulls, friction apart."""
+        """Driving and restoring force, without friction."""
         return 0.0
 
     def damping(self, p: Any, s: Any) -> Any:
-        """What resists in proportion to the speed: force over speed, not negative."""
+        """Damping coefficient: resisting force over speed, not negative."""
         return 0.0
 
     def friction(self, p: Any, s: Any) -> Any:
-        """Bound of the dry friction: its size in motion, the most of it at rest."""
+        """Dry friction: its value in motion, its upper limit at rest."""
         return 0.0
 
     def inertia(self, p: Any, s: Any) -> Any:
@@ -95,11 +95,11 @@ class Motion:
         return 1.0
 
     def load(self, p: Any, s: Any) -> Any:
-        """What friction may depend on; `s.load` of effects."""
+        """Load on which friction may depend; effects read it as `s.load`."""
         return 0.0
 
     def begin(self, p: Any, s: Any) -> tuple[Any, Any]:
-        """Position and speed at the first node; `s` has those of the record."""
+        """Position and speed at the first node; by default those of the record in `s`."""
         return s.x, s.v
 
     def stiff(self, base: np.ndarray) -> tuple[dict[str, float], ...]:
@@ -121,7 +121,7 @@ class Motion:
             out[:, 0, :, n] = x
             dt = node[:, n] / self.steps
             for i in range(self.steps):
-                # leapfrog: what acts is that of the middle of the step
+                # leapfrog: forces at the middle of the step
                 x = x + 0.5 * dt * v
                 self._at(s, n, (i + 0.5) / self.steps, x, v)
                 s.v = self._speed(p, s, added, v, 0.5 * dt)
@@ -131,14 +131,15 @@ class Motion:
         return out
 
     def _at(self, s: Any, n: int, share: float, x: np.ndarray, v: np.ndarray) -> None:
-        """State, time and inputs between node n and the next."""
+        """Set state, time and inputs between node n and the next."""
         s.x, s.v = x, v
         s.t = self.runs.time[:, n] + share * (self.runs.time[:, n + 1] - self.runs.time[:, n])
         for name in self.runs.inputs:
             setattr(s, name, self.runs.facts[between(name)][:, round(FINE * (n + share))])
 
     def _speed(self, p: Any, s: Any, added: Sequence[_Added], v: Any, dt: np.ndarray) -> Any:
-        """Speed a step after v, with what acts at the state s; stable at any size of it."""
+        """Speed one step after v, with the forces at the state s; stable for forces of any
+        size."""
         s.load = self.load(p, s)
         force, damping, friction = self.force(p, s), self.damping(p, s), self.friction(p, s)
         for effect, rows, values in added:
@@ -162,7 +163,7 @@ def _of_lanes(s: Any, rows: np.ndarray) -> Any:
 
 
 def _sum(own: Any, effect: type[Effect], name: str, values: Any, s: Any, rows: Any) -> Any:
-    """What a model has, and what an effect adds in its lanes; rows None: in all of them."""
+    """A model's value plus that of an effect in its lanes; rows None: in all lanes."""
     if not hasattr(effect, name):
         return own
     more = getattr(effect, name)(values, s)
@@ -177,7 +178,7 @@ _Added = tuple[type[Effect], np.ndarray | None, SimpleNamespace]
 
 
 def _added(lanes: Sequence[Lane]) -> Iterator[_Added]:
-    """Each effect with the lanes that have it (None: all) and its values; instances apart."""
+    """Each instance of an effect with the lanes that have it (None: all) and its values."""
     found: dict[tuple[type[Effect], int], list[tuple[int, np.ndarray]]] = {}
     for i, lane in enumerate(lanes):
         seen: dict[type[Effect], int] = {}

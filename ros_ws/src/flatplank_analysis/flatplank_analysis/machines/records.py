@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Records of a motion, cut at the turns of a swing, and the table of runs that the search uses."""
+"""Records of a motion, cut at the turning points of a swing, and their table for the search."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from flatplank_data.errors import FlatplankError
 BEGIN = ("begin x", "begin v")
 """facts of a run: position and speed at its first node"""
 FINE = 20
-"""values of an input from one node to the next"""
+"""values of an input between two nodes"""
 
 
 def between(name: str) -> str:
-    """Fact of a run that has an input between the nodes, too."""
+    """Name of the fact that has an input also between the nodes."""
     return f"{name} between nodes"
 
 
@@ -31,17 +31,17 @@ class Record:
     time: np.ndarray
     position: np.ndarray
     inputs: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """what the machine was told or driven by, over the same time"""
+    """commands or excitations of the machine, over the same time"""
     facts: Mapping[str, float | bool] = field(default_factory=dict)
     """numbers of the record: masses, lengths, voltages"""
     condition: str = ""
-    """records of the same one repeat each other; empty: one of its own"""
+    """records with the same condition are repeats; empty: a condition of its own"""
     coordinates: Mapping[str, tuple[np.ndarray, str]] = field(default_factory=dict)
-    """where effects may show, over the same time, with a unit; beside time and speed"""
+    """further coordinates over which effects may show, over the same time, with a unit"""
     span: tuple[float, float] | None = None
     """part of the record that is used [s], None: all"""
     begin: tuple[float, float] | None = None
-    """position and speed at its beginning, None: as recorded, and at rest"""
+    """initial position and speed; None: the first recorded position, at rest"""
 
 
 def table_of(
@@ -52,11 +52,11 @@ def table_of(
     resolution: float | None = None,
     alike: bool = True,
 ) -> RunSet:
-    """Records at a number of nodes each, evenly over the time that they are used for.
+    """Records at a number of nodes each, evenly over the used time.
 
     alike: all end with the shortest one, so that their nodes are at the same times. resolution:
-    step in which the position was recorded; None: found in it. It is the floor where nothing is
-    repeated.
+    resolution of the position; None: determined from the record. It is the floor where nothing
+    is repeated.
     """
     _check(records)
     spans = [r.span or (float(r.time[0]), float(r.time[-1])) for r in records]
@@ -100,7 +100,7 @@ def table_of(
 
 
 def _check(records: Sequence[Record]) -> None:
-    """One line for what cannot be put into one table."""
+    """Raise with one line when the records do not fit into one table."""
     if not records:
         raise FlatplankError("no records", "table_of", "give at least two conditions")
     first = records[0]
@@ -130,18 +130,18 @@ def _at(records, at, values) -> np.ndarray:
 
 
 def step_of(signal: np.ndarray) -> float:
-    """Step in which a signal was recorded: its smallest change, of a smooth one finest noise."""
+    """Resolution of a signal: its smallest change; for a smooth signal the finest noise."""
     change = np.sort(np.abs(np.diff(signal)))
     change = change[change > 1e-9 * max(np.ptp(signal), 1e-300)]
     return float(np.median(change[: max(len(signal) // 200, 1)])) if len(change) else 0.0
 
 
 SMALL = 40.0
-"""steps of the record that the amplitude of a half swing has at least"""
+"""least amplitude of a half swing, in steps of the record's resolution"""
 
 
 def half_swings(record: Record, most: int = 30) -> Iterator[Record]:
-    """The record cut at its turns, at most so many pieces, evenly chosen."""
+    """The record cut at its turning points; at most `most` pieces, evenly chosen."""
     turns = turning_points(record.time, record.position, step_of(record.position))
     halves = list(zip(turns, turns[1:, 0], strict=False))
     for i, ((begin, top), end) in enumerate(halves[:: max(1, -(-len(halves) // most))]):
@@ -158,7 +158,7 @@ def half_swings(record: Record, most: int = 30) -> Iterator[Record]:
 
 
 def turning_points(time: np.ndarray, position: np.ndarray, step: float) -> np.ndarray:
-    """Time [s] and position of every turn of a swing that the record resolves (turns, 2)."""
+    """Time [s] and position of every resolved turning point of a swing (turns, 2)."""
     side, turns, last = 0.0, [], 0
     for i, x in enumerate(position):
         if abs(x) > SMALL * step and np.sign(x) != side:
@@ -172,7 +172,7 @@ def turning_points(time: np.ndarray, position: np.ndarray, step: float) -> np.nd
 
 
 def _vertex(time: np.ndarray, position: np.ndarray, at: float, near: float) -> tuple[float, float]:
-    """Of two half parabolas: with dry friction the curvature is another one after the turn."""
+    """Vertex of two half parabolas: with dry friction the curvature changes at the turn."""
     rows = np.flatnonzero(np.abs(time - at) < near)
     t, x = time[rows] - at, position[rows]
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tire models of thesis chapter 7: each one file behind the interface of `models.base`."""
+"""Tire models of thesis chapter 7, one file each, with the interface of `models.base`."""

@@ -2,8 +2,8 @@
 """Inputs of the transient tire models over distance, and the geometry of the contact.
 
 A model is driven by increments of position and angle, not by velocities: rest, reverse and any
-slip waveform need no special case. Arrays are (lanes, runs, samples): a lane is one set of
-parameters, so that a Jacobian, or a whole search step, is one call.
+slip waveform need no special case. Arrays are (lanes, runs, samples): a lane is one parameter set,
+so that a Jacobian, or a whole search step, is one call.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ TOYO = ContactGeometry()
 
 @dataclass(frozen=True)
 class RunInputs:
-    """What drives the models. Arrays (runs, samples); increments are from the sample before.
+    """Inputs of the models. Arrays (runs, samples); increments are from the sample before.
 
     `travel` |dx| of the wheel over the road, in the wheel plane [m]; `slip_x` r_e d(angle) - dx
     [m], that is kappa times travel; `slip_y` tan(alpha) times travel [m]; `fz` [N]; `alpha`,
@@ -116,7 +116,7 @@ def slip_inputs(
 
 
 def stack_runs(runs: Sequence[RunInputs]) -> RunInputs:
-    """Several runs as one; shorter ones are padded with rest (nothing moves, nothing changes)."""
+    """Several runs as one; shorter ones are padded with samples without motion."""
     length = max(r.shape[1] for r in runs)
 
     def join(name: str, rest: bool) -> np.ndarray:

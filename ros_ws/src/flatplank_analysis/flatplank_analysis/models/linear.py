@@ -27,7 +27,7 @@ def deflection(
 
     `travel` |dx| and `slip` ds [m] are increments along the last axis that broadcast to (lanes,
     runs, samples), as does `sigma` [m]; `start` is u before sample 0 (lanes, runs). At rest u
-    takes the slip in full; over a long way it goes to sigma ds/|dx|.
+    follows the slip in full; over a long way it approaches sigma ds/|dx|.
     """
     ratio = np.asarray(travel / sigma, float)
     kept = np.exp(-ratio)
@@ -35,7 +35,7 @@ def deflection(
     share = np.where(small, 1.0, -np.expm1(-ratio) / np.where(small, 1.0, ratio))
     gained = share * slip
     kept, gained = np.broadcast_arrays(kept, gained)
-    # Samples first: the loop then works on whole, contiguous (lanes, runs) planes.
+    # samples first, so that the loop works on contiguous (lanes, runs) planes
     kept = np.ascontiguousarray(np.moveaxis(kept, -1, 0))
     out = np.array(np.moveaxis(gained, -1, 0))
     u = np.broadcast_to(np.asarray(start, float), out.shape[1:])

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Magic Formula with relaxation: that of MF-Tyre, and that of a contact point on a spring.
+"""Magic Formula with relaxation: as in MF-Tyre, and with a contact point on a spring.
 
 MF-Tyre (section 7.3): the slips that enter the Magic Formula are those of the contact point:
 kappa' = u / sigma_x and alpha' = v / sigma_y with sigma du + u |dx| = sigma ds (Pacejka section
 7.2); the relaxation lengths follow load, pressure and camber.
 
-Contact point: it slips by kappa' and pulls the carcass spring: C_x u = Fx(kappa'),
+Contact point: it slips by kappa' and deflects the carcass spring: C_x u = Fx(kappa'),
 du = ds - kappa' |dx|. At small slip this is MF-Tyre with sigma_x = K_x / C_x; at larger slip the
 curve is flatter and the lag shorter, (dFx/dkappa') / C_x. Source: Pacejka (2012) section 7.2,
 single contact point with the full steady force; Pacejka and Besselink (1997), Magic Formula tyre
@@ -27,10 +27,10 @@ from .magic_formula.combined import SteadyForces
 SPEED = 0.03
 """Forward speed [m/s]; only its sign and the growth of the radius depend on it."""
 SHORTEST = 5e-3
-"""Relaxation length where the curve no longer rises [m]: a spring cannot hold a point there."""
+"""Relaxation length where the curve no longer rises [m]: no spring can hold a point there."""
 NEWTON = 3
 SMALL = 1e-5
-"""Slip over which the slope of the curve is taken [-]."""
+"""Slip step for the slope of the curve [-]."""
 MOST = 0.02
 """Largest change of the slip in one Newton step [-]."""
 
@@ -42,7 +42,7 @@ class MFTyre:
     coefficients: Coefficients
 
     def simulate(self, params: np.ndarray, inputs: RunInputs) -> np.ndarray:
-        """Fx [N] (1, runs, samples); there are no parameters."""
+        """Fx [N] (1, runs, samples); `params` is not used."""
         return self.simulate_all(inputs)["fx"][None]
 
     def simulate_all(self, inputs: RunInputs) -> dict[str, np.ndarray]:
@@ -65,7 +65,7 @@ class MFTyre:
         return np.arctan(_contact_slip(inputs.travel, inputs.slip_y, sigma_y, first))
 
     def _point(self, inputs: RunInputs) -> OperatingPoint:
-        """Operating points at zero slip; angles that are zero throughout stay scalars (speed)."""
+        """Operating points at zero slip; angles that are zero throughout are scalars (faster)."""
         gamma = inputs.gamma if np.any(inputs.gamma) else 0.0
         c = self.coefficients
         return operating_point(c, inputs.fz, 0.0, 0.0, gamma, inputs.pressure, SPEED)
@@ -80,7 +80,7 @@ def _contact_slip(
 
 
 def _at_start(c: Coefficients, o: OperatingPoint) -> SteadyForces:
-    """Forces and slip stiffnesses at sample 0: the start force is on this tangent (runs,)."""
+    """Forces and slip stiffnesses at sample 0; the start force is on this tangent (runs,)."""
     return steady(c, OperatingPoint(*(v[..., 0] if np.ndim(v) else v for v in o)))
 
 

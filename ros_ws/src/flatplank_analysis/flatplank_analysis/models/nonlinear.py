@@ -2,8 +2,7 @@
 """Nonlinear transient model: a contact patch with its own relaxation on a spring (7.13-7.24), in
 x or in y.
 
-Quasi-static in the patch mass: at 0.03 m/s the mass of 1 kg moves nothing that a force of newtons
-could show.
+Quasi-static in the patch mass: at 0.03 m/s the inertia of 1 kg is far below the measured forces.
 """
 
 from __future__ import annotations
@@ -20,23 +19,23 @@ from flatplank_data.errors import FlatplankError
 from .base import TOYO, ContactGeometry, RunInputs, column
 
 CELLS = 2000
-"""Cells of the even table that a measured curve is turned into."""
+"""Cells of the uniform table that represents a measured curve."""
 LOWEST_SHARE = 0.01
 """Lower limit of the adhering part m of the contact (section 7.2)."""
 NEWTON = 3
-"""Newton steps per sample: the law is nearly straight over one increment."""
+"""Newton steps per sample: the law is almost linear over one increment."""
 HOLDS = 0.5
-"""Share of the patch's relaxation length that a falling law may take: where it takes more, the
-spring cannot hold the contact point, and the slip goes on without it"""
+"""Largest share of the patch's relaxation length that a falling law may take; beyond it the
+spring cannot hold the contact point, and the slip increases without it"""
 CLOSE = 1e-9
-"""Change of the slip after which another Newton step would change nothing [-]"""
+"""Change of the slip below which the Newton iteration ends [-]"""
 
 
 @dataclass(frozen=True)
 class TableLaw:
-    """Look-up table F_ss(kappa) per run (7.14), fine even nodes, straight beyond.
+    """Look-up table F_ss(kappa) per run (7.14), fine uniform nodes, linear beyond.
 
-    `values` (runs or 1, nodes) or (lanes, runs or 1, nodes) [N] on even slips `first` + i `step`.
+    `values` (runs or 1, nodes) or (lanes, runs or 1, nodes) [N] at slips `first` + i `step`.
     """
 
     first: float
@@ -69,7 +68,7 @@ class TableLaw:
 def table_law(slip: np.ndarray, force: np.ndarray) -> TableLaw:
     """Table through measured steady forces (figure 7.7).
 
-    Between the points a monotone cubic (no kinks that a search would stumble over, no overshoot).
+    Between the points a monotone cubic (no kinks that disturb a search, no overshoot).
     `slip` (k,) increasing, `force` (k,) or (lanes, k) [N].
     """
     slip = np.asarray(slip, float)
@@ -91,7 +90,7 @@ class NonlinearX:
 
     `law` gives the table for parameters (lanes, 1) of c_cx [N/m]; `friction` mu [-];
     `tread_stiffness` c_px [N/m2], None ties it to the law, 2 c_px a^2 = C_Fk (brush model), so
-    that the fit cannot hide in a corner where both compensate. `longitudinal`: slip also changes
+    that errors of the two cannot compensate each other. `longitudinal`: slip also changes
     the distance that a tread element travels (1 + kappa').
     """
 
@@ -152,10 +151,10 @@ def march(
 ) -> np.ndarray:
     """Force (lanes, runs, samples) by an implicit step over every increment.
 
-    The weight between both ends of the increment is that of the exponential solution: second order
-    where the force relaxes slowly, without ringing where it follows at once. sigma_c of
+    The weights of both ends of the increment are those of the exponential solution: second order
+    where the force relaxes slowly, without oscillation where it follows at once. sigma_c of
     (7.17), (7.18) shrinks with the adhering share of the contact. Where the law falls so fast that
-    no spring holds the contact point (`HOLDS`), the slip goes on without it.
+    no spring holds the contact point (`HOLDS`), the slip increases without it.
 
     `slip` before sample 0, `compliance` (lanes, runs); `travel`, `moved` (the slip increments),
     `half` contact length a (runs, samples); `theta` of (7.19) (1 or lanes, 1 or runs, samples);

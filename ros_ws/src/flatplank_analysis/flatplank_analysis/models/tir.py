@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tire property files (`.tir`): read, check, write.
 
-Read is what the tools of the field write: a key may stand in two sections (MASS in [UNITS] and in
-[INERTIA]), a value may be empty, other units are converted, what is missing takes its documented
-default and a remark names it. FITTYP says which law the coefficients belong to; those that it does
-not have are not used, and named. Unknown sections and keys are kept, in their order, and written
+The reader accepts what the tools of the field write: a key may be in two sections (MASS in [UNITS]
+and in [INERTIA]), a value may be empty, other units are converted, a missing key gets its
+documented default, with a remark. FITTYP determines the law of the coefficients; those outside the
+law are named and not used. Unknown sections and keys are kept in their order, and written
 again. A contradiction is an error of one line.
 """
 
@@ -25,20 +25,20 @@ from .magic_formula.coefficients import UNITS, factor
 LAWS = {5: OLD, 6: OLD, 21: OLD, 51: OLD, 52: OLD, 60: LATEST, 61: LATEST, 62: LATEST}
 """FITTYP -> law of the Magic Formula"""
 MOTORCYCLE = "PCY2"
-"""the Magic Formula of motorcycles (MF-MCTyre, PAC_MC) has a second curve, of the camber"""
+"""coefficient that only the Magic Formula of motorcycles (MF-MCTyre, PAC_MC) has"""
 OLD_FORMATS = ("pac2002",)
-"""PROPERTY_FILE_FORMAT of files without FITTYP that are of 5.2"""
+"""PROPERTY_FILE_FORMAT of files without FITTYP that belong to 5.2"""
 LISTED = (
     "LONGITUDINAL_COEFFICIENTS", "LATERAL_COEFFICIENTS", "ALIGNING_COEFFICIENTS",
     "SCALING_COEFFICIENTS",
 )  # fmt: skip
-"""sections whose missing coefficients a remark names"""
+"""sections whose missing coefficients are named in a remark"""
 _LINE = re.compile(r"^\s*([A-Za-z_]\w*)\s*=\s*('[^']*'|\"[^\"]*\"|[^$!]*)")
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One key of a file: the value as written, and where."""
+    """One key of a file: the value as written, and its position."""
 
     value: str
     line: int = 0
@@ -54,7 +54,7 @@ class TirFile:
 
     @property
     def entries(self) -> dict[str, Entry]:
-        """Entries that have a value; a key of two sections as its own section has it."""
+        """Entries with a value; of a key in two sections that of its proper section."""
         out: dict[str, Entry] = {}
         for name, section in self.sections.items():
             for key, entry in section.items():
@@ -72,7 +72,7 @@ class TirFile:
 
     @property
     def values(self) -> dict[str, float]:
-        """The coefficients of the Magic Formula that the file gives [SI]."""
+        """The Magic Formula coefficients in the file [SI]."""
         units, given = self.units, self.entries
         return {
             k: factor(k, units) * _number(k, e, self.path)
@@ -82,15 +82,15 @@ class TirFile:
 
     @property
     def coefficients(self) -> Coefficients:
-        """Coefficients ready for use; what is not given has its null value."""
+        """Coefficients ready for use; missing ones have their null values."""
         given = self.values
-        # 5.2 knows no pressure: any will do as the nominal one
+        # 5.2 has no pressure dependence: any nominal pressure will do
         usual = {"NOMPRES": given.get("INFLPRES") or 1e5} if self.law == OLD else {}
         return Coefficients(usual | given, self.law)
 
     @property
     def law(self) -> str:
-        """The law that the coefficients belong to, as FITTYP says, else by what there is."""
+        """The law of the coefficients by FITTYP, otherwise by the coefficients present."""
         given = self.entries
         if "FITTYP" in given:
             return LAWS.get(int(_number("FITTYP", given["FITTYP"], self.path)), LATEST)
@@ -98,7 +98,7 @@ class TirFile:
         return OLD if kind in OLD_FORMATS or NOT_OF[LATEST] & given.keys() else LATEST
 
     def replaced(self, values: Mapping[str, float]) -> TirFile:
-        """The same file with other or more coefficients, given in SI."""
+        """A copy with changed or further coefficients, given in SI."""
         units = self.units
         sections = {name: dict(entries) for name, entries in self.sections.items()}
         home = {key: name for name, entries in sections.items() for key in entries}
@@ -110,7 +110,7 @@ class TirFile:
         return TirFile(sections, self.kept, self.path)
 
     def warnings(self, vx: float = 0.03) -> list[str]:
-        """What a user of this file should know, one line each."""
+        """Remarks for the user of this file, one line each."""
         return list(_warnings(self, vx))
 
 
@@ -127,7 +127,7 @@ def read_tir(path: str | Path) -> TirFile:
 
 
 def parse_tir(text: str, path: str = "") -> TirFile:
-    """Take the text of a file apart; a key with two values in one section is an error."""
+    """Parse the text of a file; a key with two values in one section is an error."""
     sections: dict[str, dict[str, Entry]] = {}
     kept: dict[str, list[str]] = {}
     name = ""
@@ -155,14 +155,14 @@ def parse_tir(text: str, path: str = "") -> TirFile:
 
 
 def check_tir(tir: TirFile) -> None:
-    """Raise when units, formula version, numbers or required keys are not right."""
+    """Raise when units, formula version, numbers or required keys are wrong."""
     for what, entry, remedy in _faults(tir):
         where = f"{tir.path} line {entry.line}" if entry else tir.path or "tire file"
         raise FlatplankError(what, where, remedy)
 
 
 def _faults(tir: TirFile) -> Iterator[tuple[str, Entry | None, str]]:
-    """What is wrong, where, and what to do."""
+    """Faults: what is wrong, where, and what to do."""
     entries = tir.entries
     for unit, names in UNITS.items():
         entry = tir.sections.get("UNITS", {}).get(unit)
@@ -268,7 +268,7 @@ def _text(entry: Entry) -> str:
 def _number(key: str, entry: Entry, path: str) -> float:
     try:
         number = float(entry.value)
-        # what is not known is nan where a program made it; in a file it is left out
+        # a program marks unknown numbers by nan; files leave them out
         good = math.isfinite(number) or not entry.line
     except ValueError:
         good = False

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A tire property file as other programs want it: nothing left to a reader's own defaults.
+"""A complete tire property file for other programs, independent of a reader's own defaults.
 
-Programs differ in what they take for a coefficient that a file does not give (BREFF = 8.4 here,
-0 there), and some refuse a file without header, units, ranges or a section. A whole file has every
-coefficient of its law, with the value that this project computes with, and the range in which it
-was fitted.
+Programs differ in their defaults for a missing coefficient (BREFF = 8.4 here, 0 there), and some
+refuse a file without header, units, ranges or a section. A complete file has every coefficient
+of its law, with the value that this project computes with, and the range in which it was fitted.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ HEAD: dict[str, dict[str, str]] = {
     "INERTIA": {"MASS": "0.0", "IXX": "0.0", "IYY": "0.0", "BELT_MASS": "0.0", "BELT_IXX": "0.0",
                 "BELT_IYY": "0.0", "GRAVITY": "-9.81"},
 }  # fmt: skip
-"""sections of every file, and what they hold where the tire does not say it: no bench of tire
-forces weighs a tire, and 0 adds nothing to the wheel"""
+"""sections of every file, with the values of keys that the tire does not give: the bench weighs no
+tires, and 0 adds no mass to the wheel"""
 RANGES: dict[str, tuple[str, str, str, tuple[float, float]]] = {
     "INFLATION_PRESSURE_RANGE": ("PRESMIN", "PRESMAX", "pressure", (1e4, 1e6)),
     "VERTICAL_FORCE_RANGE": ("FZMIN", "FZMAX", "fz", (0.0, 1e5)),
@@ -34,13 +33,14 @@ RANGES: dict[str, tuple[str, str, str, tuple[float, float]]] = {
     "SLIP_ANGLE_RANGE": ("ALPMIN", "ALPMAX", "alpha", (-1.5, 1.5)),
     "INCLINATION_ANGLE_RANGE": ("CAMMIN", "CAMMAX", "gamma", (-0.25, 0.25)),
 }
-"""section -> keys, the quantity, and the range where none was measured [SI]: no limit"""
+"""section -> keys, the quantity, and the range where none was measured [SI]: unlimited"""
 OWN = "FLATPLANK"
-"""sections of this project, which other programs pass over: only what a file says is written"""
+"""prefix of this project's sections, ignored by other programs; written only if the file has
+them"""
 
 
 def whole(tir: TirFile, ranges: Mapping[str, tuple[float, float]] | None = None) -> TirFile:
-    """The same tire with every coefficient of its law written out.
+    """The same tire with every coefficient of its law written.
 
     ranges: quantity (fz, kappa, alpha, gamma, pressure) -> lowest and highest value [SI].
     """

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The record of a mounted tire: one YAML file that begins every fit and report.
+"""The record of a mounted tire: one YAML file that every fit and report starts from.
 
 ```yaml
 format: flatplank-tire/1
-name: CON                       # as the run files call it
+name: CON                       # as in the names of the run files
 description: Continental EcoContact 6, 155/70 R19 84Q
 free_radius: 0.350              # R0 [m]
 width: 0.155                    # [m]
 nominal_load: 3250.0            # [N]
 nominal_pressure: 2.8           # [bar]
 rim_radius: 0.2413              # [m]
-rim: 5J x 19                    # what is mounted on, in words
+rim: 5J x 19                    # text
 mounted: 2023-03-01
-start_file: continental.tir     # beside the record, or one that is shipped
+start_file: continental.tir     # beside the record, or a shipped one
 contact: {vertical_stiffness: 2.41e5, pressure_effect: 0.86, q_ra1: 0.877, q_ra2: 0.456}
 placeholder: [width]            # numbers that nobody measured
 source: data sheet
@@ -53,7 +53,7 @@ RANGES = {
 }
 CONTACT = ("vertical_stiffness", "pressure_effect", "q_ra1", "q_ra2")
 TYPICAL_DEFLECTION = 0.05
-"""share of R0 by which a tire yields to its nominal load: 0.055 and 0.039 in thesis Table 7.2"""
+"""deflection at nominal load, as a share of R0: 0.055 and 0.039 in thesis Table 7.2"""
 TYPICAL = {"pressure_effect": 0.85, "q_ra1": 0.90, "q_ra2": 0.29}
 """means of both tires in thesis Table 7.2"""
 PLACEHOLDER = "not measured and not in the tire record: placeholder, typical of a passenger tire"
@@ -61,7 +61,7 @@ PLACEHOLDER = "not measured and not in the tire record: placeholder, typical of 
 
 @dataclass(frozen=True)
 class TireRecord:
-    """What is known of a mounted tire before anything is fitted. SI, pressure in bar."""
+    """Known properties of a mounted tire before any fit. SI, pressure in bar."""
 
     name: str
     free_radius: float
@@ -79,17 +79,17 @@ class TireRecord:
     mounted: str = ""
     """date"""
     start_file: str = ""
-    """`.tir` whose coefficients a fit starts from; empty: general start values, of no tire"""
+    """`.tir` with the start values of a fit; empty: general start values, of no tire"""
     contact: Mapping[str, float] = field(default_factory=dict)
     """some of `CONTACT`"""
     placeholder: tuple[str, ...] = ()
     """fields that nobody measured"""
     source: str = ""
     origin: str = ""
-    """where the record comes from: a file, or how it was made"""
+    """source of the record: a file, or how it was made"""
 
     def geometry(self) -> tuple[ContactGeometry, dict[str, str]]:
-        """Contact geometry at the nominal load, and where each of its numbers comes from."""
+        """Contact geometry at the nominal load, and the source of each of its numbers."""
         stiffness = self.nominal_load / (TYPICAL_DEFLECTION * self.free_radius)
         known = {k: v for k, v in self.contact.items() if k in CONTACT}
         numbers = {"vertical_stiffness": stiffness, **TYPICAL, **known}
@@ -108,7 +108,7 @@ class TireRecord:
         return f"{self.name or 'without a name'}: {text} ({self.origin})"
 
     def to_yaml(self) -> str:
-        """Text of the file; reading it gives the same record."""
+        """Text of the file; reading it returns the same record."""
         plain: dict[str, Any] = {"format": FORMAT}
         for item in dataclasses.fields(self):
             value = getattr(self, item.name)
@@ -121,7 +121,7 @@ class TireRecord:
 
 
 def read_record(path: str | Path) -> TireRecord:
-    """The record of a file (YAML, or a `.tir` that then is the start file), checked."""
+    """The record in a file (YAML, or a `.tir` that becomes the start file), checked."""
     path = Path(path)
     if path.suffix.lower() == ".tir":
         return record_of_tir(read_tir(path), str(path))
@@ -187,7 +187,7 @@ def _known(key: str, known: set[str], where: str) -> None:
 
 
 def shipped_record(name: str) -> TireRecord:
-    """A record that comes with the package, by its file's name without suffix."""
+    """A shipped record, by its file's name without suffix."""
     file = resources.files("flatplank_analysis") / "tire_data" / f"{name}.yaml"
     if not file.is_file():
         raise FlatplankError(f"no record {name}", "tire records", "give a file")
@@ -216,9 +216,9 @@ def record_of_tir(tir: TirFile, path: str) -> TireRecord:
 
 
 def start_tir(record: TireRecord, general: Mapping[str, float]) -> TirFile:
-    """What a Magic Formula fit starts from: the record's file, or `general` start values.
+    """Start of a Magic Formula fit: the record's file, or `general` start values.
 
-    Radius, width, nominal load and pressure are the record's in either case.
+    Radius, width, nominal load and pressure are always those of the record.
     """
     text = resources.files("flatplank_analysis") / "tire_data" / record.start_file
     if not record.start_file:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything the Magic Formula says about one operating point of a tire."""
+"""All results of the Magic Formula for one operating point of a tire."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .tir import TirFile, read_tir
 
 @dataclass(frozen=True)
 class TireState:
-    """Steady state of a rolling tire. SI, ISO W; NaN where the file does not say enough."""
+    """Steady state of a rolling tire. SI, ISO W; NaN where coefficients are missing."""
 
     fx: float
     """Longitudinal force [N]."""
@@ -42,7 +42,7 @@ class TireState:
     """Cornering stiffness [N/rad]; negative in ISO W."""
 
     def to_json(self) -> dict[str, float | None]:
-        """Values as a program reads them; None where a value is not known."""
+        """Values for programs; None where a value is not known."""
         return {k: v if math.isfinite(v) else None for k, v in asdict(self).items()}
 
 

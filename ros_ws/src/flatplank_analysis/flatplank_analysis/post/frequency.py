@@ -14,7 +14,7 @@ import numpy as np
 from flatplank_data.errors import FlatplankError
 
 SHARE = 0.05
-"""lines of the slip spectrum with less than this of the largest amplitude are left out"""
+"""least amplitude of a line in the slip spectrum, as a share of the largest"""
 MAX_FREQUENCY = 20.0
 """[1/m]: a wavelength of 50 mm, shorter than a contact patch"""
 
@@ -42,7 +42,7 @@ class FrequencyResponse:
         """sigma [m] and C [N] of the first-order response that fits best.
 
         1/H = (1 + i 2 pi s sigma)/C is linear in 1/C and sigma/C. Wavelengths much shorter than
-        2 pi sigma tell their ratio C/sigma only.
+        2 pi sigma determine only the ratio C/sigma.
         """
         inverse = 1.0 / self.response
         weight = np.abs(self.response)
@@ -57,8 +57,8 @@ def frequency_response(
 ) -> FrequencyResponse:
     """Response at the lines of the slip's spectrum.
 
-    `distance` even [m], `slip` [-], `force` [N], each (n,); the first `skip` metres hold the
-    transient of the start and are left out. The number of whole periods is used.
+    `distance` uniform [m], `slip` [-], `force` [N], each (n,); the first `skip` metres contain the
+    transient of the start and are left out. A whole number of periods is used.
     """
     keep = distance >= distance[0] + skip
     x, kappa, fx = distance[keep], slip[keep], force[keep]

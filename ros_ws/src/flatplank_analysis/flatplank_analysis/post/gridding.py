@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signals over road displacement: cell means, even grid, low-pass, mean and scatter of repeats."""
+"""Signals over road displacement: cell averages, uniform grid, low-pass, mean and scatter."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flatplank_data.machine import FAST
 from flatplank_data.table import MeasurementTable
 
 CELL = 0.002
-"""Grid of the fits [m]: fine against every relaxation length, coarse against the filter."""
+"""Grid spacing of the fits [m]: fine relative to relaxation lengths, coarse for the filter."""
 
 
 def bin_means(
@@ -39,7 +39,7 @@ def bin_means(
     number = np.bincount(cell - first, minlength=count)
     full = number > 0
     centres = (np.arange(count) + first + 0.5) * spacing
-    # A cell's mean belongs to the mean position of its samples, not to the cell's centre.
+    # a cell's mean belongs to the mean position of its samples, not to the cell's centre
     places = np.bincount(cell - first, weights=x, minlength=count)[full] / number[full]
     flat = np.atleast_2d(values)
     means = np.empty((len(flat), count))
@@ -52,16 +52,16 @@ def bin_means(
 CUTOFF_PER_METRE = 10.0 / FAST
 """Path frequency of 10 Hz at 0.03092 m/s: 323 1/m."""
 ORDER = 2
-"""of the filter that runs forward and backward; the thesis does not say"""
+"""order of the filter, which runs forward and backward; not stated in the thesis"""
 
 
 def low_pass(
     values: np.ndarray, spacing: float = 1e-4, cutoff: float = CUTOFF_PER_METRE
 ) -> np.ndarray:
-    """`values` on an even grid of `spacing` [m] without what is above `cutoff` [1/m].
+    """`values` on a uniform grid of `spacing` [m] without frequencies above `cutoff` [1/m].
 
-    The cut-off is stated over distance: over time it would change with the plank speed. Leading
-    and trailing NaN stay.
+    The cut-off is defined over distance: over time it would change with the plank speed. Leading
+    and trailing NaN are kept.
     """
     out = np.array(values, dtype=np.float64)
     finite = np.flatnonzero(np.isfinite(out))
@@ -82,12 +82,13 @@ GRID = np.round(np.arange(41001) * SPACING, 10)
 
 @dataclass(frozen=True)
 class Gridded:
-    """Columns over road displacement; NaN where a run has not been. `position` [m], shape (n,)."""
+    """Columns over road displacement `position` [m], shape (n,); NaN outside the range of a
+    run."""
 
     position: np.ndarray
     columns: Mapping[str, np.ndarray]
     runs: int = 1
-    """how many runs this is the mean of"""
+    """number of runs in the mean"""
 
     def __getitem__(self, name: str) -> np.ndarray:
         try:
@@ -100,7 +101,7 @@ class Gridded:
     def map(
         self, function: Callable[[np.ndarray], np.ndarray], names: Iterable[str] | None = None
     ) -> Gridded:
-        """The same with `function(values)` applied to columns (all, or `names`)."""
+        """A copy with `function(values)` applied to columns (all, or `names`)."""
         chosen = set(self.columns if names is None else names)
         columns = {k: function(v) if k in chosen else v for k, v in self.columns.items()}
         return Gridded(self.position, columns, self.runs)
@@ -109,7 +110,7 @@ class Gridded:
 def on_grid(table: MeasurementTable, names: Sequence[str]) -> Gridded:
     """Columns of a run interpolated over road displacement.
 
-    Where the plank stands still or its encoder repeats a count, the last sample counts.
+    Where the plank stands still or its encoder repeats a count, the last sample is used.
     """
     travel = np.maximum.accumulate(table["plank_position"])
     last = np.append(np.diff(travel) > 0.0, True)
@@ -122,7 +123,7 @@ def on_grid(table: MeasurementTable, names: Sequence[str]) -> Gridded:
 
 
 def mean_of(runs: Sequence[Gridded]) -> Gridded:
-    """Mean of runs, such as those from three start angles; where any has not been it is NaN."""
+    """Mean of runs, such as those from three start angles; NaN where any of them has no data."""
     if not runs:
         raise FlatplankError("no runs to average", "mean of starts", "give at least one")
     names = [n for n in runs[0].columns if all(n in run.columns for run in runs)]

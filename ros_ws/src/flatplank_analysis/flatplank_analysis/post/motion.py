@@ -13,7 +13,7 @@ from flatplank_data.table import MeasurementTable
 WINDOW_BEFORE = 0.5
 """length of road before the step that counts as free rolling [m]"""
 GUARD = 0.01
-"""left out after the step: the wheel needs this long to change its speed [m]"""
+"""road after the step in which the wheel changes its speed; left out [m]"""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class StepFacts:
 
 
 def step_facts(table: MeasurementTable) -> StepFacts:
-    """Facts of one run with a slip step; angles and travel are used, not noisy velocities."""
+    """Facts of one run with a slip step, from angles and travel instead of noisy velocities."""
     info = table.info
     x = table["plank_position"]
     step = info.step_position if math.isfinite(info.step_position) else float(x[0])
@@ -80,13 +80,13 @@ def _mean(values: np.ndarray, mask: np.ndarray) -> float:
 
 
 WINDOW = 0.1
-"""half the time over which the plank's speed is taken [s]"""
+"""half of the time window for the plank's speed [s]"""
 FULL = 0.97
-"""share of the usual speed from which on the plank has not begun to stop [-]"""
+"""share of the usual speed below which the plank is stopping [-]"""
 
 
 def until_stop(table: MeasurementTable) -> MeasurementTable:
-    """The run up to the last moment at its usual speed; as it is where it does not stop."""
+    """The run up to the last moment at its usual speed; unchanged where it does not stop."""
     time, position = table["time"], table["plank_position"]
     if len(time) < 3 or time[-1] - time[0] < 10.0 * WINDOW:
         return table

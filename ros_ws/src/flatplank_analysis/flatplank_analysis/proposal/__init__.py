@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Beyond the library: a grammar of effects, and the search for the sentence that fits."""
+"""Effects outside the library: a grammar of effects, and the search for the best sentence."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs that took no part in the search say whether a proposal holds: size and error.
+"""Test of a proposal on runs that were not used in the search: size and error.
 
-Tire, machine, noise and scatter are those of the first campaign, as well as it knows them. Of the
-new runs the size of the effect is fitted, and what may have changed for all of them: gain, slip
-offset and zero of Fx.
+Tire, machine, noise and scatter are taken from the first campaign, with their uncertainty. The
+new runs are fitted with the size of the effect, and with common changes of gain, slip offset and
+zero of Fx.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from flatplank_data.errors import FlatplankError
 CONFIRMED, FAILED = "confirmed", "not confirmed"
 LEAST_RUNS = 3
 BAND, STEP = 1.645, 1e-3
-"""standard errors of a 90 % interval; share by which what scatters is moved for its column"""
+"""standard errors of a 90 % interval; relative step for the columns of what scatters"""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Checked:
     error_before: float
     error: float
     limit: float
-    """error at the floor, as the first campaign has it"""
+    """error at the floor of the first campaign"""
     reasons: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
@@ -61,7 +61,7 @@ class Checked:
 
 @dataclass(frozen=True)
 class Confirmation:
-    """The answer on all sets."""
+    """Result on all sets."""
 
     name: str
     unit: str
@@ -70,7 +70,7 @@ class Confirmation:
 
     @property
     def verdict(self) -> str:
-        """Confirmed when every set agrees."""
+        """`confirmed` when every set agrees."""
         return FAILED if any(c.reasons for c in self.checked) else CONFIRMED
 
     def to_dict(self) -> dict[str, Any]:
@@ -82,7 +82,7 @@ class Confirmation:
 
 
 def interval_of(effect: type[Effect]) -> tuple[float, float]:
-    """The interval of the size in the file of a proposal."""
+    """The interval of the size, from the file of a proposal."""
     found = getattr(effect, "interval", None)
     if not isinstance(found, tuple) or len(found) != 2:
         raise FlatplankError(
@@ -93,7 +93,7 @@ def interval_of(effect: type[Effect]) -> tuple[float, float]:
 
 
 def fitted(session: Session, model: ModelFile | None, name: str) -> Step:
-    """The first campaign with the effect in its model."""
+    """The first campaign, fitted with the effect in its model."""
     if model is not None and any(e.name == name for e in model.effects):
         return session.fit(model)
     return session.add(model or ModelFile(), name)[1]
@@ -102,7 +102,7 @@ def fitted(session: Session, model: ModelFile | None, name: str) -> Step:
 def confirm(
     session: Session, step: Step, name: str, sets: Sequence[tuple[str, Session]]
 ) -> Confirmation:
-    """Judge an effect of a fitted model by sets of new runs."""
+    """Test an effect of a fitted model on sets of new runs."""
     effect = session.effects[name]
     interval = interval_of(effect)
     known = set(session.data.runs.names)
@@ -146,7 +146,7 @@ def _checked(
 def _sized(
     old: TireModel, new: TireModel, state: State, at: int
 ) -> tuple[float, float, float, float]:
-    """Size with half of its interval, and the error of Fx without and with the effect."""
+    """Size, half of its interval, and the error of Fx without and with the effect."""
     fit = state.fit
     term = fit.terms[at]
     others = tuple((t.effect, t.values) for i, t in enumerate(fit.terms) if i != at)
@@ -176,7 +176,7 @@ def _sized(
     kappa = max((energy - float(share @ scores)) / spare, 1.0)
     half = np.inf
     if raw > 0.0 and inverse[0, 0] > 0.0:
-        # what the form of the law may imitate, as in the search
+        # error of the law's form, as in the search
         visible = min(1.0 / (float(inverse[0, 0]) * raw), 1.0)
         form = FORM**2 / max(visible, 1e-9)
         half = BAND * float(np.sqrt(kappa * inverse[0, 0] + form))
@@ -185,8 +185,8 @@ def _sized(
 
 
 def _known(state: State) -> tuple[list[str], np.ndarray]:
-    """What the first campaign knows of the base once its effects have taken their part: names of
-    the numbers and their information, in the scale in which they are fitted."""
+    """Names of the base parameters and their information (scaled) from the first campaign, with
+    the effects projected out."""
     fit = state.whitened.fit
     loose = fit.loose()
     own = [i for i, row in enumerate(loose) if fit.free[row][0] < 0]
@@ -200,7 +200,7 @@ def _known(state: State) -> tuple[list[str], np.ndarray]:
 
 
 def _metric(state: State, new: TireModel, stiff: np.ndarray) -> Metric:
-    """Noise and scatter of the first campaign for runs of another one."""
+    """Metric with noise and scatter of the first campaign, for runs of another one."""
     runs, whitener = state.runs, state.metric.whitener
     own = stiff_columns(state.model, state.fit)
     scatter = scatter_of(runs, whitener, runs.contrast(state.residual), own)
@@ -211,8 +211,8 @@ def _metric(state: State, new: TireModel, stiff: np.ndarray) -> Metric:
 
 
 def _errors(rest: np.ndarray, columns: np.ndarray, share: float) -> tuple[float, float]:
-    """Error of Fx without and with the effect; gain and slip offset of each run are taken out, as
-    they are in the floor.
+    """Error of Fx without and with the effect; gain and slip offset of each run are removed, as in
+    the floor.
     """
     sums = np.zeros(2)
     for r in range(len(rest)):

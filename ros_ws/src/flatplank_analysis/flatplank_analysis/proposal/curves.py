@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Free curves over a coordinate: they show a shape and price the looking, and explain nothing.
+"""Free curves over a coordinate: they show a shape and set the test level, and explain nothing.
 
-A curve is a sum of hats; the response of the model to each hat gives that to any shape.
+A curve is a sum of hat functions; the responses of the model to the hats give that to any shape.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from flatplank_analysis.proposal.sites import Site
 COARSE = {PLACE: 14, LEVEL: 5}
 FINE = {PLACE: 72, LEVEL: 24}
 OTHER_COARSE, OTHER_FINE = 6, 24
-"""knots of a free curve over other coordinates: for the ranking, and for the forms"""
+"""knots of a free curve over coordinates other than places: for the ranking, and for the forms"""
 ORDERS = 4
-"""waves per turn that are looked for"""
+"""highest order per turn in a curve over an angle"""
 
 
 def knots_of(values: np.ndarray, span: Span, fine: bool) -> np.ndarray:
-    """Where the hats stand: evenly over a place, at the values of a setting, else evenly over
-    the values as they occur."""
+    """Knots of the hats: evenly over a place, at the values of a setting, otherwise half-way
+    between an even grid and the quantiles of the values."""
     count = (FINE if fine else COARSE).get(span.kind, OTHER_FINE if fine else OTHER_COARSE)
     if span.kind == PLACE:
         return np.linspace(span.low, span.high, count)
@@ -42,7 +42,7 @@ def knots_of(values: np.ndarray, span: Span, fine: bool) -> np.ndarray:
 
 
 def hats(values: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """Hat functions (knots, runs, samples): one at its knot, zero at the others."""
+    """Hat functions (knots, runs, samples): one at their own knot, zero at the others."""
     eye = np.eye(len(knots))
     return np.stack([np.interp(values, knots, row) for row in eye])
 
@@ -65,7 +65,7 @@ def basis_of(site: Site, fine: bool, u: np.ndarray | None = None) -> np.ndarray:
 
 
 def acting(site: Site, basis: np.ndarray) -> type[Effect]:
-    """An effect whose sizes are those of the basis functions, at a site; for a search only."""
+    """An effect at a site, for searches; its sizes are the coefficients of the basis functions."""
     hook = site.hook
     flat = basis.reshape(len(basis), -1)
 

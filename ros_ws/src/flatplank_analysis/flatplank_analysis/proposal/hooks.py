@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a proposed effect may act: one line of the table each, in the hooks of `TireEffect`.
+"""Places where a proposed effect may act: one line of the table each, in hooks of `TireEffect`.
 
-`line` is what stands in the effect's file; `change` is what the shape says, in the hook's unit.
+`line` is the code in the effect's file; `change` in it is the value of the shape, in its unit.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL
 
 NONE = "none"
-"""no coordinate: what modulates it alone makes it differ"""
+"""no coordinate: only the modulator makes the effect vary"""
 ALL = (NONE, PLACE, ANGLE, LEVEL, SIGNAL)
 SIDES = ("", "driving", "braking")
 
@@ -22,7 +22,7 @@ class Hook:
 
     name: str
     family: str
-    """what of it the runs must tell: signal, gain, motion, friction, stiffness, load, delay"""
+    """family: signal, gain, motion, friction, stiffness, load, delay"""
     method: str
     line: str
     unit: str
@@ -36,9 +36,9 @@ class Hook:
     kinds: tuple[str, ...] = ALL
     order: int = 0
     needs: str | None = None
-    """channel that must be there, and is no coordinate of it"""
+    """channel that the runs must have, and that cannot be its coordinate"""
     shown: bool = False
-    """True where a measured channel should show it"""
+    """True where a measured channel would show the effect itself"""
 
 
 FX = "Hang weights or a calibrated spring on the wheel and compare Fx with them"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What turns a proposed effect on and off, or makes it larger: one line of the table each."""
+"""Conditions that switch or scale a proposed effect: one line of the table each."""
 
 from __future__ import annotations
 

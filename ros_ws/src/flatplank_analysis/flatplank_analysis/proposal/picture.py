@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A proposal to look at: the free curve with its band and the form over it, and the file."""
+"""Figure and page of a proposal: the free curve with its band, the form over it, and the file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from flatplank_data.files import write_atomic
 from flatplank_data.wording import displayed
 
 WIDEST = 3.0
-"""of the form's height: where the band is wider than that, the free curve is not drawn"""
+"""largest width of the band, in heights of the form, with which the free curve is drawn"""
 
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>Proposal for {campaign}</title>
@@ -33,8 +33,8 @@ pre{{background:#edf2f7;padding:.8rem;font-size:.8rem;overflow-x:auto}}svg{{max-
 
 @dataclass(frozen=True)
 class Lines:
-    """What there is to draw, as people read it; all (points,). No curve where the form waves; NaN
-    where the runs do not show it."""
+    """Data of the figure in display units; all (points,). No curve where the form is a wave; NaN
+    where the runs do not determine it."""
 
     u: np.ndarray
     form: np.ndarray
@@ -45,7 +45,7 @@ class Lines:
 
 
 def lines_of(result: Proposal) -> Lines:
-    """Form, and the free curve with its band laid upon it: a constant is the base's own."""
+    """Form, and the free curve with its band, shifted onto it: the base takes any constant."""
     s, outcome = result.sentence, result.outcome
     if s is None or outcome is None:
         raise ValueError("nothing is proposed")
@@ -66,7 +66,7 @@ def lines_of(result: Proposal) -> Lines:
 
 
 def picture(result: Proposal) -> Figure:
-    """Curve, band and form over the coordinate; the form alone where it waves."""
+    """Curve, band and form over the coordinate; only the form where it is a wave."""
     lines = lines_of(result)
     u, free, half = lines.u, lines.free, lines.half
     figure = figure_of(8.0, 3.2)
@@ -88,7 +88,7 @@ def picture(result: Proposal) -> Figure:
 
 
 def write_page(result: Proposal, folder: Path, campaign: str) -> Path:
-    """Page and picture; returns the page."""
+    """Write page and figure; return the page."""
     folder.mkdir(parents=True, exist_ok=True)
     svg, words = "", ""
     if result.sentence is not None:

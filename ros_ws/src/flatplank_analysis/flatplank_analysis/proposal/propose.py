@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The proposal for a campaign: diagnosis, search, the file, and the refit with it."""
+"""A proposal for a campaign: diagnosis, search, effect file, and refit with the file."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
 PROPOSED, NOTHING = "proposed", "nothing to propose"
 STEADY = ("fx", "gain", "friction", "slip")
-"""hooks at which a setting may make repeats differ; each power of the setting is taken out by
-itself, since few repeats hold few independent numbers"""
+"""hooks through which a setting may make repeats differ; each power of the setting is removed
+separately, because repeats have few degrees of freedom"""
 ORDERED = 0.005
-"""p-value of the exchange among repeats below which a setting is said to order them"""
+"""p-value of the permutation test below which a setting orders the repeats"""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """What `propose` tells; `to_dict` is the contract for programs."""
+    """Result of `propose`; `to_dict` is the interface for programs."""
 
     verdict: str
     reason: str
@@ -51,7 +51,7 @@ class Proposal:
     sentence: Sentence | None = None
     text: str = ""
     numbers: dict[str, Any] | None = None
-    """of the refit with it, as `add` has them, and the error held out by level"""
+    """result of the refit, as from `add`, and the error held out by level"""
     seconds: float = 0.0
 
     @property
@@ -93,7 +93,7 @@ def _parts(s: Sentence) -> dict[str, str]:
 def propose(
     session: Session, model: ModelFile | None = None, progress: Progress | None = None
 ) -> Proposal:
-    """Search for what no effect of the library explains."""
+    """Search for an effect outside the library."""
     began = time.perf_counter()
     result = session.diagnose(model, progress)
     made = of_diagnosis(session, result, model, progress)
@@ -106,24 +106,24 @@ def of_diagnosis(
     model: ModelFile | None = None,
     progress: Progress | None = None,
 ) -> Proposal:
-    """The same when the diagnosis is known."""
+    """The proposal for a known diagnosis."""
     began = time.perf_counter()
     if result.search is None or result.verdict == verdict.UNDECIDED:
         return Proposal(NOTHING, f"not decidable: {result.reason}", result)
     only = _columns(session) if result.verdict in _NAMED else None
     made = Proposal(NOTHING, f"{result.verdict}: {result.reason}", result)
     if only != []:
-        made = _beside(session, result, model, only, progress)
+        made = _residual_proposal(session, result, model, only, progress)
     if made.sentence is None and result.verdict in _NAMED:
-        made = _in_place(session, result, model, progress) or made
+        made = _replacing_proposal(session, result, model, progress) or made
     return replace(made, seconds=time.perf_counter() - began)
 
 
-def _beside(
+def _residual_proposal(
     session: Session, result: Diagnosis, model: ModelFile | None, only: list[str] | None,
     progress: Progress | None,
 ) -> Proposal:  # fmt: skip
-    """What is left beside the effects that were found."""
+    """A proposal for the residual beside the effects that were found."""
     assert result.search is not None
     step = _cleaned(session, result.search.last)
     explained = sum(f.decision.drop for f in result.found)
@@ -133,7 +133,7 @@ def _beside(
     if why:
         return Proposal(NOTHING, why, result, outcome)
     assert outcome.best is not None
-    made = _written(session, result, step, outcome, outcome.best, model)
+    made = _refitted_proposal(session, result, step, outcome, outcome.best, model)
     assert made.numbers is not None and made.sentence is not None
     against = refuted(made.numbers, result.verdict in _AT_FLOOR)
     if against:
@@ -142,12 +142,12 @@ def _beside(
     return made
 
 
-def _in_place(
+def _replacing_proposal(
     session: Session, result: Diagnosis, model: ModelFile | None, progress: Progress | None
 ) -> Proposal | None:
-    """A sentence that leaves less than all effects that were found; None when there is none.
+    """A sentence that fits better than all effects that were found; None when there is none.
 
-    What is in no library may be imitated by an effect that is.
+    An effect of the library may imitate one that is not in it.
     """
     search = result.search
     assert search is not None
@@ -158,7 +158,7 @@ def _in_place(
     margin = EVIDENCE * proposer.level + ALIKE * (first.state.whitened.chi2 - together.chi2)
     if outcome.best is None or outcome.best.found.chi2 > together.chi2 - margin:
         return None
-    made = _written(session, result, first, outcome, outcome.best, model)
+    made = _refitted_proposal(session, result, first, outcome, outcome.best, model)
     assert made.numbers is not None
     if refuted(made.numbers):
         return None
@@ -168,17 +168,17 @@ def _in_place(
 
 _NAMED = (verdict.FOUND, verdict.GROUP)
 _AT_FLOOR = (verdict.AT_FLOOR, verdict.LAW, *_NAMED)
-"""nothing of consequence is left"""
+"""verdicts without a residual of consequence"""
 
 
 def _columns(session: Session) -> list[str]:
-    """Further columns that differ: they may be a cause that no effect of the library asks for."""
+    """Further columns that vary: possible causes that no effect of the library uses."""
     return [p.name for p in places_of(session.data) if p.name in session.data.further]
 
 
 def _cleaned(session: Session, step: Step) -> Step:
-    """The step without what the order of the runs and further columns do in its noise, where they
-    order the repeats: left in, it would hide behind the scatter that it makes."""
+    """The step with the influence of run order and further columns removed from its noise, where
+    they order the repeats: otherwise they would hide behind the scatter that they cause."""
     data, old = session.data, step.state
     if not data.runs.repeated:
         return step
@@ -204,13 +204,13 @@ def _cleaned(session: Session, step: Step) -> Step:
 
 
 def _centred(values: np.ndarray) -> np.ndarray:
-    """A coordinate from -1 to 1."""
+    """A coordinate scaled to -1 .. 1."""
     middle = 0.5 * (values.min() + values.max())
     return (values - middle) / max(float(np.abs(values - middle).max()), 1e-12)
 
 
 def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:
-    """Why there is no proposal; empty when there is one."""
+    """Reason why there is no proposal; empty when there is one."""
     if outcome.best is None:
         near = next((t for t in outcome.tried), None)
         beside = (
@@ -229,9 +229,9 @@ def _refused(outcome: Outcome, proposer: Proposer, result: Diagnosis) -> str:
 
 
 def refuted(numbers: dict[str, Any], at_floor: bool = False) -> str:
-    """What the refit of everything says against a sentence that the search had passed.
+    """Reason against a sentence from the joint refit, after it passed the search.
 
-    at_floor: of an error that was at the floor it must take what is of consequence where it acts.
+    at_floor: the error was at the floor, so that the sentence must remove a part of consequence.
     """
     low, high = numbers["interval"]
     if low <= 0.0 <= high:
@@ -248,11 +248,11 @@ def refuted(numbers: dict[str, Any], at_floor: bool = False) -> str:
     return ""
 
 
-def _written(
+def _refitted_proposal(
     session: Session, result: Diagnosis, step: Step, outcome: Outcome, best: Tried,
     model: ModelFile | None,
 ) -> Proposal:  # fmt: skip
-    """The file of the best sentence, refitted as `add` does it."""
+    """The file of the best sentence, refitted as by `add`."""
     best = replace(best, sentence=_named(best.sentence, session))
     effect = effect_of(text_of(best.sentence))
     wider = replace(session, effects={**session.effects, effect.identifier: effect})
@@ -260,7 +260,7 @@ def _written(
     _, after, numbers = wider.add(known, effect.identifier, _with_candidate(step, effect))
     numbers |= {
         "held_out_level": verdict.six_digits(held_out_level(after.state)),
-        "acts_in": verdict.six_digits(_acting_in(after.state)),
+        "acts_in": verdict.six_digits(_acting_share(after.state)),
     }
     if numbers["rmse"] > invariants.limits(after.state).error:
         numbers["doubts"].append("the error is not at the floor: more is left than this")
@@ -271,21 +271,21 @@ def _written(
         best.sentence,
         numbers={n: named[n] for n in best.sentence.numbers},
         interval=(low, high),
-        told=tuple(_told(session, numbers, outcome, after)),
+        told=tuple(_data_sentences(session, numbers, outcome, after)),
     )
     reason = f"error of Fx {numbers['rmse_before']:.1f} -> {numbers['rmse']:.1f} N"
     return Proposal(PROPOSED, reason, result, outcome, sentence, text_of(sentence), numbers)
 
 
-def _acting_in(state: State) -> float:
-    """Share of all samples in which the last effect's force in the first channel is: one where it
-    is the same everywhere, little where it acts at one place (participation ratio)."""
+def _acting_share(state: State) -> float:
+    """Share of all samples with force of the last effect in the first channel (participation
+    ratio): one where it is the same everywhere, small where it acts at one place."""
     square = amplitude(state.fit, len(state.fit.terms) - 1)[0] ** 2
     return float(square.mean() ** 2 / max(float(np.mean(square**2)), 1e-300)) or 1.0
 
 
 def _with_candidate(step: Step, effect: type[Effect]) -> Step:
-    """The step as `add` needs it: with the columns of the new effect."""
+    """The step with the columns of the new effect, as `add` needs it."""
     old = step.state
     columns = make_candidates(old.model, old.whitened.fit, [effect], old.residual)
     state = replace(old, candidates=columns)
@@ -293,7 +293,7 @@ def _with_candidate(step: Step, effect: type[Effect]) -> Step:
 
 
 def _named(s: Sentence, session: Session) -> Sentence:
-    """The sentence under a name that no effect has: two patches are two effects."""
+    """The sentence with a unique name: two patches are two effects."""
     first, number = s.identifier, 1
     while s.identifier in session.effects:
         number += 1
@@ -301,8 +301,10 @@ def _named(s: Sentence, session: Session) -> Sentence:
     return s
 
 
-def _told(session: Session, n: dict[str, Any], outcome: Outcome, after: Step) -> Iterator[str]:
-    """What the data say of it, for the head of the file."""
+def _data_sentences(
+    session: Session, n: dict[str, Any], outcome: Outcome, after: Step
+) -> Iterator[str]:
+    """Sentences about the data, for the head of the file."""
     runs, folder = session.data.runs, Path(session.campaign.path).name
     yield f"From {runs.runs} runs of {len(runs.groups)} conditions of {folder}."
     yield (
@@ -327,8 +329,8 @@ def _short(s: Sentence) -> str:
 
 
 def held_out_level(state: State) -> float:
-    """Error of the first channel with sizes that a whole level of the slip (of the load, where
-    there are several loads) had no part in."""
+    """Error of the first channel with sizes that were fitted without a whole level of the slip (or
+    of the load, where there are several)."""
     runs = state.runs
     settings = [np.abs(runs.facts["kappa"]), runs.facts["nominal"]]
     worst = 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the files of proposed effects need: one line of import."""
+"""Imports for the files of proposed effects."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ __all__ = ["Motion", "Proposed", "Signal", "Tire", "follow", "param", "play"]
 
 
 class Proposed(TireEffect):
-    """Base of the effects that `flatplank propose` writes, until somebody has found the cause."""
+    """Base of the effects that `flatplank propose` writes, until the cause is known."""
 
     source = "flatplank propose"
     removes = "Taking away what makes it; until then this file in the model."
     interval: ClassVar[tuple[float, float]]
-    """90 % of the size as it was found [SI]: new runs are compared with it"""
+    """90 % interval of the size in the search [SI], for comparison with new runs"""
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
@@ -29,7 +29,7 @@ class Proposed(TireEffect):
 
     @classmethod
     def size(cls, values: dict[str, float]) -> float:
-        """The amount; of a wave the amplitude."""
+        """The size; of a wave its amplitude."""
         if "cos" in values:
             return float(np.hypot(values["cos"], values["sin"]))
         return super().size(values)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Score columns of curves and shapes at every site, projected off what is in the model already."""
+"""Score columns of curves and shapes at every site, with the model's columns projected out."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from flatplank_analysis.proposal.shapes.base import ANGLE, PLACE, Shape, Span
 from flatplank_analysis.proposal.sites import EVENT, Place, Site, event_place, factor
 
 WAVE_NODES = 6
-"""nodes at least per period of a wave that is looked for"""
+"""least number of nodes per period of a wave"""
 HINTS = 4
-"""settings of a wave that a force suggests at a place, half of them turned by the slip"""
+"""settings of a wave suggested by a force at a place, half of them with the sign of the slip"""
 AT_ONCE = 40
-"""forces over all channels that are made at once: they take memory"""
+"""forces over all channels that are computed at once, which limits memory"""
 POINTS, BAND = 240, 1.645
-"""of a drawn curve; standard errors of a 90 % band"""
+"""points of a drawn curve; standard errors of a 90 % band"""
 
 CURVE, WAVE, FURTHER = "curve", "wave", "further column"
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Sums of some columns with the model's own projected out."""
+    """Sums of products of some columns with the model's own columns projected out."""
 
     info: np.ndarray
     """(k, k)"""
@@ -47,32 +47,32 @@ class Scores:
         return float(self.sizes() @ self.score)
 
     def parts(self, k: int) -> list[Scores]:
-        """The sums of each k columns by themselves."""
+        """The sums of consecutive sets of k columns."""
         rows = [slice(i, i + k) for i in range(0, len(self.score), k)]
         return [Scores(self.info[r, r], self.score[r]) for r in rows]
 
     def of(self, mix: np.ndarray) -> Scores:
-        """The same of combinations (n, k) of the columns."""
+        """The sums of combinations (n, k) of the columns."""
         return Scores(mix @ self.info @ mix.T, mix @ self.score)
 
 
 @dataclass(frozen=True)
 class Scanned:
-    """A site with what a free curve, or a wave of a free period, takes there."""
+    """A site with the gain of its free curve, or of a wave of free period."""
 
     site: Site
     gain: float
     count: int
-    """numbers of the curve"""
+    """number of coefficients of the curve"""
     looks: int
-    """columns that were looked at"""
+    """number of columns tested"""
     kind: str
-    """CURVE, WAVE, or FURTHER: a curve over a column of the user's own"""
+    """CURVE, WAVE, or FURTHER: a curve over a user's column"""
     forms: Mapping[int, float] = field(default_factory=dict)
-    """by count: what the best form of so many numbers takes, as far as the curve shows it"""
+    """by number of parameters: gain of the best form, estimated from the curve"""
 
     def evidence(self, dispersion: float, price: float) -> float:
-        """Gain in units of the scatter, less the price of its numbers and of the looking: that of
+        """Gain in units of the scatter, minus the penalties for parameters and number of tests: of
         the curve, or of the best form."""
         looking = 2.0 * float(np.log(self.looks / self.count))
         made = [(self.count, self.gain), *self.forms.items()]
@@ -91,22 +91,22 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Formed:
-    """A shape at a site, at the numbers where it fits best."""
+    """A shape at a site, with its best numbers."""
 
     site: Site
     shape: Shape
     numbers: dict[str, float]
     sizes: np.ndarray
-    """in the unit of the hook"""
+    """sizes in the unit of the hook"""
     gain: float
 
     def evidence(self, dispersion: float, price: float) -> float:
-        """Gain in units of the scatter, less the price of its numbers."""
+        """Gain in units of the scatter, minus the penalty for its parameters."""
         return self.gain / dispersion - price * self.shape.price
 
 
 class Scanner:
-    """The whitened residual of a state, and what its own columns cannot make of it."""
+    """The whitened residual of a state, with the state's own columns projected out."""
 
     def __init__(self, state: State, data: TireRuns) -> None:
         self.state, self.data = state, data
@@ -133,7 +133,7 @@ class Scanner:
         return (self.state.model.predict(lanes) - self.fit.predicted) / step
 
     def scores(self, site: Site, basis: np.ndarray) -> Scores:
-        """Projected sums of a site's columns."""
+        """Projected sums of products of a site's columns."""
         flat = self._off(self._flat(self.columns(site, basis)))
         return Scores(flat @ flat.T, flat @ self.residual)
 
@@ -161,10 +161,10 @@ class Scanner:
         return Scanned(site, scores.gain(), count, count, FURTHER if further else CURVE, forms)
 
     def wave(self, site: Site) -> Scanned | None:
-        """The best wave over a place, lasting or dying away after the step."""
+        """The best wave over a place, constant or decaying after the step."""
         if site.place.span.kind != PLACE:
             return None
-        made = [f for f in (self._hinted(s, at) for s, at in _waving(site, self.event)) if f]
+        made = [f for f in (self._hinted(s, at) for s, at in _wave_shapes(site, self.event)) if f]
         if not made:
             return None
         best = max(made, key=lambda f: f.gain)
@@ -172,14 +172,14 @@ class Scanner:
         return Scanned(site, best.gain, 2, looks, WAVE)
 
     def _hinted(self, shape: Shape, site: Site) -> Formed | None:
-        """A wave at the settings at which a force over that place takes the most."""
+        """A wave with the settings at which a force over that place has the largest gain."""
         key = (shape.name, site.place.name, site.modulator.name)
         if key not in self._hints:
             self._hints[key] = self._hints_of(shape, site)
         return self._waves(site, self._hints[key], shape)
 
     def _hints_of(self, shape: Shape, site: Site) -> list[dict[str, float]]:
-        """Settings at which a force takes the most; what acts always may turn with the slip."""
+        """Settings at which a force has the largest gain, also with the sign of the slip."""
         place, weight = site.place, factor(site.modulator, self.data)
         pairs = shape.name == "beat"
         single = shapes()["wave"] if pairs else shape
@@ -214,10 +214,10 @@ class Scanner:
         return np.concatenate(out)
 
     def forms(self, scanned: Scanned) -> Iterator[Formed]:
-        """Every shape that suits a site, at its best numbers."""
+        """Every shape that suits a site, with its best numbers."""
         site, span = scanned.site, scanned.site.place.span
         if scanned.kind == WAVE:
-            found = [*_waving(site, self.event), (shapes()["beat"], site)]
+            found = [*_wave_shapes(site, self.event), (shapes()["beat"], site)]
             yield from (f for f in (self._hinted(s, at) for s, at in found) if f)
             return
         direct = [s for s in shapes().values() if s.suits(span) and not waves(s)]
@@ -231,7 +231,7 @@ class Scanner:
                 yield made
 
     def _of_curve(self, site: Site, scores: Scores, fine: bool) -> Iterator[Formed]:
-        """Shapes that are functions of the coordinate alone, at their best numbers."""
+        """Shapes that are functions of the coordinate alone, with their best numbers."""
         place = site.place
         if place.span.kind in (ANGLE, NONE):
             return
@@ -249,7 +249,7 @@ class Scanner:
     def _waves(
         self, site: Site, settings: Sequence[dict[str, float]], shape: Shape
     ) -> Formed | None:
-        """A shape that no sum of hats can make: every setting has columns of its own."""
+        """A shape that is no sum of hats: every setting has its own columns."""
         place, span = site.place, site.place.span
         if not settings:
             return None
@@ -273,21 +273,21 @@ def _best(site: Site, shape: Shape, knots: np.ndarray, scores: Scores) -> Formed
     return best
 
 
-def _waving(site: Site, event: Place | None) -> Iterator[tuple[Shape, Site]]:
-    """Single waves over a place, and where: what dies away begins at the step."""
+def _wave_shapes(site: Site, event: Place | None) -> Iterator[tuple[Shape, Site]]:
+    """Single waves over a place and their sites; decaying ones begin at the step."""
     yield shapes()["wave"], site
     if event and EVENT in (site.place.name, *site.place.alias):
         yield shapes()["ringing"], replace(site, place=event)
 
 
 def _gains(info: np.ndarray, score: np.ndarray) -> np.ndarray:
-    """What each of n sets of k columns takes by itself; sums (n, k, k) and (n, k)."""
+    """Gain of each of n sets of k columns alone; sums (n, k, k) and (n, k)."""
     inverse = np.linalg.pinv(info, rcond=1e-6, hermitian=True)
     return np.einsum("ni,nij,nj->n", score, inverse, score)
 
 
 def _best_pair(info: np.ndarray, score: np.ndarray) -> tuple[int, int]:
-    """Of pairs of columns the two that take the most together; sums of all (2n, 2n), (2n,)."""
+    """The two pairs of columns with the largest joint gain; sums of all (2n, 2n), (2n,)."""
     one, other = np.triu_indices(len(score) // 2, 1)
     rows = np.stack([2 * one, 2 * one + 1, 2 * other, 2 * other + 1], axis=1)
     best = int(np.argmax(_gains(info[rows[:, :, None], rows[:, None, :]], score[rows])))
@@ -295,12 +295,12 @@ def _best_pair(info: np.ndarray, score: np.ndarray) -> tuple[int, int]:
 
 
 def waves(shape: Shape) -> bool:
-    """True of a shape with a period."""
+    """True for a shape with a period."""
     return any(n.name == "period" for n in shape.numbers)
 
 
 def settings_of(shape: Shape, span: Span) -> list[dict[str, float]]:
-    """All settings of the numbers of a shape that are looked at."""
+    """All settings of the numbers of a shape that are tested."""
     out: list[dict[str, float]] = [{}]
     for number in shape.numbers:
         out = [s | {number.name: float(v)} for s in out for v in number.grid(span)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From what is left to a proposal: curves at all sites, shapes at the best, refits, tests."""
+"""From a residual to a proposal: curves at all sites, shapes at the best ones, refits, tests."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from flatplank_analysis.proposal.writing import Sentence, effect_of, text_of
 
 T = TypeVar("T")
 SITES, FORMS, REFITS = 10, 3, 8
-"""sites whose shapes are looked at; shapes of a site, and shapes of all, that are refitted"""
+"""sites whose shapes are tested; shapes per site, and shapes in total, that are refitted"""
 ALIKE_SITES = 3
-"""of these with the same hook and modulator"""
+"""most of these sites with the same hook and modulator"""
 DOUBT = 2.0
-"""numbers that a reason against a place costs as much as"""
+"""penalty for a reason against a place, in parameters"""
 
 
 @dataclass(frozen=True)
@@ -41,30 +41,30 @@ class Tried:
     found: Whitened
 
     def cost(self, dispersion: float, price: float) -> float:
-        """What is left in units of the scatter, with the price of its numbers."""
+        """Remaining chi2 in units of the scatter, plus the penalty for its parameters."""
         return self.found.chi2 / dispersion + price * self.sentence.shape.price
 
     def doubted(self, dispersion: float, price: float) -> float:
-        """The same with the price of every reason against its place."""
+        """The cost with the penalty for every reason against its place."""
         return self.cost(dispersion, price) + DOUBT * price * doubt(self.sentence.site)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a search for a proposal gave."""
+    """Result of a search for a proposal."""
 
     best: Tried | None
     tried: tuple[Tried, ...]
     """all refits, the best first"""
     looked: int
-    """numbers of all curves: the price of looking"""
+    """number of parameters of all curves, for the test level"""
     curve: Drawn | None = None
-    """the free curve where the best one acts; none where it waves faster than the curve"""
+    """the free curve at the best site; None where the form varies faster than the curve"""
 
     @property
     def confused(self) -> tuple[Tried, ...]:
-        """Sentences that the runs cannot tell from the best one: other hooks, coordinates or
-        modulators that leave as little."""
+        """Sentences that the runs cannot distinguish from the best one: other hooks, coordinates
+        or modulators with about the same fit."""
         if self.best is None:
             return ()
         best = self.best
@@ -78,18 +78,18 @@ class Outcome:
 
 
 def looks_of(scanned: Sequence[Scanned]) -> dict[str, int]:
-    """By what the family-wise level is divided, for every kind of look.
+    """Divisor of the family-wise level, for every kind of test.
 
-    All kinds have the same share of it (weighted Bonferroni): a curve does not pay for the many
-    periods of waves, nor a column that somebody wrote down on purpose for all other coordinates.
+    All kinds have the same share of it (weighted Bonferroni): curves are not penalised for the
+    many periods of waves, nor a user's column for all other coordinates.
     """
     kinds = {s.kind for s in scanned}
     return {kind: len(kinds) * sum(s.looks for s in scanned if s.kind == kind) for kind in kinds}
 
 
 def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T]:
-    """At most so many, in the same order, and no more than ALIKE_SITES of one hook and modulator:
-    coordinates that hardly differ fill no list."""
+    """At most `most` items in the same order, and at most ALIKE_SITES of one hook and modulator,
+    so that similar coordinates do not fill the list."""
     seen: Counter[tuple[str, str]] = Counter()
     out = []
     for item in best:
@@ -102,16 +102,16 @@ def varied(best: Sequence[T], site_of: Callable[[T], Site], most: int) -> list[T
 
 
 def doubt(site: Site) -> int:
-    """Reasons against a place where the runs have none: a channel that was measured along the run
-    may itself follow the cause, the pressure acts in the tire, and what a channel of its own
-    should show and does not is hardly there."""
+    """Number of reasons against a place that the fit does not show: a channel measured along the
+    run may itself follow the cause, the pressure acts in the tire, and an effect that a channel
+    should show, but does not, is unlikely."""
     elsewhere = site.place.name == "pressure" and site.hook.kind != "tire"
     return int(site.place.span.kind == SIGNAL) + int(elsewhere) + int(site.hook.shown)
 
 
 def is_sibling(one: Site, other: Site) -> bool:
-    """True of a site with fewer reasons against it that differs in what is doubted only: another
-    hook at the same coordinate, or the same hook over another one."""
+    """True for a site with fewer reasons against it that shares hook or coordinate with the other
+    one, and differs only in what is doubted."""
     same_hook = one.hook == other.hook
     same_place = other.place.name in (one.place.name, *one.place.alias)
     alike = one.modulator == other.modulator and same_hook != same_place
@@ -119,7 +119,7 @@ def is_sibling(one: Site, other: Site) -> bool:
 
 
 def simplest(accepted: Sequence[Tried]) -> Tried | None:
-    """The best one, or at its place a form with fewer numbers that leaves as little."""
+    """The best one, or at its place a form with fewer parameters and about the same fit."""
     if not accepted:
         return None
     best = accepted[0]
@@ -130,7 +130,7 @@ def simplest(accepted: Sequence[Tried]) -> Tried | None:
 
 @dataclass
 class Proposer:
-    """The search at one state of a model."""
+    """The search from one state of a model."""
 
     state: State
     data: TireRuns
@@ -138,7 +138,7 @@ class Proposer:
     explained: float = 0.0
     """drop of the effects that are in the model already"""
     only: Sequence[str] | None = None
-    """coordinates that are looked at; None: all"""
+    """coordinates that are tested; None: all"""
     progress: Progress | None = None
 
     def run(self) -> Outcome:
@@ -176,8 +176,8 @@ class Proposer:
         self, scanner: Scanner, ranked: Sequence[Scanned], tried: Sequence[Tried],
         looked: dict[str, int],
     ) -> list[Tried]:  # fmt: skip
-        """Refits of what a person would look for before the best sentence, where there are reasons
-        against its place: the best form at each of its siblings that was not refitted."""
+        """Refits of more plausible alternatives to the best sentence, where reasons speak against
+        its place: the best form at each sibling site that was not refitted."""
         accepted = [t for t in tried if t.decision.accepted]
         if not accepted:
             return []
@@ -195,16 +195,16 @@ class Proposer:
 
     @property
     def level(self) -> float:
-        """Dispersion of scores, as it is usual in these runs."""
+        """Typical dispersion of the scores in these runs."""
         return max(self.usual.dispersion, 1.0)
 
     @property
     def price(self) -> float:
-        """Of one number: as an information criterion has it, for independent samples."""
+        """Penalty per parameter: as in an information criterion for independent samples."""
         return float(np.log(max(self.state.floors[0].freedom, self.state.runs.runs)))
 
     def ranked(self, scanned: Sequence[Scanned]) -> list[Scanned]:
-        """Sites whose curves take the most for their price."""
+        """Sites by the gain of their curves minus the penalty."""
         worth = [(s.evidence(self.level, self.price), i) for i, s in enumerate(scanned)]
         return [scanned[i] for e, i in sorted(worth, reverse=True) if e > 0.0]
 
@@ -212,7 +212,7 @@ class Proposer:
         return -formed.evidence(self.level, self.price)
 
     def refit(self, formed: Formed, looked: int) -> Tried:
-        """The joint refit of a shape, and all tests of it."""
+        """The joint refit of a shape, with all tests."""
         sentence = Sentence(formed.site, formed.shape, formed.numbers)
         effect = effect_of(text_of(sentence))
         values = dict(zip(sentence.size_names, map(float, formed.sizes), strict=True))

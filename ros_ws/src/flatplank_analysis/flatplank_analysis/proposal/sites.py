@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a search may look: hook x coordinate x modulator, as far as the runs can show it."""
+"""Sites of the search: hook x coordinate x modulator, as far as the runs can show them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from flatplank_analysis.proposal.modulators import BY_NAME, Modulator
 from flatplank_analysis.proposal.shapes.base import ANGLE, LEVEL, PLACE, SIGNAL, Span
 
 SAME = 0.999
-"""likeness of two courses from which on they are one"""
+"""likeness of two courses above which they count as the same"""
 WITHIN = 0.1
-"""share of the spread of a coordinate that may lie within runs where it is said to be set"""
+"""share of a coordinate's spread within runs below which it counts as set per run"""
 LAWS = ("slip level", "slip travel", "alpha", "fx")
-"""coordinates of the force law itself: what shows there is the law"""
+"""coordinates of the force law itself: deviations over them belong to the law"""
 EVENT = "distance since the step"
 ORDER, MIXED = "run order", 0.25
-"""share of its spread that the order must have within conditions; below, it is the conditions one
-after the other, and what differs between them would pass for a change with time"""
+"""least share of the spread of the run order within conditions; below it the conditions were made
+one after the other, and their differences would look like a change with time"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Place:
     values: np.ndarray
     """(runs, samples)"""
     alias: tuple[str, ...] = ()
-    """coordinates that are the same in these runs"""
+    """other names of the same coordinate in these runs"""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Site:
 
 
 def places_of(data: TireRuns) -> list[Place]:
-    """Coordinates that differ, each once; those of the force law are left out."""
+    """Coordinates that vary, each once, without those of the force law."""
     out = [Place("", Span(0.0, 1.0, NONE), np.zeros(data.position.shape))]
     for name, c in coordinates_of(data).items():
         values = np.asarray(c.values, dtype=float)
@@ -70,7 +70,7 @@ def places_of(data: TireRuns) -> list[Place]:
         if twin is None:
             out.append(place)
         elif name == "plank position":
-            # the place itself is named, what follows the step beside it
+            # the place itself gives the name, the distance since the step is an alias
             out[twin] = replace(place, alias=(out[twin].name, *out[twin].alias))
         else:
             out[twin] = replace(out[twin], alias=(*out[twin].alias, name))
@@ -78,7 +78,7 @@ def places_of(data: TireRuns) -> list[Place]:
 
 
 def _mixed(data: TireRuns, values: np.ndarray) -> float:
-    """Share of the spread of a setting that lies within conditions."""
+    """Share of the spread of a setting within conditions."""
     level = values.mean(axis=1)
     within = sum(float(np.sum((level[g] - level[g].mean()) ** 2)) for g in data.runs.groups)
     return within / max(float(np.sum((level - level.mean()) ** 2)), 1e-300)
@@ -104,13 +104,13 @@ def _same(one: Place, other: Place) -> bool:
 
 
 def event_place(data: TireRuns) -> Place:
-    """Distance since the step, whatever else is the same as it."""
+    """Distance since the step, even where another coordinate is the same."""
     c = data.runs.coordinates[EVENT]
     return Place(EVENT, _span(EVENT, c, c.values), c.values)
 
 
 def factor(modulator: Modulator, data: TireRuns) -> np.ndarray:
-    """A modulator of these runs (runs, samples)."""
+    """Values of a modulator in these runs (runs, samples)."""
     if not modulator.formula:
         return np.ones(data.position.shape)
     found = eval(modulator.formula, {"np": np, "data": data})
@@ -131,11 +131,11 @@ def sites_of(data: TireRuns, places: Sequence[Place]) -> list[Site]:
 
 
 def _modulators(hook: Hook, place: Place, data: TireRuns) -> Iterator[str]:
-    """Those of a hook that differ from run to run and from each other."""
+    """Modulators for a hook that vary between runs and differ from each other."""
     seen: list[np.ndarray] = []
     for name in hook.modulators:
         if name == place.name:
-            continue  # a constant is the base's own, and a load over itself is a power
+            continue  # the base takes a constant, and load over load is a power
         m = factor(BY_NAME[name], data).ravel()
         size = float(np.linalg.norm(m))
         alike = any(abs(float(m @ o)) > SAME * size * float(np.linalg.norm(o)) for o in seen)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A proposal as an effect file, in the words of the person who will check the machine."""
+"""A proposal as an effect file, in words for the engineer who will check the machine."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Sentence:
     numbers: Mapping[str, float]
     sizes: Sequence[float] = ()
     interval: tuple[float, float] | None = None
-    """90 % of the size"""
+    """90 % interval of the size"""
     told: Sequence[str] = field(default_factory=tuple)
-    """what the data say of it, a sentence each"""
+    """sentences about the data"""
     name: str = ""
 
     @property
     def identifier(self) -> str:
-        """The name it gets until somebody finds the cause."""
+        """Identifier until the cause is known."""
         site = self.site
         words = f"{site.hook.name} {self.shape.name} {site.place.name} {site.modulator.name}"
         return self.name or "proposed_" + "_".join(re.findall("[a-z0-9]+", words.lower()))
@@ -112,7 +112,7 @@ def _body(s: Sentence) -> list[str]:
     lines += ["time = data.runs.time"] if any("time" in f for f in formulas) else []
     parts = s.shape.named_parts(site.place.span, write)
     lines += [f"{name} = {formula}" for name, formula in parts]
-    # a sum stands in brackets
+    # a sum is put in brackets
     factors = [f"({f})" if f[0].isdigit() else f for f in formulas]
     lines += _summed([f"self.{n} * {f}" for n, f in zip(s.size_names, factors, strict=True)])
     if site.modulator.formula:
@@ -121,7 +121,7 @@ def _body(s: Sentence) -> list[str]:
 
 
 def _summed(terms: Sequence[str]) -> list[str]:
-    """Their sum as `change`, as many of them on a line as there is room for."""
+    """Their sum as `change`, wrapped to the line length."""
     lines = [f"change = {terms[0]}"]
     for term in terms[1:]:
         longer = f"{lines[-1]} + {term}"
@@ -133,12 +133,12 @@ def _summed(terms: Sequence[str]) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """A text that may stand in a docstring."""
+    """A text that is safe in a docstring."""
     return text.replace("\\", "/").replace('"', "'")
 
 
 def _quoted(text: str) -> str:
-    """A text as it stands in a file, whatever a column is called."""
+    """A text as a string literal, whatever a column is called."""
     return json.dumps(text, ensure_ascii=False)
 
 
@@ -177,7 +177,7 @@ def _fields(s: Sentence) -> list[str]:
 
 
 def _param(line: str) -> list[str]:
-    """A field on two lines where one is not enough: the note on the second."""
+    """A field, on two lines where needed: the note on the second."""
     if len(line) <= 99:
         return [line]
     head, _, note = line.rpartition(", note=")
@@ -192,7 +192,7 @@ def _interval(s: Sentence) -> list[str]:
 
 
 def check_of(s: Sentence) -> str:
-    """What to do at the machine: where, and what would show it."""
+    """What to do at the machine: the place, and what would show the effect."""
     site, seen = s.site, s.site.place.span
     where = ""
     if seen.kind != NONE:
@@ -208,7 +208,7 @@ def check_of(s: Sentence) -> str:
 
 
 def renamed(text: str, name: str) -> str:
-    """The file of a proposal with another identifier, and a class named after it."""
+    """The file of a proposal with another identifier and class name."""
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
         what = f"'{name}' is no identifier"
         raise FlatplankError(what, "name", "small letters, digits and _ only")

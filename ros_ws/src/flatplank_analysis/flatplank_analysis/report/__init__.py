@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a report tells of a campaign: results, tables, comparisons."""
+"""Content of a campaign's report: results, tables, comparisons."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a campaign to its results: one piece of work per operating point, done in parallel."""
+"""From a campaign to its results: one job per operating point, in parallel."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def analyse(
     progress: Progress | None = None,
     tire: TireRecord | None = None,
 ) -> CampaignResult:
-    """All results of a campaign; without a tire record as `record_for` finds one.
+    """All results of a campaign; `tire`: by default the record found by `record_for`.
 
     Raises when no run could be used.
     """
@@ -89,7 +89,7 @@ def analyse(
 
 
 def _with_magic(result: CampaignResult) -> CampaignResult:
-    """The Magic Formula fitted to all points, and its response beside every step."""
+    """Add the Magic Formula fitted to all points, and its response to every step."""
     extra = extras_as_points(result.extras, result.radii, result.points)
     assert result.record is not None
     found = fit_points(result.points, extra, result.record)
@@ -105,7 +105,8 @@ def _with_magic(result: CampaignResult) -> CampaignResult:
 def point_jobs(
     campaign: Campaign, nonlinear: bool = True, geometry: ContactGeometry = TOYO
 ) -> list[PointJob]:
-    """Rolling runs by operating point; free-rolling runs go with the slip runs of their point."""
+    """Rolling runs by operating point; free-rolling runs belong to the slip runs of their
+    point."""
     groups: dict[Condition, list[Run]] = {}
     for condition, runs in campaign.conditions().items():
         if condition.measurement in ROLLING:
@@ -128,7 +129,7 @@ def analyse_point(job: PointJob) -> PointResult:
         tables: list[MeasurementTable] = []
         problems += problems_of(runs, partial(_keep, tables), COLUMNS)
         rolled = [t for t in tables if t.has("wheel_angle") or t.has("motor_velocity")]
-        found_radii = _told(problems, radius_of_run, rolled)
+        found_radii = _results_of(problems, radius_of_run, rolled)
         radii += [r for r in found_radii if math.isfinite(r.radius)]
         if condition.measurement == "slip" and tables:
             for kept, found_here in zip(more, beside(tables), strict=True):
@@ -136,7 +137,7 @@ def analyse_point(job: PointJob) -> PointResult:
             found = _guarded(problems, condition_result, condition, tables)
             if found is not None:
                 conditions.append(found)
-                steps += _told(problems, step_run, tables)
+                steps += _results_of(problems, step_run, tables)
     carcass, why, models = None, "", {}
     if conditions:
         models["linear"] = linear_curves(conditions)
@@ -158,7 +159,7 @@ def _keep(tables: list[MeasurementTable], _: Run, table: MeasurementTable) -> No
 
 
 def _guarded(problems: list[Problem], function: Callable, *args: object, file: str = ""):
-    """The result, or None with the reason among the problems."""
+    """The result; None, and the reason added to the problems, when the function fails."""
     try:
         return function(*args)
     except FlatplankError as error:
@@ -166,7 +167,9 @@ def _guarded(problems: list[Problem], function: Callable, *args: object, file: s
         return None
 
 
-def _told(problems: list[Problem], function: Callable, tables: Iterable[MeasurementTable]) -> list:
-    """What a function tells of the tables that it can use."""
+def _results_of(
+    problems: list[Problem], function: Callable, tables: Iterable[MeasurementTable]
+) -> list:
+    """Results of a function for the tables that it can use."""
     found = (_guarded(problems, function, t, file=t.info.file) for t in tables)
     return [value for value in found if value is not None]

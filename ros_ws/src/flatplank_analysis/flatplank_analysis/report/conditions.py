@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One slip level of one operating point: mean of its runs (section 6.2), its linear model, and
-what the runs tell beside the slip response: stiffness at rest, drive torque, side force.
+further results of the runs: stiffness at rest, drive torque, side force.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ THIN = 20
 TAIL = 0.5
 """road over which a steady lateral force is averaged [m]"""
 SMALLEST_ANGLE = 0.3
-"""[deg]; below it a run has no lateral step"""
+"""smallest slip angle of a lateral step [deg]"""
 LATERAL_SPACING = 0.01
-"""grid on which the mean lateral force is kept [m]"""
+"""grid of the mean lateral force [m]"""
 
 
 def condition_result(condition: Condition, tables: Sequence[MeasurementTable]) -> ConditionResult:
@@ -87,7 +87,7 @@ def _run_fit(table: MeasurementTable, step: float) -> LinearFit:
 
 
 def _repeats(runs: Sequence[Gridded], starts: Sequence[int]) -> list[Gridded]:
-    """Runs whose scatter is shown: those of the start angle that was repeated, else all."""
+    """Runs whose scatter is shown: those of a repeated start angle, otherwise all."""
     counts = {s: starts.count(s) for s in starts}
     most = max(counts, key=lambda s: counts[s])
     uneven = counts[most] > 2 and len(set(counts.values())) > 1
@@ -95,7 +95,7 @@ def _repeats(runs: Sequence[Gridded], starts: Sequence[int]) -> list[Gridded]:
 
 
 def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
-    """Mean of the start angles, each the mean of its runs, as the forces are averaged."""
+    """Mean over the start angles, each the mean of its runs, as for the forces."""
     groups = [
         [f for f, s in zip(facts, starts, strict=True) if s == one]
         for one in dict.fromkeys(starts)
@@ -114,7 +114,7 @@ def mean_facts(facts: Sequence[StepFacts], starts: Sequence[int]) -> StepFacts:
 def beside(
     tables: Sequence[MeasurementTable],
 ) -> tuple[list[float], list[DriveRun], list[StepRun]]:
-    """What slip runs tell beside the slip response, each where it was measured.
+    """Further results of slip runs, each where it was measured.
 
     C_x of the standing tire [N/m], torques at the end of the run, and the start of rolling at a
     slip angle as a step in side slip.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results of the measurements that are no slip steps: stiffness, footprints, unloaded turns, free
-rolling, and waveforms: the linear model driven by the measured slip, frequency response.
+"""Results of the measurements without a slip step: stiffness, footprints, unloaded turns, free
+rolling, and waveforms (linear model driven by the measured slip, frequency response).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ WAVE_SPACING = 0.005
 SLIP_CUTOFF = 40.0
 """low-pass of the slip, which is a derivative of encoder counts [1/m]"""
 SHORT_WAVE = 3.0
-"""2 pi sigma over the wavelength from which on a wave tells C/sigma only: |1 + i 3| is 3 to 5 %"""
+"""2 pi sigma over the wavelength above which a wave gives only C/sigma: |1 + i 3| is 3 to 5 %"""
 WAVE_START = np.array([0.4, 9e4])
 WAVE_LOWER, WAVE_UPPER = np.array([0.005, 0.0]), np.array([5.0, 1e7])
 
@@ -61,7 +61,7 @@ STANDING: dict[str, tuple[str, Callable[[MeasurementTable], float]]] = {
     "stiffness_lateral": ("C_y", standing_lateral_stiffness),
     "locked_wheel": ("μ", locked_friction),
 }
-"""kind of measurement -> what a standing tire tells, and how"""
+"""kind of measurement -> result of a standing tire, and its function"""
 KINDS = {"stiffness_vertical": "stiffness"} | dict.fromkeys(STANDING, "standing")
 """kinds of measurement that are evaluated under another key of `EXTRAS`"""
 RUN_BY_RUN: dict[str, Callable[[MeasurementTable], Any]] = {
@@ -70,7 +70,7 @@ RUN_BY_RUN: dict[str, Callable[[MeasurementTable], Any]] = {
     "turning": turning,
     "camber_sweep": camber_sweep,
 }
-"""kind of measurement -> what a run of it tells by itself"""
+"""kind of measurement -> evaluation of a single run"""
 
 
 def other_measurements(
@@ -78,7 +78,7 @@ def other_measurements(
 ) -> Found:
     """Results by name; a run that cannot be used is noted among the campaign's problems.
 
-    `kinds`: keys of `EXTRAS`, all without it; `free_radius` R0 [m] of the tire record, for
+    `kinds`: keys of `EXTRAS`, by default all; `free_radius` R0 [m] of the tire record, for
     footprints whose run record has none.
     """
     known = {"free_radius": free_radius}
@@ -104,7 +104,7 @@ def kind_of(info: RunRecord) -> str:
 
 
 def _rows(name: str, tell: Callable[[MeasurementTable], Any]) -> Extra:
-    """A result under `name` with a row per run; a run that cannot be told is noted."""
+    """A result under `name` with a row per run; a run that cannot be evaluated is noted."""
 
     def evaluate(campaign: Campaign, tables: list[MeasurementTable], _: Mapping) -> Found:
         rows = []
@@ -136,8 +136,8 @@ def _stiffness(table: MeasurementTable) -> dict[str, Any]:
 def inside_window(run: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, float]:
     """Loaded radii [m] and loads [N] of a vertical stiffness run inside its window, and r_0 [m].
 
-    r_0 is where the run's own line reaches Fz = 0: 1 mm of a radius from elsewhere would be 6 % of
-    the stiffness.
+    r_0 is where the run's own line reaches Fz = 0: an error of 1 mm in a radius from another
+    source would be 6 % of the stiffness.
     """
     radius, force = np.asarray(run["loaded_radius"]), np.asarray(run["fz"])
     inside = (radius >= run["window"][0]) & (radius <= run["window"][1]) & (force > 0.0)
@@ -229,7 +229,7 @@ def waveform_run(table: MeasurementTable) -> dict[str, Any]:
 
     found = solve(residuals, WAVE_START, WAVE_LOWER, WAVE_UPPER, WAVE_START)
     modelled = force + found.residual
-    # the slip over distance: derivative of the rim's slip travel, low-passed
+    # slip over distance: derivative of the rim's slip travel, low-passed
     travel = np.interp(x, run.distance, run.slip)
     slip = low_pass(np.gradient(travel, x), WAVE_SPACING, SLIP_CUTOFF)
     waveform = dict(table.info.waveform or {})
@@ -253,7 +253,7 @@ def waveform_run(table: MeasurementTable) -> dict[str, Any]:
 
 
 def _until_braking(run: StepRun) -> StepRun:
-    """Without the end, where plank and wheel stop one after the other: a slip nobody asked for."""
+    """The run without its end, where plank and wheel stop one after the other, with a slip."""
     keep = run.distance <= run.distance[-1] - BRAKING
     names = ("distance", "fx", "fy", "mz", "fz", "slip")
     return replace(run, **{name: getattr(run, name)[keep] for name in names})
@@ -275,7 +275,7 @@ def _frequency(found: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _by_itself(tell: Callable[[MeasurementTable], Any], table: MeasurementTable) -> Found:
+def _single_run_result(tell: Callable[[MeasurementTable], Any], table: MeasurementTable) -> Found:
     return {"run": table.info.name, "condition": table.info.condition, "found": tell(table)}
 
 
@@ -286,5 +286,5 @@ EXTRAS: dict[str, Extra] = {
     "unloaded_turn": _unloaded,
     "free_rolling": _rows("free_rolling", _free_rolling),
     "waveform": _rows("waveforms", waveform_run),
-} | {kind: _rows(kind, partial(_by_itself, tell)) for kind, tell in RUN_BY_RUN.items()}
-"""kind of measurement -> what is made of it, in this order"""
+} | {kind: _rows(kind, partial(_single_run_result, tell)) for kind, tell in RUN_BY_RUN.items()}
+"""kind of measurement -> its evaluation, in this order"""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables beside the models: side force, stiffness at rest, wheel drive, and of the measurements
-that are no slip steps.
+"""Further tables: side force, stiffness at rest, wheel drive, and measurements without a slip
+step.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def transmission_table(result: CampaignResult) -> Table:
 
 
 def stiffness_table(result: CampaignResult) -> Table:
-    """Longitudinal stiffness of the standing tire beside that of the rolling one."""
+    """Longitudinal stiffness of the standing tire and of the rolling one."""
     found = [
         (p.point, (mean_value(_at_rest(result, p)), rolling_stiffness(p))) for p in result.points
     ]
@@ -92,7 +92,7 @@ def stiffness_table(result: CampaignResult) -> Table:
 
 
 def _at_rest(result: CampaignResult, point: PointResult) -> list[float]:
-    """C_x of slip runs that began under a held wheel, and of standing runs at this point."""
+    """C_x of slip runs that began with a locked wheel, and of standing runs at this point."""
     c = point.point
     here = (c.fz, c.pressure, c.gamma_deg)
     standing = [
@@ -104,7 +104,7 @@ def _at_rest(result: CampaignResult, point: PointResult) -> list[float]:
 
 
 def standing_table(result: CampaignResult) -> Table:
-    """What the standing tire told: vertical stiffness, C_x, C_y, friction, run by run."""
+    """Results of the standing tire: vertical stiffness, C_x, C_y, friction, run by run."""
     rows: list[list[Cell]] = []
     for r in result.extras.get("vertical_stiffness", []):
         parts = f"loading {1e-3 * r['loading']:.4g}, unloading {1e-3 * r['unloading']:.4g} kN/m"
@@ -135,11 +135,11 @@ class LateralRow:
     found: LateralResult
     a: float
     warning: str = ""
-    """On the steering zero, where the angles that were measured do not tell it."""
+    """Warning where the measured angles do not determine the steering zero."""
 
     @property
     def spring(self) -> float:
-        """c_cy by (7.27) in y with sigma_c = a [N/m]; NaN when the run does not tell it."""
+        """c_cy by (7.27) in y with sigma_c = a [N/m]; NaN when the run does not determine it."""
         fit = self.found.fit
         known = fit.settled and fit.sigma.determined and fit.slip_stiffness.determined
         beyond = fit.sigma.value - self.a
@@ -147,7 +147,7 @@ class LateralRow:
 
     @property
     def remark(self) -> str:
-        """What stands in the way of these numbers."""
+        """Reservations about these numbers."""
         fit = self.found.fit
         told = [e.note for e in (fit.sigma, fit.slip_stiffness) if not e.determined]
         told += [] if fit.settled else ["not settled: the asymptote is an extrapolation"]

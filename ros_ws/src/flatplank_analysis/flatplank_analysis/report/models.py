@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models beside the measured steps: linear, nonlinear, MF-Tyre; same positions, same filter."""
+"""Models compared with measured steps: linear, nonlinear, MF-Tyre; same positions, same filter."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from flatplank_data.condition import Condition
 from flatplank_data.errors import FlatplankError
 
 LEAD = 0.1
-"""road before the step on which the model rests, for the filter [m]"""
+"""road before the step on which the model is at rest, for the filter [m]"""
 MODEL_SPACING = 0.005
 """grid of the nonlinear model [m]"""
 MIN_LEVELS = 5
-"""slip levels of one operating point without which a Magic Formula says nothing"""
+"""least number of slip levels of one operating point for a Magic Formula"""
 MF_MODELS: dict[str, tuple[str, Callable[[Coefficients], TransientModel]]] = {
     "mf": ("MF-Tyre, constant σx", MFTyre),
     "mf_contact_point": ("MF-Tyre, contact point on the carcass spring", ContactPointMF),
@@ -46,7 +46,7 @@ MF_MODELS: dict[str, tuple[str, Callable[[Coefficients], TransientModel]]] = {
 
 
 def positions(c: ConditionResult) -> np.ndarray:
-    """Where a condition is compared: measured positions from the step on [m since the step]."""
+    """Measured positions from the step on [m since the step], where models are compared."""
     return c.since_step[(c.since_step >= 0.0) & np.isfinite(c.measured["fx"])]
 
 
@@ -56,12 +56,12 @@ def beside_measured(
     conditions: Sequence[ConditionResult],
     response: Callable[[ConditionResult, np.ndarray], np.ndarray],
 ) -> ModelCurves:
-    """A model's `response` [N] at positions, through the filter of the data, with its errors."""
+    """A model's `response` [N] at positions, filtered like the data, with its errors."""
     curves, errors = {}, {}
     for c in conditions:
         x = positions(c)
         fine = np.arange(-LEAD, x[-1] + SPACING, SPACING)
-        # before the step the model rests
+        # before the step the model is at rest
         start = c.linear.start_force.value
         values = np.where(fine < 0.0, start, np.interp(fine, x, response(c, x)))
         curve = np.interp(x, fine, low_pass(values))
@@ -104,7 +104,7 @@ def nonlinear_curves(
 def fit_points(
     points: Sequence[PointResult], extra: Sequence[SteadyPoints], record: TireRecord
 ) -> MFFit | str:
-    """The Magic Formula of a campaign from the start of its tire record, or why there is none."""
+    """The Magic Formula of a campaign, started from its tire record, or the reason for none."""
     parts = [p.steady for p in points if p.steady is not None]
     if max((len(p.conditions) for p in points), default=0) < MIN_LEVELS:
         return f"fewer than {MIN_LEVELS} slip levels at every operating point"
@@ -119,7 +119,7 @@ def fit_points(
 def mf_curves(fit: MFFit, point: PointResult) -> Mapping[str, ModelCurves]:
     """Models after the step of every condition, driven by actual slip and measured load.
 
-    None where Fx or C_x is not known: another tire's would stand there.
+    None where Fx or C_x is not known: they would be those of another tire.
     """
     coefficients = fit.tir.coefficients
     if "fx" not in fit.fits or not math.isfinite(coefficients.LONGITUDINAL_STIFFNESS):

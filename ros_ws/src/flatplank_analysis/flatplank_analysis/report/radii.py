@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effective rolling radius by operating point and source, and why the sources differ."""
+"""Effective rolling radius by operating point and source, and the differences between sources."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flatplank_analysis.steady import Value, mean_value
 from flatplank_data.condition import Condition
 
 FLAT = 2e-4
-"""Radii that differ by less agree [-]"""
+"""Relative difference below which radii agree [-]"""
 
 
 @dataclass(frozen=True)
@@ -25,15 +25,15 @@ class RadiusValue:
     point: Condition
     source: str
     measured: Value
-    """as (5.22) gives it [m]"""
+    """by (5.22) [m]"""
     corrected: Value
     """at Fx = 0 [m]"""
     force: float
-    """mean Fx during it [N]"""
+    """mean Fx during the measurement [N]"""
     slip_stiffness: float = math.nan
-    """with which it was corrected [N]"""
+    """slip stiffness for the correction [N]"""
     starts: int = 1
-    """different start angles"""
+    """number of different start angles"""
 
 
 def radius_values(result: CampaignResult) -> list[RadiusValue]:
@@ -86,7 +86,7 @@ def radius_table(result: CampaignResult) -> Table:
 
 
 def source_table(result: CampaignResult) -> Table:
-    """The thesis asks why r_e differs between its sources."""
+    """Differences of r_e between the sources, a question of the thesis."""
     groups: dict[Condition, list[RadiusValue]] = {}
     for value in radius_values(result):
         groups.setdefault(value.point, []).append(value)
@@ -102,7 +102,7 @@ def source_table(result: CampaignResult) -> Table:
         ("by the force [%]", lambda p: 100.0 * (p[2] - p[3])),
         ("left [%]", lambda p: 100.0 * p[3]),
         ("left as force [N]", lambda p: p[3] * max(p[0].slip_stiffness, p[1].slip_stiffness)),
-        ("reading", lambda p: _reading(p[0], p[1], p[3])),
+        ("reading", lambda p: _explanation(p[0], p[1], p[3])),
     )
     note = (
         "First source less the second. By the force: Fx differs, and F makes a slip F/C_Fκ. What "
@@ -111,8 +111,8 @@ def source_table(result: CampaignResult) -> Table:
     return point_table("radius_sources", "Why rolling radii differ", rows, columns, note)
 
 
-def _reading(one: RadiusValue, other: RadiusValue, left: float) -> str:
-    """What is behind the remainder, as far as these runs tell."""
+def _explanation(one: RadiusValue, other: RadiusValue, left: float) -> str:
+    """Explanation of the remaining difference, as far as these runs allow."""
     if not math.isfinite(left):
         return "no slip stiffness: the force's share is not known"
     error = math.hypot(_relative(one), _relative(other))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an analysis of a campaign finds; small enough to keep for thousands of runs."""
+"""Results of the analysis of a campaign; small enough for thousands of runs."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ class ConditionResult:
     scatter: np.ndarray | None
     """standard deviation of Fx over the runs [N], shape (n,); None for one run"""
     same_start: bool
-    """the scatter is over repeats from one start angle"""
+    """True when the scatter is over repeats from one start angle"""
     linear: LinearFit
-    """of the mean, as in section 7.1"""
+    """fit of the mean, as in section 7.1"""
     run_fits: Mapping[str, LinearFit]
-    """of every run"""
+    """fit of every run"""
     lateral_steady: float
     """mean Fy over the last half metre [N]"""
     cycles_lost: int = 0
-    """that the runs lack together"""
+    """sum over the runs"""
 
     @property
     def since_step(self) -> np.ndarray:
@@ -64,7 +64,7 @@ class ConditionResult:
         return float(after.max()) if after.size else math.nan
 
     def floor(self) -> float:
-        """Error that the mean itself has in the transient part [N]: no model can be judged below.
+        """Error of the mean itself in the transient part [N], the lower limit for any model.
 
         Root mean square of the repeats' standard deviation over the square root of their number.
         """
@@ -94,9 +94,9 @@ class LateralResult:
     """Start of rolling at a slip angle, mean of the runs of an operating point."""
 
     fit: LinearFit
-    """of -Fy over tan(alpha): sigma_y [m], cornering stiffness at this angle [N]"""
+    """fit of -Fy over tan(alpha): sigma_y [m], cornering stiffness at this angle [N]"""
     std_error: Sequence[float]
-    """of sigma and force from the scatter of the runs, NaN for one run"""
+    """errors of sigma and force from the scatter of the runs, NaN for one run"""
     runs: int
     distance: np.ndarray
     """road since the start [m]"""
@@ -114,7 +114,7 @@ class DriveRun:
 
 @dataclass(frozen=True)
 class Beside:
-    """What the slip runs of one operating point tell beside the slip response."""
+    """Further results of the slip runs of one operating point, beside the slip response."""
 
     rest_stiffness: Sequence[float] = ()
     """C_x of the standing tire per run [N/m]"""
@@ -124,14 +124,14 @@ class Beside:
 
 @dataclass(frozen=True)
 class ModelCurves:
-    """A model beside the measurement: force over `since_step` and errors, by condition."""
+    """A model compared with the measurement: force over `since_step` and errors, by condition."""
 
     name: str
     title: str
     curves: Mapping[Condition, tuple[np.ndarray, np.ndarray]]
     """condition -> (distance since the step [m], force [N])"""
     rmse: Mapping[Condition, float]
-    """in the transient part [N]"""
+    """error in the transient part [N]"""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class CampaignResult:
 
     @property
     def conditions(self) -> list[ConditionResult]:
-        """All of them, by operating point and slip."""
+        """All conditions, by operating point and slip."""
         return [c for point in self.points for c in point.conditions]
 
     @property

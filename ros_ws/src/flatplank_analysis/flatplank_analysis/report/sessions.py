@@ -21,18 +21,18 @@ from flatplank_data.campaign import Campaign
 from flatplank_data.errors import FlatplankError
 
 LEAST_SESSIONS = 4
-"""fewer give no control limits"""
+"""least number of sessions for control limits"""
 SAME_SIDE = 8
-"""so many sessions in a row on one side of the mean are a shift"""
+"""number of sessions in a row on one side of the mean that counts as a shift"""
 RANGE_TO_SIGMA = 1.128
-"""mean range of two values over their standard deviation"""
+"""mean range of two values, relative to their standard deviation"""
 SMALL_SLIP = 0.021
-"""runs up to here tell the slip stiffness [-]"""
+"""largest slip of runs that determine the slip stiffness [-]"""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is followed: title and unit for people, factor from SI, values of a session's runs."""
+    """A monitored quantity: title, display unit, factor from SI, values of a session's runs."""
 
     title: str
     unit: str
@@ -42,7 +42,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Session:
-    """One session: its date and per quantity the values of its runs, in the unit for people."""
+    """One session: its date and per quantity the values of its runs, in the display unit."""
 
     name: str
     date: str
@@ -105,11 +105,11 @@ QUANTITIES: dict[str, Quantity] = {
     "C_Fk": Quantity("slip stiffness of small steps", "kN", 1e-3, _slip_stiffness),
     "floor": Quantity("scatter of Fx between repeats", "N", 1.0, _floor),
 }
-"""name -> what is followed over the sessions"""
+"""name -> quantity that is monitored over the sessions"""
 
 
 def session_of(campaign: Campaign, result: CampaignResult) -> Session:
-    """What one session says of the reference tire."""
+    """Values of the reference tire in one session."""
     dates = [str(i.date or i.started)[:10] for i in campaign.infos]
     known = sorted(d for d in dates if d)
     values = {

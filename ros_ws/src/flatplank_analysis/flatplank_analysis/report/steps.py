@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the fits take from campaigns: step runs, and steady points from the other measurements."""
+"""Input of the fits from campaigns: step runs, and steady points from other measurements."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def problems_of(
     take: Callable[[Run, MeasurementTable], None],
     columns: Sequence[str] = COLUMNS,
 ) -> list[Problem]:
-    """Give every run and its table, up to the stop, to `take`; why some could not be used."""
+    """Pass every run and its table, up to the stop, to `take`; return problems of unusable
+    ones."""
     problems: list[Problem] = []
     for run in runs:
         try:
@@ -128,7 +129,7 @@ def extra_points(
 def extras_as_points(
     extras: Mapping[str, Any], radii: Sequence[RadiusRun], points: Sequence[PointResult]
 ) -> list[SteadyPoints]:
-    """The same from results that are there already."""
+    """The same points from existing results."""
     stiffness = {p.point: slip_stiffness(p) for p in points}
     return [*radius_points(radii, stiffness), *_points_of(extras)]
 
@@ -155,7 +156,7 @@ def _points_of(found: Mapping[str, Any]) -> list[SteadyPoints]:
 
 
 def slip_stiffness(point: PointResult) -> float:
-    """C_Fk of a point [N]: of the nonlinear fit's curve, else of the smallest slips; or NaN."""
+    """C_Fk of a point [N]: from the nonlinear fit, otherwise from the smallest slips; or NaN."""
     if point.carcass is not None and point.carcass.slip_stiffness.determined:
         return point.carcass.slip_stiffness.value
     fits = sorted(

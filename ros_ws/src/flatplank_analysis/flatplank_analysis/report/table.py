@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A table as data: columns by title, rows by what they are about; also as CSV."""
+"""A table as data, with titled columns and one row per object; also as CSV."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flatplank_data.condition import Condition
 
 Cell = str | float
 Column = tuple[str, Callable[[Any], Cell]]
-"""title, and what a row's object has there"""
+"""title, and function from the row's object to its cell"""
 POINT_COLUMNS = ("Fz [N]", "p [bar]", "α [°]", "γ [°]")
 
 
@@ -30,7 +30,7 @@ class Table:
     note: str = ""
 
     def csv(self) -> str:
-        """All digits."""
+        """The table as CSV, with all digits."""
         return csv_text([self.header, *self.rows])
 
 
@@ -62,7 +62,7 @@ def point_table(
 
 
 def estimate(title: str, unit: str, name: str, factor: float = 1.0) -> list[Column]:
-    """Value and standard error of an estimate; a dash where the run does not tell it."""
+    """Value and standard error of an estimate; a dash where the run does not determine it."""
 
     def of(row: Any, part: str) -> float:
         e: Estimate = getattr(row, name)
@@ -80,7 +80,7 @@ def number(title: str, name: str, factor: float = 1.0) -> list[Column]:
 
 
 def remark_of(*estimates: Estimate) -> str:
-    """What stands in the way of these numbers; empty when nothing does."""
+    """Reservations about these numbers; empty when there are none."""
     told = []
     for e in estimates:
         if not e.determined:

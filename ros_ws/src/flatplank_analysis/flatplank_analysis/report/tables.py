@@ -15,7 +15,7 @@ from flatplank_analysis.steady.stiffness import friction
 
 
 def all_tables(result: CampaignResult) -> list[Table]:
-    """What there is to tell, in the order of the report."""
+    """All tables with content, in the order of the report."""
     tables = [step_table(result), linear_table(result), *rmse_tables(result)]
     makers = (
         geometry_table, carcass_table, magic_table, relative_error_table, radius_table,
@@ -75,7 +75,7 @@ def _linear_remark(c: ConditionResult) -> str:
 def rmse_tables(result: CampaignResult) -> list[Table]:
     """Tables 7.1, 7.3, 7.4 and Appendix H: RMSE per slip and operating point, one per model.
 
-    The last one is the floor that no RMSE can be judged below.
+    The last one is the floor, the lower limit for any RMSE.
     """
     levels = sorted({c.condition.kappa for c in result.conditions})
     columns = [
@@ -106,7 +106,7 @@ def rmse_tables(result: CampaignResult) -> list[Table]:
 
 
 def geometry_table(result: CampaignResult) -> Table:
-    """Table 7.2: what the nonlinear model knows beside the carcass stiffness."""
+    """Table 7.2: parameters of the nonlinear model beside the carcass stiffness."""
     fits = [p.carcass for p in result.points if p.carcass is not None]
     if not fits:
         return Table("model_parameters", "", (), ())
@@ -165,7 +165,7 @@ def carcass_table(result: CampaignResult) -> Table:
 
 
 def magic_table(result: CampaignResult) -> Table:
-    """Table I.1 with standard errors and what is not determined."""
+    """Table I.1 with standard errors, and coefficients that are not determined."""
     fitted: Sequence[Estimate] = list(result.magic.estimates.values()) if result.magic else ()
     rows = [[e.name, e.value, e.std_error, remark_of(e)] for e in fitted]
     note = "Fitted in stages, then jointly per output; fitted.tir beside this page has them all."

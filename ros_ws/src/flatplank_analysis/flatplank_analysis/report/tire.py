@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which tire a fit and a report are of: the record that is given, else one made from the data.
-Its contact geometry (Table 7.2): what was measured of the tire at rest, else the record.
+"""The tire of a fit or report: the given record, otherwise one made from the data. Its contact
+geometry (Table 7.2): measured on the tire at rest, otherwise from the record.
 """
 
 from __future__ import annotations
@@ -29,18 +29,19 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.run_record import RunRecord
 
 BY_ROLLING = 1.022
-"""R0 over r_e where nothing else tells R0: 318 mm over 310.8 mm, thesis Tables 5.1, 5.2"""
+"""R0 over r_e where R0 has no other source: 318 mm over 310.8 mm, thesis Tables 5.1, 5.2"""
 UNTOLD = {"nominal_load": 4000.0, "nominal_pressure": 2.5}
-"""[N], [bar] where no run tells them"""
+"""defaults [N], [bar] where no run states them"""
 APART = 1.2
-"""loads of this ratio tell R0 by a line through the loaded radii"""
+"""least ratio of two loads for R0 from a line through the loaded radii"""
 MEASURED = "measured in this campaign"
 
 
 def record_for(
     campaigns: Sequence[Campaign], file: str | os.PathLike[str] | None = None
 ) -> TireRecord:
-    """The record of `file`, else `tire.yaml` of a folder, else one made from the data."""
+    """The record in `file`, otherwise `tire.yaml` of a folder, otherwise one made from the
+    data."""
     record = read_record(file) if file else _of_folders(campaigns)
     return record or made_from(campaigns)
 
@@ -63,7 +64,7 @@ def _of_folders(campaigns: Sequence[Campaign]) -> TireRecord | None:
 
 
 def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
-    """Nominal load and pressure of most runs; R0 by what was measured, best source first."""
+    """A record with load and pressure of most runs, and R0 from the best available measurement."""
     runs = [run for c in campaigns for run in c.runs]
     usual = {"nominal_load": _usual(r.info.fz for r in runs)}
     usual |= {"nominal_pressure": _usual(r.info.pressure for r in runs)}
@@ -85,7 +86,7 @@ def made_from(campaigns: Sequence[Campaign]) -> TireRecord:
 
 
 def _usual(values: Iterable[float]) -> float:
-    """The value of most runs; of several the middle one, the upper of two."""
+    """The most frequent value; of several the middle one, the upper of two."""
     counts = Counter(v for v in values if math.isfinite(v) and v > 0.0)
     most = max(counts.values(), default=0)
     best = sorted(v for v, n in counts.items() if n == most)
@@ -93,7 +94,7 @@ def _usual(values: Iterable[float]) -> float:
 
 
 Radius = tuple[float, str]
-"""R0 [m], and how it was found"""
+"""R0 [m], and its source"""
 
 
 def _by_record(runs: Sequence[Run]) -> Radius | None:
@@ -102,7 +103,7 @@ def _by_record(runs: Sequence[Run]) -> Radius | None:
 
 
 def _by_stiffness(campaigns: Sequence[Campaign], bar: float) -> Radius | None:
-    """Where the line of a vertical stiffness run reaches Fz = 0."""
+    """R0 where the line of a vertical stiffness run reaches Fz = 0."""
     found = [
         r
         for c in campaigns
@@ -115,7 +116,7 @@ def _by_stiffness(campaigns: Sequence[Campaign], bar: float) -> Radius | None:
 
 
 def _by_loaded_radius(runs: Sequence[Run], load: float, bar: float) -> Radius | None:
-    """A line through the loaded radii of several loads; of one load with a usual deflection."""
+    """R0 by a line through loaded radii; with one load by a typical deflection."""
     points = []
     first = {r.info.fz: r for r in reversed(runs) if _plain(r.info, bar)}
     for _, run in sorted(first.items(), key=lambda item: item[0]):
@@ -151,14 +152,14 @@ def _by_rolling_radius(runs: Sequence[Run]) -> Radius | None:
 
 @dataclass(frozen=True)
 class Geometry:
-    """Contact geometry of the nonlinear model, and where each of its numbers comes from."""
+    """Contact geometry of the nonlinear model, and the source of each of its numbers."""
 
     contact: ContactGeometry = TOYO
     sources: Mapping[str, str] = field(default_factory=dict)
     """field of `contact` -> source"""
 
     def source(self, name: str) -> str:
-        """Where a number comes from."""
+        """Source of a number."""
         return self.sources.get(name, "not measured")
 
     def half_length(self, fz: float, bar: float) -> float:
@@ -167,7 +168,7 @@ class Geometry:
 
 
 def geometry_of_campaigns(campaigns: Sequence[Campaign], record: TireRecord) -> Geometry:
-    """From what the campaigns together have of the tire at rest."""
+    """Geometry from the measurements at rest in all campaigns."""
     found: dict[str, Any] = {}
     kinds = ("stiffness", "footprint")
     for campaign in campaigns:
@@ -176,7 +177,7 @@ def geometry_of_campaigns(campaigns: Sequence[Campaign], record: TireRecord) -> 
 
 
 def geometry_of(extras: Mapping[str, Any], record: TireRecord) -> Geometry:
-    """From vertical stiffness runs and footprints; the record where a number was not measured."""
+    """Geometry from vertical stiffness runs and footprints, otherwise from the record."""
     contact, sources = record.geometry()
     found = _stiffness(extras.get("vertical_stiffness", []), contact)
     length = extras.get("contact_length")

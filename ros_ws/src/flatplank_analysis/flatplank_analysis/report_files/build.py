@@ -81,14 +81,14 @@ FIGURE_WIDTH = 760
 
 
 class Section(NamedTuple):
-    """A part of the page; figures and tables that the data do not allow are left out."""
+    """A part of the page; figures and tables without data are left out."""
 
     title: str
     lead: str
     makers: Sequence[Callable[[CampaignResult], Iterable[Figure]]]
-    """results -> figures, none without the data"""
+    """results -> figures, none without data"""
     tables: Sequence[str]
-    """by name"""
+    """names of tables"""
 
 
 SECTIONS = {
@@ -194,7 +194,7 @@ def render(
 def _sections(
     figures: Mapping[str, Sequence[Figure]], tables: Sequence[Table]
 ) -> Iterator[dict[str, Any]]:
-    """What there is to show; tables with their cells as texts."""
+    """Sections with content; tables have their cells as text."""
     cells = {t.name: (t, _cells(t)) for t in tables}
     for key, section in SECTIONS.items():
         mine = [cells[name] for name in section.tables if name in cells]
@@ -209,7 +209,7 @@ def _cells(table: Table) -> list[list[str]]:
 
 
 def number(value: str | float, digits: int = 4) -> str:
-    """A number for people: so many digits, a true minus, a dash for NaN; a text as it is."""
+    """A number as text: with these digits, a true minus, a dash for NaN; text is unchanged."""
     if isinstance(value, str):
         return value.replace("-", "−") if value[:1] == "-" else value
     if not math.isfinite(value):
@@ -224,7 +224,7 @@ def number(value: str | float, digits: int = 4) -> str:
 
 
 def _cards(result: CampaignResult) -> Iterator[tuple[str, str]]:
-    """The first numbers that a reader wants, each with its label."""
+    """Key results for the top of the page, each with its label."""
     runs = sum(len(c.names) for c in result.conditions)
     if runs:
         yield str(runs), f"slip runs in {len(result.conditions)} conditions"
@@ -254,7 +254,7 @@ def _cards(result: CampaignResult) -> Iterator[tuple[str, str]]:
 
 
 def _statements(result: CampaignResult) -> Iterator[str]:
-    """What fits say they cannot know."""
+    """Statements of the fits on undetermined parameters."""
     record, magic = result.record, result.magic
     if record and result.tire and record.name != result.tire:
         yield f"The tire record is of {record.name}, the runs are of {result.tire}."

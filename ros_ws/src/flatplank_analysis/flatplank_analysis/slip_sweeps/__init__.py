@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sweeps of slip on other test benches: what was measured, and where a tire file fails."""
+"""Slip sweeps of other test benches: measured curves, and where a tire file fails."""

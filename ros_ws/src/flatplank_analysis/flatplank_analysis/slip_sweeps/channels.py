@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the channels of a test bench are called, in which units and axes they are written.
+"""Names, units and axis systems of the channels of a test bench.
 
-Axis systems are found by physics, said, and turned into ISO W: a loaded tire is pressed upwards,
-and a tire that slides to one side is pushed to the other. Of the systems in use (Pacejka, Tire and
-Vehicle Dynamics, 2012, appendix 1) each has signs of its own for the two.
+The axis system is determined from physics, reported, and converted to ISO W: the road pushes a
+loaded tire upwards, and pushes a tire that slides to one side towards the other. Each system in
+use (Pacejka, Tire and Vehicle Dynamics, 2012, appendix 1) has its own signs for the two.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from flatplank_data.units import canonical, to_si
 
 
 class Guess(NamedTuple):
-    """A unit for values that are at least so large; the last that fits is taken."""
+    """A unit for values of at least this size; the last that applies is used."""
 
     least: float
     unit: str
 
 
 class Channel(NamedTuple):
-    """A quantity of which the analysis knows the meaning."""
+    """A quantity that the analysis uses."""
 
     name: str
     unit: str
-    """inside, SI"""
+    """internal unit, SI"""
     names: tuple[str, ...]
-    """in files, in lower case; the first that a file has is taken"""
+    """names in files, in lower case; the first that a file has is used"""
     guesses: tuple[Guess, ...]
-    """where a file gives no unit: by the largest size that occurs"""
+    """units assumed by the largest value where a file states none"""
 
 
 CHANNELS = (
@@ -74,7 +74,7 @@ BY_NAME = {channel.name: channel for channel in CHANNELS}
 
 
 def channel_of(header: Sequence[str]) -> dict[str, str]:
-    """Our name -> the column of the file that holds it."""
+    """Our name -> column of the file."""
     lower = {name.strip().lower(): name for name in reversed(header)}
     found = {}
     for channel in CHANNELS:
@@ -87,9 +87,9 @@ def channel_of(header: Sequence[str]) -> dict[str, str]:
 def in_si(
     channel: Channel, values: np.ndarray, unit: str | None, size: float, where: str
 ) -> tuple[np.ndarray, str]:
-    """Values in SI, and what was assumed; "" when the file says the unit.
+    """Values in SI, and the assumption made; "" when the file states the unit.
 
-    size: the largest that occurs in the channels that share a unit with this one.
+    size: largest value of all channels with the same unit as this one.
 
     Raises:
         FlatplankError: the unit is unknown or belongs to another quantity.
@@ -103,7 +103,7 @@ def in_si(
 
 
 def sizes(columns: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Channel -> by what size its unit is guessed: all forces are written as the load is."""
+    """Channel -> largest value for its unit: all forces have the unit of the load."""
     largest = {n: float(np.nanmax(np.abs(v), initial=0.0)) for n, v in columns.items()}
     angle = max(largest.get("alpha", 0.0), largest.get("gamma", 0.0))
     alike = {"N": largest.get("fz", 0.0), "rad": angle}
@@ -128,17 +128,17 @@ def _names(channel: str) -> list[str]:
 
 
 UP = 0.05
-"""share of the largest load: below it the tire is not loaded [-]"""
+"""share of the largest load above which the tire is loaded [-]"""
 SMALL_ALPHA, SMALL_KAPPA = 0.03, 0.03
-"""slip within which forces are in proportion [rad, -]"""
+"""slip within which forces are proportional to slip [rad, -]"""
 LEAST_SLOPE = 20
-"""samples for a slope"""
+"""least number of samples for a slope"""
 CERTAIN = 0.3
-"""correlation of force and slip below which their sign says nothing"""
+"""correlation of force and slip below which the sign is uncertain"""
 
 
 class System(NamedTuple):
-    """Signs of a system, and which channels turn on the way to ISO W."""
+    """Signs of a system, and the channels whose sign changes in ISO W."""
 
     title: str
     load: int
@@ -163,7 +163,7 @@ SYSTEMS = {
 def in_iso(
     columns: Mapping[str, np.ndarray], wanted: str | None, where: str
 ) -> tuple[dict[str, np.ndarray], str]:
-    """Columns in ISO W, and how their system was found; `wanted` overrides what physics says.
+    """Columns in ISO W, and how their system was found; `wanted` overrides the signs.
 
     Raises:
         FlatplankError: no system has these signs, or the wanted one has others.
@@ -207,7 +207,7 @@ def in_iso(
 
 
 def _slope_sign(columns: Mapping[str, np.ndarray], force: str, slip: str, small: float) -> int:
-    """Of the force over small slip; 0 when the data do not say."""
+    """Sign of the force over small slip; 0 when the data do not determine it."""
     if force not in columns or slip not in columns:
         return 0
     near = np.abs(columns[slip]) < small

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A recording cut into conditions: what was swept, and at which levels the rest was held."""
+"""Division of a recording into conditions: swept slip, and levels of the other quantities."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from scipy.ndimage import median_filter
 from flatplank_data.wording import plain
 
 SMOOTH = 25
-"""samples of the running median that takes noise and ripple of the load off"""
+"""samples of the running median against noise and ripple of the load"""
 LEAST_SHARE = 0.01
-"""of all samples; fewer are a passage from one level to the next"""
+"""least share of all samples at a level; fewer are a transition between levels"""
 
 
 class Held(NamedTuple):
-    """A channel that is held, and how far apart two levels are at least."""
+    """A channel that is held at levels, and the least distance of two levels."""
 
     name: str
     title: str
@@ -27,15 +27,15 @@ class Held(NamedTuple):
     """share of the largest value, or [SI] where `absolute`"""
     absolute: bool
     scale: float
-    """from SI to what people read"""
+    """factor from SI to the display unit"""
     unit: str
 
     def word(self, value: float) -> str:
-        """A level [SI] for people: '1200 N'."""
+        """A level [SI] as text: '1200 N'."""
         return f"{plain(round(self.scale * value, 6) + 0.0)} {self.unit}"
 
     def distance(self, values: np.ndarray) -> float:
-        """How far apart two levels of these values are at least [SI]."""
+        """Least distance of two levels of these values [SI]."""
         return self.apart if self.absolute else self.apart * float(np.abs(values).max() or 1.0)
 
     def several(self, values: Sequence[float]) -> bool:
@@ -55,7 +55,7 @@ BY_NAME = {held.name: held for held in HELD}
 
 
 def levels(held: Held, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values of the levels (n,), and the level of each sample; -1 where it is between two."""
+    """Values of the levels (n,), and the level of each sample; -1 between two levels."""
     smooth = median_filter(values, min(SMOOTH, len(values)), mode="nearest")
     apart = held.distance(smooth)
     order = np.sort(smooth)
@@ -76,12 +76,12 @@ def levels(held: Held, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _valleys(order: np.ndarray, apart: float) -> np.ndarray:
-    """Between which values hardly any sample lies, over a width of `apart`."""
+    """Values between levels: centres of gaps in a histogram with bins of a quarter of `apart`."""
     low, high = order[0], order[-1]
     bins = int(np.clip(np.ceil(4.0 * (high - low) / apart), 1, 4000))
     count, edges = np.histogram(order, bins=bins, range=(low, high if high > low else low + 1.0))
     filled = count >= max(LEAST_SHARE / 8.0 * len(order), 1.0)
-    # a valley is an empty bin between filled ones; its middle divides the levels
+    # a valley is an empty range between filled bins; its middle separates the levels
     starts = np.flatnonzero(filled[:-1] & ~filled[1:]) + 1
     out = []
     for start in starts:
@@ -92,15 +92,15 @@ def _valleys(order: np.ndarray, apart: float) -> np.ndarray:
 
 
 WIDE = {"alpha": np.radians(2.0), "kappa": 0.04}
-"""a slip that ranges over less is held [rad, -]"""
+"""least range of a swept slip [rad, -]"""
 FORCE = {"alpha": "fy", "kappa": "fx"}
-"""force that a sweep is made for"""
+"""force of interest in a sweep"""
 UNLOADED = 0.05
-"""share of the largest load below which the tire is in the air"""
+"""share of the largest load below which the tire is unloaded"""
 BINS = 30
-"""of the range of the swept slip"""
+"""number of bins over the range of the swept slip"""
 LEAST = 60
-"""samples of a condition"""
+"""least number of samples of a condition"""
 
 
 @dataclass(frozen=True)
@@ -112,26 +112,26 @@ class Condition:
     held: Mapping[str, float]
     """levels by channel [SI]"""
     samples: np.ndarray
-    """their numbers, in time"""
+    """indices of its samples, in time order"""
     visits: int
-    """how often it was come back to"""
+    """number of separate visits"""
     told: frozenset[str] = frozenset()
     """channels whose level differs between the conditions"""
 
     @property
     def label(self) -> str:
-        """For people: 'slip angle swept, 1100 N, camber 4 deg'."""
+        """Text: 'slip angle swept, 1100 N, camber 4 deg'."""
         words = {"gamma": "camber ", "alpha": "slip angle ", "kappa": "slip "}
         levels = (words.get(h.name, "") + h.word(self.held[h.name]) for h in self.levels())
         return ", ".join([f"{self.slip.title} swept", *levels])
 
     @property
     def slip(self) -> Held:
-        """What was swept."""
+        """The swept slip."""
         return BY_NAME[self.swept]
 
     def levels(self) -> list[Held]:
-        """What was held here and differs between the conditions."""
+        """Channels that are held here and differ between the conditions."""
         return [h for h in HELD if h.name in self.held and h.name in self.told]
 
 
@@ -154,7 +154,7 @@ def _differs(held: Held, conditions: Sequence[Condition]) -> bool:
 
 
 def _swept(columns: Mapping[str, np.ndarray], loaded: np.ndarray) -> dict[str, np.ndarray]:
-    """Which slip is swept in which samples: the one that moves, while the other one stands."""
+    """Samples by swept slip: the one that varies while the other one is constant."""
     n = len(loaded)
     window = max(n // 200, 4 * SMOOTH)
     moving = {}
@@ -205,5 +205,5 @@ def _by_levels(columns, slip: str, rows: np.ndarray) -> list[Condition]:
 
 
 def _visits(samples: np.ndarray) -> int:
-    """How often the condition was left for long and come back to."""
+    """Number of visits to the condition, separated by long gaps."""
     return 1 + int((np.diff(samples) > max(len(samples) // 2, LEAST)).sum())

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A force over a swept slip: its mean, its floor, the Magic Formula's B, C, D, E of it, and where
-a tire file fails.
+"""A force over a swept slip: mean curve, floor, Magic Formula B, C, D, E, and where a tire file
+fails.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from flatplank_analysis.models.tir import TirFile
 from flatplank_analysis.slip_sweeps.conditions import BINS, FORCE, SMOOTH, Condition
 
 FEW = 3
-"""samples; a bin with fewer is empty"""
+"""least number of samples of a bin; a bin with fewer is empty"""
 COMMON = 0.4
-"""share of the bins that two passes must share to be compared"""
+"""least share of common bins for a comparison of two passes"""
 Z90 = 1.645
 
 
@@ -35,9 +35,9 @@ class Curve:
     up: np.ndarray
     """force while the slip rises [N]"""
     down: np.ndarray
-    """and while it falls [N]"""
+    """force while the slip falls [N]"""
     floor: float
-    """how far the measurement can differ from a curve at the best [N]; NaN: not known"""
+    """smallest error that any curve can have [N]; NaN: not known"""
     floor_from: str
     """title of the source, in words"""
 
@@ -51,7 +51,7 @@ class Formula:
     spread: Mapping[str, float]
     """half width of the 90 % interval"""
     rms: float
-    """of the samples [N]"""
+    """root mean square error of the bins [N]"""
 
     @property
     def stiffness(self) -> float:
@@ -59,7 +59,7 @@ class Formula:
         return self.values["B"] * self.values["C"] * self.values["D"]
 
     def known(self, name: str) -> bool:
-        """Whether the sweep says the value to a half."""
+        """True when the half width of the interval is below half of the value."""
         return self.spread[name] < 0.5 * abs(self.values[name])
 
     def __call__(self, slip: np.ndarray) -> np.ndarray:
@@ -78,7 +78,7 @@ def curve_of(columns: Mapping[str, np.ndarray], condition: Condition) -> Curve:
     rising = np.gradient(median_filter(slip, min(SMOOTH, len(slip)), mode="nearest")) > 0.0
     first = None
     if condition.visits > 1:
-        # the second visit begins where the numbers of the samples jump most
+        # the second visit begins at the largest gap between sample indices
         first = np.arange(len(rows)) <= int(np.argmax(np.diff(rows)))
     up, down = _means(bins, force, rising), _means(bins, force, ~rising)
     floor, source = _floor(bins, force, up, down, first)
@@ -93,7 +93,7 @@ def _means(bins: np.ndarray, values: np.ndarray, chosen: np.ndarray) -> np.ndarr
 
 
 def _floor(bins, force, up, down, first) -> tuple[float, str]:
-    """Root mean square of what a mean curve leaves, from repeats or from up and down."""
+    """Floor of a mean curve and its source: repeats, or up and down."""
     if first is not None:
         a, b = _means(bins, force, first), _means(bins, force, ~first)
         if np.isfinite(a - b).mean() > COMMON:
@@ -104,7 +104,7 @@ def _floor(bins, force, up, down, first) -> tuple[float, str]:
 
 
 def _half(difference: np.ndarray) -> float:
-    """Two halves that differ by d each lie d / 2 from their mean."""
+    """Root mean square distance from the mean of two curves with this difference."""
     return float(0.5 * np.sqrt(np.nanmean(difference**2)))
 
 
@@ -137,7 +137,7 @@ def fit_formula(curve: Curve) -> Formula | None:
 
 
 def _spread(found, scale: np.ndarray) -> list[float]:
-    """Half widths of the intervals; infinite where the sweep does not say."""
+    """Half widths of the intervals; infinite where the sweep does not determine a value."""
     free = max(len(found.fun) - len(found.x), 1)
     jac = found.jac * scale
     _, s, vt = np.linalg.svd(jac, full_matrices=False)
@@ -156,16 +156,16 @@ def _formula(p, x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Failure:
-    """One condition by one tire file."""
+    """Error of a tire file in one condition."""
 
     error: float
     """root mean square of the mean curve [N]"""
     share: float
-    """of the largest force of the condition [-]"""
+    """error relative to the largest force of the condition [-]"""
     modelled: np.ndarray
     """the file's force in the bins of the curve [N]"""
     worst_slip: float
-    """where it is off most [rad, -]"""
+    """slip of the largest error [rad, -]"""
     worst: float
     """measured minus modelled there [N]"""
 
@@ -176,7 +176,7 @@ def failures(
     curves: Sequence[Curve],
     tir: TirFile,
 ) -> list[Failure]:
-    """One for each condition; the file is asked at every sample, then averaged as the force."""
+    """One per condition; the file is evaluated at every sample, then averaged like the force."""
     found = []
     for condition, curve in zip(conditions, curves, strict=True):
         rows = condition.samples

@@ -16,24 +16,24 @@ from flatplank_data.readers.csv import split_header
 from flatplank_data.readers.mat import variables
 
 LEAST = 50
-"""samples; less is no sweep"""
+"""least number of samples of a sweep"""
 
 
 Raw = tuple[Mapping[str, np.ndarray], Mapping[str, str]]
-"""columns and units as the file has them"""
+"""columns and units as in the file"""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """What was measured, in the axes of the file."""
+    """Measured channels, in the axes of the file."""
 
     path: str
     columns: Mapping[str, np.ndarray]
-    """known channels by our names, SI; the others by theirs, as they are"""
+    """known channels by our names, in SI; the others unchanged"""
     further: tuple[str, ...]
-    """names of the others"""
+    """names of the other columns"""
     said: tuple[str, ...]
-    """what was assumed, one line each"""
+    """assumptions, one line each"""
 
 
 def read(path: str | Path) -> Recording:
@@ -90,7 +90,8 @@ def _vectors(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
 
 
 def _mat_units(values: Mapping[str, Any]) -> dict[str, str]:
-    """Of a struct `channel` with lists `name` and `units`, or of `units` with a text per name."""
+    """Units from a struct `channel` with lists `name` and `units`, or `units` with text per
+    name."""
     channel, units = values.get("channel"), values.get("units")
     if isinstance(channel, dict) and {"name", "units"} <= channel.keys():
         names, texts = np.atleast_1d(channel["name"]), np.atleast_1d(channel["units"])
@@ -131,7 +132,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _row(line: str) -> list[float] | None:
-    """The numbers of a line; None when it is no line of numbers."""
+    """The numbers of a line; None when it has other text."""
     cells = _cells(line.replace(",", ".") if ";" in line else line)
     if len(cells) < 3:
         return None

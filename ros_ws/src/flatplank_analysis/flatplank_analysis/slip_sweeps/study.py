@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A file of sweeps from end to end: axes, conditions, curves, and where a tire file fails."""
+"""Evaluation of a sweep file: axes, conditions, curves, and where a tire file fails."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FAILS = 1.5
-"""floors above which a file fails in a condition"""
+"""error, in floors, above which a tire file fails in a condition"""
 PANELS = 24
-"""of a figure, at most"""
+"""most panels of a figure"""
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a file of sweeps holds, in ISO W and SI."""
+    """Content of a sweep file, in ISO W and SI."""
 
     path: str
     columns: Mapping[str, np.ndarray]
     further: tuple[str, ...]
-    """columns of the file whose meaning is not known; kept"""
+    """unknown columns of the file, kept unchanged"""
     said: tuple[str, ...]
-    """axes, units and what was left out, one line each"""
+    """remarks on axes, units and omitted data, one line each"""
     conditions: tuple[Condition, ...]
     curves: tuple[Curve, ...]
 
@@ -54,11 +54,11 @@ class Study:
         return tuple(fit_formula(curve) for curve in self.curves)
 
     def failures(self, tir: TirFile) -> list[Failure]:
-        """Where the tire file fails, condition by condition."""
+        """Errors of the tire file, condition by condition."""
         return failures(self.columns, self.conditions, self.curves, tir)
 
     def lacking(self) -> list[str]:
-        """What must still be measured for the rest of a tire model, one line each."""
+        """Missing measurements for a complete tire model, one line each."""
         swept = {c.swept for c in self.conditions}
         out = []
         if "alpha" not in swept:
@@ -73,7 +73,7 @@ class Study:
     def plot(self, tir: TirFile | None = None) -> Figure:
         """Measured and modelled force over the swept slip, a panel per condition.
 
-        Those in which the tire file is off most come first.
+        Conditions with the largest errors of the tire file come first.
         """
         from flatplank_analysis.discovery.report.figures import BLUE, GREY, ORANGE, figure_of
 
@@ -121,9 +121,9 @@ class Study:
 
 
 def study(path: str | Path, system: str | None = None) -> Study:
-    """Read a file of sweeps and cut it.
+    """Read a sweep file and divide it into conditions.
 
-    system: iso, sae or adapted, where the signs of the data are not to decide.
+    system: iso, sae or adapted; None: determined by the signs of the data.
 
     Raises:
         FlatplankError: what is wrong with the file, and what to do.
@@ -146,7 +146,7 @@ def study(path: str | Path, system: str | None = None) -> Study:
 
 
 def by_level(conditions: Sequence[Condition], found: Sequence[Failure]) -> Iterator[str]:
-    """How the error goes with each channel that was held at several levels, a line each."""
+    """Dependence of the error on each channel with several levels, one line each."""
     for held in HELD:
         shares: dict[str, list[float]] = {}
         for condition, failure in zip(conditions, found, strict=True):

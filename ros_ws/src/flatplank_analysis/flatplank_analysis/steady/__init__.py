@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Steady quantities of a tire and of the machine, each from its own kind of measurement."""
+"""Steady quantities of tire and machine, each from its own kind of measurement."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effective rolling radius (5.22) at zero force, and the settling distance of a run (Appendix E).
 
-Three sources are compared, since the thesis found 0.3108 m with the controller and 0.3081 m with
+Three sources are compared, because the thesis found 0.3108 m with the controller and 0.3081 m with
 the flexplates off: the free-rolling controller holds 50 N, slip control holds a speed, a wheel
-without flexplates rolls with its own resistance. At a force F the tire slips by F / C_Fk.
+without flexplates rolls against its own resistance. At a force F the tire slips by F / C_Fk.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from flatplank_data.table import MeasurementTable
 STEADY_FROM = 1.54
 """thesis 5.6: settled from here on [m]"""
 BRAKING = 0.02
-"""at the end of a run the plank brakes, and the wheel stops after it [m]"""
+"""road at the end of a run on which plank and wheel brake one after the other [m]"""
 FREE_WHEEL = "flexplates_off"
 SOURCES = ("controller", "slip_control", FREE_WHEEL)
 
@@ -33,7 +33,7 @@ class RadiusRun:
     condition: Condition
     source: str
     radius: float
-    """(5.22) as it is [m]"""
+    """by (5.22), not corrected [m]"""
     force: float
     """mean Fx over the same road [N]"""
     load: float
@@ -89,7 +89,7 @@ BAND = 0.05
 FIT_RANGE = (0.1, USABLE_ROAD)
 """road displacement that is fitted [m]"""
 RATES = np.geomspace(0.1, 100.0, 61)
-"""p2 that are tried before the search is refined [1/m]"""
+"""values of p2 that are tried before the search is refined [1/m]"""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class ExponentialFit:
         return self.p1 * np.exp(-self.p2 * np.asarray(x)) + self.p3
 
     def settles_at(self, reference: float = REFERENCE_FORCE, band: float = BAND) -> float:
-        """Displacement from which |y_ref - y| <= band y_ref [m]; NaN when that is never so."""
+        """Displacement from which |y_ref - y| <= band y_ref [m]; NaN when it never settles."""
         limit = band * abs(reference)
         room = limit - math.copysign(1.0, self.p1) * (self.p3 - reference)
         if abs(self.p3 - reference) > limit or self.p2 <= 0.0:

@@ -12,7 +12,7 @@ from flatplank_data.errors import FlatplankError
 from flatplank_data.table import MeasurementTable
 
 WINDOW = (0.285, 0.305)
-"""loaded radius that is fitted, outside the play of the supports [m]"""
+"""range of loaded radius for the fit, outside the play of the supports [m]"""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def vertical_stiffness(
 ) -> VerticalStiffness:
     """Slope of Fz over loaded radius while loading and while unloading.
 
-    Without a window: that of the thesis where the run covers it, else the middle of the run.
+    Without a window: that of the thesis where the run covers it, otherwise the middle of the run.
     """
     radius, force = table["loaded_radius"], table["fz"]
     window = window or _window(radius)
@@ -72,10 +72,10 @@ def _slope(radius: np.ndarray, force: np.ndarray) -> float:
 def static_longitudinal_stiffness(
     table: MeasurementTable, share: tuple[float, float] = (0.05, 0.25), max_turn: float = 1.5e-3
 ) -> float:
-    """C_x of the standing tire [N/m]: the plank moves, the wheel is still held by its drive.
+    """C_x of the standing tire [N/m]: the plank moves while the drive holds the wheel.
 
-    Slope of Fx over the travel of the road against the rim, while the wheel has turned by less
-    than `max_turn` [rad] (wind-up and gap of its gear) and |Fx| lies within `share` of Fz: below,
+    Slope of Fx over the travel of the road relative to the rim, while the wheel has turned by less
+    than `max_turn` [rad] (wind-up and gap of its gear) and |Fx| is within `share` of Fz: below,
     the road still moves through its play; above, the tread begins to slide. NaN without such a
     part.
     """
@@ -97,9 +97,9 @@ def static_longitudinal_stiffness(
 def standing_lateral_stiffness(
     table: MeasurementTable, share: tuple[float, float] = (0.05, 0.2)
 ) -> float:
-    """C_y of the standing tire [N/m]: the road creeps under the steered, held wheel.
+    """C_y of the standing tire [N/m]: the road moves slowly under the steered, locked wheel.
 
-    Slope of Fy over the travel across the wheel while the whole force lies within `share` of Fz.
+    Slope of Fy over the lateral travel while the whole force is within `share` of Fz.
     NaN without such a part.
     """
     side = math.sin(math.radians(table.info.alpha_deg))
@@ -133,7 +133,7 @@ class ContactLength:
     rmse: float
     """[m]"""
     both: bool = True
-    """False: one load cannot tell q_ra1 and q_ra2 apart, q_ra2 is held at 0"""
+    """False: one load cannot separate q_ra1 and q_ra2, and q_ra2 is held at 0"""
 
 
 def fit_contact_length(
@@ -141,7 +141,7 @@ def fit_contact_length(
 ) -> ContactLength:
     """Linear least squares for q_ra1, q_ra2; arrays of shape (footprints,), SI.
 
-    With one footprint only, q_ra2 is 0: a single load cannot tell the two apart.
+    With one footprint only, q_ra2 is 0: a single load cannot separate the two.
     """
     deflection = np.asarray(fz, float) / (np.asarray(stiffness, float) * radius)
     basis = radius * np.column_stack([np.sqrt(deflection), deflection])

@@ -14,14 +14,14 @@ from flatplank_data.machine import GEAR_RATIO
 from flatplank_data.table import MeasurementTable
 
 CLEAR = 3.0
-"""The net torque must be so many times the scatter of the friction ..."""
+"""Least ratio of the net torque to the scatter of the friction ..."""
 SMALLEST_NET = 0.02
-"""... and at least this large [N m]"""
+"""... and least net torque [N m]"""
 
 
 @dataclass(frozen=True)
 class FrictionTorque:
-    """M_F at the motor over its speed, from turns with the wheel hanging free."""
+    """M_F at the motor over its speed, from turns of the unloaded wheel."""
 
     speed: np.ndarray
     """[rad/s], increasing"""
@@ -65,8 +65,8 @@ class DriveState:
     def efficiency(self, friction: FrictionTorque) -> float:
         """eta = M_T / (M_M - M_F) (5.3); NaN when braking.
 
-        The slewing drive locks itself, so a braking run tells nothing; nor does a net torque that
-        is lost in the scatter of the friction.
+        The slewing drive is self-locking, so that a braking run gives no efficiency; nor does a
+        net torque within the scatter of the friction.
         """
         net = self.motor_torque - friction(self.motor_velocity)
         least = max(CLEAR * float(np.median(friction.scatter)), SMALLEST_NET)

@@ -25,7 +25,7 @@ COLORS = {"machine": BLUE, "sensor": GREEN, "tire": ORANGE}
 
 
 class Drawn(Figure):
-    """A figure that a notebook shows by itself; matplotlib's own is shown by pyplot only."""
+    """A figure that a notebook displays; matplotlib's own is displayed only by pyplot."""
 
     def _repr_png_(self) -> bytes:
         return png(self)
@@ -38,7 +38,7 @@ def png(figure: Figure) -> bytes:
 
 
 def figure_of(width: float, height: float) -> Figure:
-    """A new one [in]."""
+    """A new figure of this size [inch]."""
     return Drawn(figsize=(width, height), layout="constrained", dpi=110)
 
 
@@ -94,7 +94,7 @@ def map_of(table: Map, names: Sequence[str]) -> Figure:
 
 
 def ranking(search: Search, count: int = 12) -> Figure:
-    """Screened gain of the best effects at the first step, those refitted marked."""
+    """Screened gain of the best effects at the first step; refitted ones are marked."""
     items = screen.best_per_effect(search.steps[0].screen)[:count][::-1]
     refits = {d.term.effect.identifier: d for s in search.steps for d in s.refits}
     found = {f.decision.term.effect.identifier for f in search.last.found}
@@ -121,7 +121,8 @@ def ranking(search: Search, count: int = 12) -> Figure:
 
 
 def collapse(search: Search, number: int) -> Figure:
-    """What is left without one effect, over the effect's own coordinate, and its prediction."""
+    """Residual without one effect over the effect's own coordinate, and the effect's
+    prediction."""
     last = search.last
     runs, state = search.model.runs, last.state
     term = last.found[number].decision.term
@@ -171,7 +172,7 @@ def waterfall(steps: Sequence[Mapping[str, Any]], floor: float) -> Figure:
 
 
 def residual(step: Step) -> Figure:
-    """Mean residual of every condition over the first place coordinate: a picture, no more."""
+    """Mean residual of every condition over the first place coordinate, for inspection only."""
     runs = step.state.runs
     mean = runs.mean(step.state.residual[0])
     name = next((k for k, c in runs.coordinates.items() if c.local), next(iter(runs.coordinates)))

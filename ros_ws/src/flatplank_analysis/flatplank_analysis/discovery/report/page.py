@@ -26,13 +26,13 @@ HERE = Path(__file__).parent
 
 
 class Book:
-    """Saves figures beside the page and gives them back as inline SVG."""
+    """Saves figures beside the page and returns them as inline SVG."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def add(self, name: str, figure: Figure) -> Markup:
-        """Save as PNG and SVG; the SVG text, its ids made unique on the page."""
+        """Save as PNG and SVG; return the SVG text with ids that are unique on the page."""
         (self.folder / f"{name}.png").write_bytes(figures.png(figure))
         text = io.StringIO()
         FigureCanvasSVG(figure).print_svg(text)
@@ -45,7 +45,7 @@ class Book:
 
 
 def template(name: str, folder: Path = HERE) -> Template:
-    """A page's template; what pages share lies beside this file."""
+    """A page's template; shared templates are in the folder of this file."""
     loader = FileSystemLoader([folder, HERE])
     return Environment(loader=loader, autoescape=select_autoescape(["j2"])).get_template(name)
 
@@ -128,13 +128,13 @@ def _refused(result: Diagnosis) -> list[dict[str, str]]:
 def waterfall_steps(
     result: Diagnosis, history: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, Any]]:
-    """Name, `rmse` and `held_out` of the steps of a model file and of those found from there."""
+    """Waterfall steps (name, `rmse`, `held_out`) of a model file and of the effects found next."""
     steps = history_steps(history)
     if not steps:
         return figures.steps_of(result)
     began = [t.effect.identifier for t in result.search.steps[0].state.fit.terms]
     ended = [e["name"] for e in history[-1].get("effects") or ()]
-    # what was found is in the file already when the search began before the file's last step
+    # a search that began before the file's last step found effects that are in the file already
     return steps + (figures.steps_of(result)[1:] if began == ended else [])
 
 

@@ -10,7 +10,7 @@ from flatplank_analysis.discovery.verdict import Diagnosis
 from flatplank_data.wording import brief, quantity, sized
 
 NAMES = {"fx": "Fx", "fy": "Fy"}
-"""channels as people write them"""
+"""display names of channels"""
 
 
 def text_of(result: Diagnosis) -> str:
@@ -56,7 +56,7 @@ def text_of(result: Diagnosis) -> str:
 
 
 def _errors(result: Diagnosis, runs: RunSet) -> Iterator[str]:
-    """Errors of the first channel in its unit, and what counts."""
+    """Errors of the first channel in its unit, and the sizes of consequence."""
     unit, digits = _unit(result), 1 if result.floor >= 1.0 else 3
 
     def told(value: float) -> str:

@@ -31,7 +31,7 @@ NONLINEAR_FIXED = ("friction", "tread_stiffness")
 
 @dataclass(frozen=True)
 class FitFile:
-    """Contents of a fit file (`campaign`): what is free, fixed, bounded, has a prior."""
+    """Contents of a fit file (`campaign`): what is free, fixed, bounded, or has a prior."""
 
     model: str = "linear"
     campaigns: tuple[str, ...] = ()
@@ -44,7 +44,7 @@ class FitFile:
     prior: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Value and standard deviation."""
     weights: Mapping[str, float] = field(default_factory=dict)
-    """Output -> weight against the other outputs' default."""
+    """Output -> weight relative to the default of the other outputs."""
     joint: bool = True
     """Refit all coefficients of an output together at the end."""
     geometry: Mapping[str, float] = field(default_factory=dict)
@@ -68,15 +68,15 @@ class MFFit:
     relative_errors: Mapping[str, float]
     """Output -> e_r of (7.28)."""
     skipped: tuple[str, ...] = ()
-    """Stages for which there were no data, and why."""
+    """Stages without data, and why."""
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Quantity -> lowest and highest value of the points, where they differ."""
     cx_source: str = ""
-    """Where C_x, and with it the relaxation length, comes from."""
+    """Source of C_x, and so of the relaxation length."""
 
     @property
     def file(self) -> TirFile:
-        """What is written for other programs."""
+        """The file for other programs."""
         return whole(self.tir, self.ranges)
 
     @property
@@ -86,7 +86,7 @@ class MFFit:
 
     @property
     def confusions(self) -> tuple[Confusion, ...]:
-        """All statements on what cannot be told apart."""
+        """All statements on parameters that cannot be separated."""
         return tuple(c for fit in self.fits.values() for c in fit.confusions)
 
     def to_json(self) -> dict[str, Any]:
@@ -109,7 +109,7 @@ def fit_magic_formula(
 ) -> MFFit:
     """Fit the stages in order, then every output jointly; `tir` gives all that is not fitted.
 
-    Raises when force curves were wanted and the points have none: the result would be `tir`'s.
+    Raises when force curves were requested but the points have none: the result would be `tir`'s.
     """
     settings = settings or FitFile()
     if tir.law != LATEST:
@@ -190,7 +190,7 @@ def _refuse_without_force(
 
 
 def _told(stage: Stage, free: Sequence[str], data: SteadyPoints) -> tuple[list[str], list[str]]:
-    """Coefficients that the levels of these points tell, and a line on those that they do not."""
+    """Coefficients that the levels of these points determine, and a line on the others."""
     kept: list[str] = []
     left: dict[str, list[str]] = {}
     for name in free:

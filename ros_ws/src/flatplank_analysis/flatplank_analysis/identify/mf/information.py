@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which coefficients the data determine, which they cannot tell apart, and which run would.
+"""Which coefficients the data determine, which they cannot separate, and which run would help.
 
-The Jacobian is scaled twice: rows by the scatter of a measurement, columns by the change of a
-parameter that matters. A direction whose error is then larger than UNDETERMINED is not determined.
-Runs that the bench could make beside those of the data give one axis at a time a new level.
+The Jacobian is scaled twice: rows by the scatter of a measurement, columns by the relevant change
+of a parameter. A direction whose error is then larger than UNDETERMINED is not determined.
+Proposed runs give one axis at a time a new level that the bench can set.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from ..results import Confusion
 from .points import SteadyPoints
 
 UNDETERMINED = 0.5
-"""Error of a direction in sizes that matter, above which it is not determined."""
+"""Error of a direction, in relevant sizes, above which it is not determined."""
 LOADING = 0.25
 """Share of a direction's largest entry above which a parameter belongs to it."""
 STRONG = 0.98
-"""Correlation above which two parameters are named as hard to tell apart."""
+"""Correlation above which two parameters are named as hard to separate."""
 HELPS = 3.0
-"""A proposed run must cut the error of the direction at least by this factor."""
+"""Least factor by which a proposed run must reduce the error of the direction."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Runs that could be made: a line of text, what of it the data have, scaled rows (m, p)."""
+    """Possible runs: a line of text, the levels in the data, scaled rows (m, p)."""
 
     text: str
     have: str
@@ -40,7 +40,7 @@ Candidates = Callable[[], Sequence[Candidate]]
 
 
 def undetermined(jacobian: np.ndarray, sizes: np.ndarray) -> list[np.ndarray]:
-    """Directions (p,) in scaled parameters that the rows (n, p) leave open, worst first."""
+    """Directions (p,) in scaled parameters that the rows (n, p) do not determine, worst first."""
     scaled = jacobian * sizes
     if not len(scaled):
         return list(np.eye(len(sizes)))
@@ -51,7 +51,7 @@ def undetermined(jacobian: np.ndarray, sizes: np.ndarray) -> list[np.ndarray]:
 
 
 def members(direction: np.ndarray) -> np.ndarray:
-    """Indices of the parameters that make up a direction."""
+    """Indices of the parameters that belong to a direction."""
     size = np.abs(direction)
     return np.flatnonzero(size >= LOADING * size.max())
 
@@ -64,10 +64,10 @@ def confusions(
     candidates: Candidates,
     errors: np.ndarray | None = None,
 ) -> tuple[list[Confusion], np.ndarray]:
-    """Statements for every open direction and every strongly correlated pair.
+    """Statements for every undetermined direction and every strongly correlated pair.
 
-    `errors` (p,): standard errors; a small part in a wide open direction is one beyond all that
-    matters, too. Returns them with a mask (p,) of the parameters that are not determined.
+    `errors` (p,): standard errors; a parameter with a small part in an undetermined direction may
+    still have an irrelevantly large error. Returns a mask (p,) of undetermined parameters, too.
     """
     found: list[Confusion] = []
     open_mask = np.zeros(len(names), bool)
@@ -93,7 +93,7 @@ def confusions(
 
 
 def _sparse(directions: list[np.ndarray]) -> list[np.ndarray]:
-    """The same open space in directions of few parameters each (row echelon with pivoting)."""
+    """The same undetermined space in directions with few parameters (pivoted row echelon form)."""
     if len(directions) < 2:
         return directions
     rows = np.array(directions)
@@ -124,7 +124,7 @@ def _pairs(correlation: np.ndarray, open_mask: np.ndarray) -> list[tuple[int, in
 
 
 def _merged(found: list[Confusion]) -> list[Confusion]:
-    """Single parameters that the same lack leaves open, in one statement."""
+    """Single parameters with the same missing data, in one statement."""
     groups: dict[str, list[Confusion]] = {}
     for one in found:
         lack = one.statement.partition(" by ")[2] if len(one.names) == 1 else one.statement
@@ -166,7 +166,7 @@ def _statement(
 def _best_run(
     direction: np.ndarray, sizes: np.ndarray, offers: Sequence[Candidate], jacobian: np.ndarray
 ) -> Candidate | None:
-    """The proposal that tells most about the direction; None when none tells enough."""
+    """The proposal that improves the direction most; None when none improves it enough."""
     now = float(np.sum((jacobian @ (direction * sizes)) ** 2))
     gains = [float(np.sum((c.rows @ (direction * sizes)) ** 2)) for c in offers]
     if not gains or max(gains) < (HELPS**2 - 1.0) * now or max(gains) < 0.5:
@@ -185,7 +185,7 @@ GRAIN = {
     "gamma": np.radians(0.5),
     "pressure": 5e3,
 }
-"""Levels closer than this are one level."""
+"""Values closer than this are one level."""
 REACH = {
     "fz": (1000.0, 2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0, 8000.0),
     "kappa": (-0.15, -0.1, -0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05, 0.1, 0.15),
@@ -193,7 +193,7 @@ REACH = {
     "gamma": tuple(np.radians((-5.0, -2.5, 0.0, 2.5, 5.0))),
     "pressure": (150e3, 180e3, 200e3, 220e3, 250e3, 280e3, 300e3, 330e3),
 }
-"""What the flat plank bench can set."""
+"""Settings that the flat plank bench can make."""
 SHOW: dict[str, Callable[[float], str]] = {
     "fz": lambda v: f"a load of {v:.0f} N",
     "kappa": lambda v: f"a slip of {100 * v:+.0f} %",
@@ -221,7 +221,7 @@ def levels_of(points: SteadyPoints, axis: str) -> np.ndarray:
 
 
 def describe_levels(points: SteadyPoints, axis: str) -> str:
-    """What the data have of one axis, in words: "2 pressures (2.0 bar, 2.5 bar)"."""
+    """The levels of one axis in words: "2 pressures (2.0 bar, 2.5 bar)"."""
     levels = levels_of(points, axis)
     name, told = LEVEL[axis]
     shown = f" ({', '.join(told(v) for v in levels)})" if len(levels) <= 5 else ""
@@ -229,7 +229,7 @@ def describe_levels(points: SteadyPoints, axis: str) -> str:
 
 
 def proposals(points: SteadyPoints, rows: Callable[[SteadyPoints], np.ndarray]) -> list[Candidate]:
-    """Every new level of one axis, measured at the points that the data already have."""
+    """Every new level of one axis, combined with the points of the data."""
     base = _representative(points)
     found = []
     for axis, reach in REACH.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a Magic Formula is fitted to: steady measurements, one row per point."""
+"""Input of a Magic Formula fit: steady measurements, one row per point."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ AXES = ("fz", "kappa", "alpha", "gamma", "pressure")
 
 @dataclass(frozen=True)
 class SteadyPoints:
-    """Operating points (n,) and what was measured there (NaN: not measured). SI, ISO W.
+    """Operating points (n,) and measured outputs (NaN: not measured). SI, ISO W.
 
-    `fz` [N], `kappa` [-], `alpha`, `gamma` [rad], `pressure` [Pa]; `run` tells which rows share a
-    run; `measured` maps an output (fx, fy [N], mz [Nm], re, a, b, rho [m], cx, cy [N/m]) to (n,).
+    `fz` [N], `kappa` [-], `alpha`, `gamma` [rad], `pressure` [Pa]; `run` identifies rows of the
+    same run; `measured` maps an output (fx, fy [N], mz [Nm], re, a, b, rho [m], cx, cy [N/m]) to
+    (n,).
     """
 
     fz: np.ndarray
@@ -37,7 +38,7 @@ class SteadyPoints:
         return len(self.fz)
 
     def rows(self, mask: np.ndarray) -> SteadyPoints:
-        """Some of the points, by a mask or by their places."""
+        """Some of the points, by a mask or by indices."""
         axes = {name: getattr(self, name)[mask] for name in (*AXES, "run")}
         return SteadyPoints(**axes, measured={k: v[mask] for k, v in self.measured.items()})
 
@@ -62,7 +63,7 @@ def steady_points(
     gamma: np.ndarray | float = 0.0,
     run: np.ndarray | None = None,
 ) -> SteadyPoints:
-    """Points from arrays or single numbers; every row is a run of its own unless told."""
+    """Points from arrays or single numbers; by default every row is a run of its own."""
     fz = np.atleast_1d(np.asarray(fz, float))
     run = np.arange(len(fz)) if run is None else np.asarray(run)
     axes = {"fz": fz, "kappa": kappa, "alpha": alpha, "gamma": gamma, "pressure": pressure}
@@ -95,13 +96,13 @@ def points_from_runs(runs: Sequence[StepRun]) -> SteadyPoints:
 UPRIGHT = np.radians(0.3)
 """Angles up to which a run counts as one of pure longitudinal slip [rad]."""
 AT_REST = "cx_at_rest"
-"""C_x of the standing tire, which serves where no rolling one is known."""
+"""C_x of the standing tire, used where no rolling one is known."""
 
 
 def stiffness_points(fits: Sequence[CarcassFit]) -> list[SteadyPoints]:
-    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7) of carcass fits that tell it.
+    """Overall longitudinal stiffness C_x = C_Fk / sigma_x (7.7) of carcass fits that determine it.
 
-    Only of straight and upright running: at a side slip angle C_Fk and sigma_x both shrink, and
+    Only for straight and upright running: at a side slip angle C_Fk and sigma_x both shrink, and
     their ratio is no stiffness of the tire in x.
     """
     known = [f for f in fits if f.sigma_x.determined and f.slip_stiffness.determined]
@@ -117,7 +118,7 @@ def stiffness_points(fits: Sequence[CarcassFit]) -> list[SteadyPoints]:
 def gathered(
     parts: Sequence[SteadyPoints], fits: Sequence[CarcassFit]
 ) -> tuple[SteadyPoints, str]:
-    """All points with C_x of the rolling tire, else at rest; and where C_x comes from, or ""."""
+    """All points with C_x of the rolling tire, otherwise at rest; and the source of C_x, or ""."""
     rolling = stiffness_points(fits)
     points = merge([*parts, *rolling])
     if rolling:
@@ -133,7 +134,7 @@ def gathered(
 
 
 def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
-    """Points of several campaigns or kinds of measurement; their runs stay apart."""
+    """Points of several campaigns or kinds of measurement, with their runs kept distinct."""
     outputs = list(dict.fromkeys(k for part in parts for k in part.measured))
     axes = {name: np.concatenate([getattr(p, name) for p in parts]) for name in AXES}
     blank = [np.full(len(p), np.nan) for p in parts]
@@ -147,7 +148,7 @@ def merge(parts: Sequence[SteadyPoints]) -> SteadyPoints:
         numbers.append(index + first)
         first += len(names)
     found = SteadyPoints(**axes, run=np.concatenate(numbers), measured=measured)
-    # The order of the points must not decide between two minima that are equally good.
+    # the order of the points must not decide between two equally good minima
     keys = [*(np.nan_to_num(v, nan=-1.0) for v in measured.values()), *axes.values()]
     return found.rows(np.lexsort(keys))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Residuals of one output of the Magic Formula over its free coefficients, as lanes."""
+"""Residuals of one output of the Magic Formula over its free coefficients, for many sets."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from .points import SteadyPoints
 from .stages import COEFFICIENTS, PREDICTIONS, SCALE, Coefficient
 
 WEAK = 10.0
-"""Every coefficient has a prior this many sizes wide, so that nothing undetermined drifts away."""
+"""Width of the prior of every coefficient in sizes, so that undetermined ones do not drift."""
 PENALTY = 1e3
-"""Weight of E - 1 where a curvature factor passes 1."""
+"""Weight of E - 1 where a curvature factor exceeds 1."""
 SHAPES = {
     "fx": ({"PCX1": 1.3, "PEX1": -1.5}, {"PCX1": 1.6, "PEX1": 0.0}),
     "fy": ({"PCY1": 1.1, "PEY1": -2.0}, {"PCY1": 1.5, "PEY1": -0.5}),
     "mz": ({"QCZ1": 1.1, "QEZ1": -2.0}, {"QCZ1": 1.4, "QEZ1": -0.5}),
 }
-"""Other starts for the shape of a curve."""
+"""Further starts for the shape of a curve."""
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Knowledge from elsewhere: value with its standard deviation."""
+    """Prior knowledge: a value with its standard deviation."""
 
     value: float
     std: float
@@ -34,7 +34,7 @@ class Prior:
 
 @dataclass(frozen=True)
 class OutputProblem:
-    """One output, its points, its free coefficients; `base` holds all the others."""
+    """One output, its points, its free coefficients; `base` has all the others."""
 
     output: str
     points: SteadyPoints
@@ -52,7 +52,7 @@ class OutputProblem:
 
     @property
     def sizes(self) -> np.ndarray:
-        """Size that matters per free coefficient (p,)."""
+        """Size of a relevant change per free coefficient (p,)."""
         return np.array([self.limit(n).size for n in self.free])
 
     @property
@@ -66,7 +66,7 @@ class OutputProblem:
         return self.base.replaced(dict(zip(self.free, x, strict=True)))
 
     def start(self) -> np.ndarray:
-        """Start values: those of the base inside the bounds, else the table's."""
+        """Start values: those of the base within the bounds, otherwise the table's."""
         values = []
         for name in self.free:
             limit, given = self.limit(name), float(getattr(self.base, name))
@@ -85,7 +85,7 @@ class OutputProblem:
         return np.broadcast_to(value, (len(lanes), len(points)))
 
     def error_scale(self, points: SteadyPoints | None = None) -> np.ndarray:
-        """Standard deviation that one point is taken to have (n,)."""
+        """Assumed standard deviation of each point (n,)."""
         points = self.points if points is None else points
         return SCALE[self.output](points) * (self.scatter / self.weight)
 
@@ -96,9 +96,9 @@ class OutputProblem:
         return np.hstack([np.broadcast_to(r, (len(lanes), r.shape[1])) for r in rows])
 
     def solve(self, broadly: bool = False) -> Solution:
-        """Search from the start values; `broadly`: from several shapes of the curve, best taken.
+        """Search from the start values; `broadly`: from several shapes, keeping the best.
 
-        Shape C and curvature E make valleys of their own: a high C with a high E looks much like
+        Shape C and curvature E have several local minima: a high C with a high E looks much like
         the low pair.
         """
         low, high = self.bounds
@@ -117,7 +117,7 @@ class OutputProblem:
         return solve(self.residuals, begin, low, high, self.sizes, 1e-8, 120)
 
     def prior_information(self, fixed: np.ndarray) -> np.ndarray:
-        """Information of stated priors on the coefficients that are not `fixed` (q, q)."""
+        """Information of the given priors on the coefficients that are not `fixed` (q, q)."""
         names = [n for n, f in zip(self.free, fixed, strict=True) if not f]
         given = [1.0 / self.priors[n].std ** 2 if n in self.priors else 0.0 for n in names]
         return np.diag(given)

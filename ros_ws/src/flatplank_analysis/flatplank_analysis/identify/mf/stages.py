@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ordered stages of a Magic Formula fit: what is free, and which measurements tell it.
+"""The ordered stages of a Magic Formula fit: free coefficients and the measurements they need.
 
 `coefficients.csv` has start, bounds and size of every coefficient that can be identified. `size`
-is a change that a tire engineer would call large: a coefficient whose error is as big is not
-determined by the data. Bounds hold C > 0 and mu > 0; E <= 1 is a penalty, since E is a sum.
+is a large change in the judgement of a tire engineer: a coefficient with an error of that size is
+not determined by the data. Bounds enforce C > 0 and mu > 0; E <= 1 is a penalty, since E is a sum.
 Sources: typical passenger tires in Pacejka (2012) appendix 3, and the thesis's Table I.1.
 """
 
@@ -30,7 +30,7 @@ SMALL_PRESSURE = 0.02
 
 
 class Coefficient(NamedTuple):
-    """Start value, lower and upper bound, size that matters, unit."""
+    """Start value, lower and upper bound, size of a relevant change, unit."""
 
     start: float
     lower: float
@@ -54,7 +54,7 @@ GENERAL = ("PCX1", "PDX1", "PKX1", "PCY1", "PDY1", "PKY1", "BREFF", "DREFF", "FR
 
 
 def general_start() -> dict[str, float]:
-    """Start values of no tire in particular, for a tire record without a start file."""
+    """Start values for no particular tire, for a tire record without a start file."""
     return {name: COEFFICIENTS[name].start for name in GENERAL}
 
 
@@ -92,7 +92,7 @@ SCALE: dict[str, Callable[[SteadyPoints], np.ndarray]] = {
     "cx": lambda p: np.full(len(p), 5e3),
     "cy": lambda p: np.full(len(p), 5e3),
 }
-"""First guess of the scatter, which the fit then replaces by what it finds."""
+"""First guess of the scatter, which the fit then replaces by its own estimate."""
 
 
 ONLY: dict[str, Callable[[SteadyPoints, Coefficients], np.ndarray]] = {
@@ -106,23 +106,23 @@ ONLY: dict[str, Callable[[SteadyPoints, Coefficients], np.ndarray]] = {
 
 @dataclass(frozen=True)
 class Stage:
-    """Coefficients that are free together, the outputs and the points that they are fitted to."""
+    """Coefficients that are free together, with the outputs and points of their fit."""
 
     name: str
     outputs: dict[str, str]
     """Output -> its free coefficients."""
     only: tuple[str, ...] = ()
-    """Names of `ONLY`: the points that count."""
+    """Names of `ONLY`: selection of the points."""
     needs: tuple[str, ...] = ()
-    """Axes of which the data must hold more than one level."""
+    """Axes of which the data must have more than one level."""
     each: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    """The same for single outputs: pressure scales a curve, which must be there."""
+    """The same for single outputs: pressure scales a curve, which must be measured."""
     levels: dict[str, tuple[str, int]] = field(default_factory=dict)
-    """Coefficient -> axis and number of its levels without which it stays as it is. Outputs of
-    such a stage are told by one point."""
+    """Coefficient -> axis and least number of its levels; with fewer it keeps its value. Outputs
+    of such a stage need only one point."""
 
     def select(self, points: SteadyPoints, c: Coefficients) -> np.ndarray:
-        """Mask of the points that count (n,)."""
+        """Mask of the selected points (n,)."""
         return np.all([np.ones(len(points), bool), *(ONLY[n](points, c) for n in self.only)], 0)
 
 
@@ -191,4 +191,4 @@ STAGES: dict[str, Stage] = {
         ),
     )
 }
-"""In the order in which they are fitted; later ones hold what earlier ones found."""
+"""Stages in the order of the fit; later ones hold the results of earlier ones."""

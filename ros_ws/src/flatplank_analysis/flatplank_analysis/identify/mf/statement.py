@@ -21,12 +21,12 @@ from .points import SteadyPoints
 from .problem import WEAK, OutputProblem
 
 SHIFTED = ("PKY1", "PHY1", "PVY1", "QHZ1")
-"""coefficients that a steering zero changes"""
+"""coefficients that change with the steering zero"""
 
 
 @dataclass(frozen=True)
 class Held:
-    """An output that was fitted before: its coefficients are held in the later ones."""
+    """A fitted output, whose coefficients are held in the later ones."""
 
     problem: OutputProblem
     x: np.ndarray
@@ -36,7 +36,7 @@ class Held:
 
 
 def _carried(problem: OutputProblem, x: np.ndarray, earlier: Sequence[Held]) -> Carried | None:
-    """What the errors of earlier outputs do to the rows of this one."""
+    """Effect of the errors of earlier outputs on the rows of this one."""
     base = problem.at(x)
     runs, parts = [], []
     for held in earlier:
@@ -52,7 +52,7 @@ def _carried(problem: OutputProblem, x: np.ndarray, earlier: Sequence[Held]) -> 
 def report(
     output: str, problem: OutputProblem, solution: Solution, earlier: Sequence[Held]
 ) -> tuple[Fit, Held]:
-    """Standard errors, bounds, and what the points leave open."""
+    """Estimates with standard errors and bounds, and statements on what is undetermined."""
     n, names = len(problem.points), problem.free
     held = solution.at_bound
     jac, residual = solution.jacobian[:n], solution.residual[:n]
@@ -64,8 +64,8 @@ def report(
     def offers() -> list:
         return proposals(problem.points, lambda p: _rows(problem, solution.x, p))
 
-    # With the coefficients that rest on a bound: holding one of a group that cannot be told apart
-    # makes the others look determined.
+    # including coefficients at a bound: holding one of a group that cannot be separated makes
+    # the others look determined
     known = np.sqrt(problem.prior_information(np.zeros_like(held)))
     correlation = np.eye(len(names))
     correlation[np.ix_(~held, ~held)] = cover.correlation
@@ -133,12 +133,12 @@ def _rows(problem: OutputProblem, x: np.ndarray, points: SteadyPoints) -> np.nda
 
 PAIR = ("PKX2", "PKX3")
 AS_GOOD = 9.2
-"""Twins whose costs differ by less are not told apart: odds of 100 to 1 are 2 ln 100"""
+"""Cost difference below which twins are not distinguished: odds of 100 to 1 are 2 ln 100"""
 SURELY = 1.0
-"""Standard deviations: AS_GOOD is passed in five of six repeats of the campaign. Where fewer pass,
-those that do are a selection of noises, and their intervals hold too rarely"""
+"""Standard deviations of the cost difference that must exceed AS_GOOD, as in five of six repeats
+of the campaign. With less, campaigns that pass are a selection whose intervals fail too often"""
 APART = 0.5
-"""Twins closer than this, in sizes that matter, are one solution"""
+"""Twins closer than this, in relevant sizes, are one solution"""
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Twin:
 
 
 def better_twin(problem: OutputProblem, found: Solution) -> Solution:
-    """The better of both solutions; where they are equally good, that of the smaller PKX3."""
+    """The better of both solutions; where they are equally good, the one with smaller PKX3."""
     other = _other(problem, found)
     if other is None or other.cost > found.cost + AS_GOOD:
         return found
@@ -161,7 +161,7 @@ def better_twin(problem: OutputProblem, found: Solution) -> Solution:
 
 
 def twin_of(problem: OutputProblem, found: Solution) -> Twin | None:
-    """The second solution, when these data do not surely exclude it, with the load that would."""
+    """The second solution, unless these data surely exclude it, with the load that would."""
     other = _other(problem, found)
     if other is None or _told_apart(problem, found, other):
         return None
@@ -176,10 +176,10 @@ def twin_of(problem: OutputProblem, found: Solution) -> Twin | None:
 
 
 def _told_apart(problem: OutputProblem, found: Solution, other: Solution) -> bool:
-    """Whether the other solution fits worse, here and in most repeats of the campaign.
+    """Whether the other solution fits worse, here and in most repetitions of the campaign.
 
-    With predictions D apart (in standard deviations of the scatter) the costs of the wrong and the
-    right one differ by D^2 +- 2 D.
+    With predictions D apart (in standard deviations of the scatter) the cost difference of the two
+    solutions is D^2 +- 2 D.
     """
     lanes = problem.residuals(np.array([found.x, other.x]))[:, : len(problem.points)]
     apart = float(np.linalg.norm(lanes[1] - lanes[0]))
@@ -187,7 +187,7 @@ def _told_apart(problem: OutputProblem, found: Solution, other: Solution) -> boo
 
 
 def _other(problem: OutputProblem, found: Solution) -> Solution | None:
-    """Search from the mirrored pair; None when it leads back to the same place."""
+    """Search from the mirrored pair; None when it ends at the same solution."""
     if not set(PAIR) <= set(problem.free) or not set(PAIR).isdisjoint(problem.priors):
         return None
     i, j = (problem.free.index(name) for name in PAIR)
@@ -196,7 +196,7 @@ def _other(problem: OutputProblem, found: Solution) -> Solution | None:
     low, high = problem.bounds
     start = found.x.copy()
     start[i], start[j] = -start[i], _mirrored(problem, found.x)
-    # The weak prior must not judge between the two: it is centred where the search began.
+    # the weak prior must not decide between the two: it is centred at the start of the search
     moved = replace(problem, base=problem.at(start))
     other = solve(moved.residuals, np.clip(start, low, high), low, high, problem.sizes, 1e-8, 120)
     away = np.abs(other.x[[i, j]] - found.x[[i, j]]) / problem.sizes[[i, j]]

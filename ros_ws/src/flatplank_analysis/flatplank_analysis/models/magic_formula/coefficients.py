@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The coefficients of the Magic Formula 5.2 and 6.0 to 6.2: names, sections, defaults.
 
-Names and sections are those of a `.tir` file (tire property file). A coefficient that a file
-does not give has its null value: 1 for a scaling factor, 0 otherwise, with the few exceptions
-that are stated here. Sources: Pacejka, Tire and Vehicle Dynamics (3rd ed., 2012) section 4.3.2;
-Besselink, Schmeitz, Pacejka (2010), An improved Magic Formula/Swift tyre model.
+Names and sections are those of a `.tir` file (tire property file). A coefficient that is not in
+the file has its null value: 1 for a scaling factor, 0 otherwise, with the few exceptions that are
+stated here. Sources: Pacejka, Tire and Vehicle Dynamics (3rd ed., 2012) section 4.3.2; Besselink,
+Schmeitz, Pacejka (2010), An improved Magic Formula/Swift tyre model.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ SECTIONS: dict[str, str] = {
         "PCFX1 PCFX2 PCFX3 PCFY1 PCFY2 PCFY3"
     ),
     "CONTACT_PATCH": "Q_RA1 Q_RA2 Q_RB1 Q_RB2",
-    # Not of MF-Tyre: the thesis measured that R_e depends on side slip and camber (figures 7.30,
-    # 7.31). Other tools pass over a section that they do not know.
+    # Not in MF-Tyre: the thesis measured that R_e depends on side slip and camber (figures 7.30,
+    # 7.31). Other tools ignore unknown sections.
     "FLATPLANK_RADIUS": "Q_REA Q_REG",
     "FLATPLANK_FORMULA": "TAN_ALPHA CAP_E A_MU",
     "SCALING_COEFFICIENTS": (
@@ -72,7 +72,7 @@ REQUIRED: tuple[str, ...] = (
     "PDY1",
     "PKY1",
 )
-"""Without these no force can be computed; the vertical stiffness tells only R_e, a and rho."""
+"""Required for forces; the vertical stiffness is needed only for R_e, a and rho."""
 
 _NOT_ZERO = {
     "Q_RE0": 1.0, "PKY4": 2.0, "QSY7": 1.0, "LONGVL": 16.7, "CAP_E": 1.0, "A_MU": 1.0,
@@ -97,14 +97,14 @@ NOT_OF: dict[str, frozenset[str]] = {
     OLD: frozenset(_OF_ONE_LAW[LATEST].split()),
     LATEST: frozenset(_OF_ONE_LAW[OLD].split()),
 }
-"""law -> coefficients that it does not have: they keep their null values"""
+"""law -> coefficients that it does not have; they keep their null values"""
 
 SWITCHES = {
     "TAN_ALPHA": "1: tan(alpha) is the slip of all curves, as in the book; 0: alpha itself",
     "CAP_E": "1: curvature factors are at most 1; 0: as they are",
     "A_MU": "digressive friction of the vertical shifts (4.E8): 1 none, the book uses 10",
 }
-"""What programs do differently; the defaults are the practice of MF-Tyre."""
+"""Differences between programs; the defaults follow MF-Tyre."""
 
 DEFAULTS: dict[str, float] = {
     name: 1.0 if section == "SCALING_COEFFICIENTS" else 0.0 for name, section in SECTION_OF.items()
@@ -151,7 +151,7 @@ DIMENSIONS = {key: powers for powers, keys in _BY_POWERS for key in keys.split()
 
 
 def factor(key: str, units: Mapping[str, float]) -> float:
-    """SI value of a key over the number in the file; `units`: factor of each quantity."""
+    """Factor from the number in the file to SI; `units`: factor of each quantity."""
     return prod(units.get(name, 1.0) ** power for name, power in DIMENSIONS.get(key, {}).items())
 
 
@@ -173,5 +173,5 @@ class Coefficients:
         raise AttributeError(f"the Magic Formula has no coefficient {name}")
 
     def replaced(self, values: Mapping[str, Any]) -> Coefficients:
-        """The same coefficients with some of them changed."""
+        """A copy with some coefficients changed."""
         return Coefficients({**self.__dict__, **values}, self.law)

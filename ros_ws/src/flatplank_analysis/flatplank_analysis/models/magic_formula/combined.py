@@ -23,14 +23,14 @@ from .turn_slip import Spin, spin_of
 
 
 def weight_x(c: Coefficients, o: OperatingPoint) -> Value:
-    """G_xa: share of Fx0 that is left at this slip angle (4.E51 to 4.E57)."""
+    """G_xa: remaining share of Fx0 at this slip angle (4.E51 to 4.E57)."""
     b = (c.RBX1 + c.RBX3 * o.gamma * o.gamma) * cos_atan(c.RBX2 * o.kappa) * c.LXAL
     e = capped(c, c.REX1 + c.REX2 * o.dfz)
     return _weight(c.RCX1, b, e, slip_angle(c, o), c.RHX1)
 
 
 def weight_y(c: Coefficients, o: OperatingPoint) -> Value:
-    """G_yk: share of Fy0 that is left at this longitudinal slip (4.E59 to 4.E65)."""
+    """G_yk: remaining share of Fy0 at this longitudinal slip (4.E59 to 4.E65)."""
     tilt = cos_atan(c.RBY2 * (slip_angle(c, o) - c.RBY3))
     b = (c.RBY1 + c.RBY4 * o.gamma * o.gamma) * tilt * c.LYKA
     e = capped(c, c.REY1 + c.REY2 * o.dfz)
@@ -40,7 +40,7 @@ def weight_y(c: Coefficients, o: OperatingPoint) -> Value:
 def side_force_by_kappa(
     c: Coefficients, o: OperatingPoint, mu_y: Value, spin: Spin | None = None
 ) -> Value:
-    """S_Vyk (4.E66, 4.E67) [N]: the lateral force that braking and driving bring (plysteer)."""
+    """S_Vyk (4.E66, 4.E67) [N]: lateral force by braking and driving (ply steer)."""
     if not (np.any(c.RVY1) or np.any(c.RVY2) or np.any(c.RVY3)):
         return 0.0
     d = (
@@ -60,7 +60,7 @@ def _weight(c: Value, b: Value, e: Value, slip: Value, shift: Value) -> Value:
 
 
 PIECE = 4096
-"""Samples in one piece: some forty temporaries of this size fit in the second-level cache."""
+"""Samples per piece: some forty temporaries of this size fit in the second-level cache."""
 
 
 class SteadyForces(NamedTuple):

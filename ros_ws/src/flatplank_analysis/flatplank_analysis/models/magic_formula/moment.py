@@ -44,7 +44,7 @@ def aligning(
 ) -> Value:
     """Mz [Nm] at combined slip: trail times side force, residual moment, arm of Fx."""
     kya = away_from_zero(pure_y.kya)
-    # (K_x/K_y kappa)^2: slip of the other direction, told as a slip angle.
+    # (K_x/K_y kappa)^2: slip of the other direction, expressed as a slip angle
     other = kxk / kya * o.kappa
     other = other * other
     alpha, tilted = slip_angle(c, o), o._replace(gamma=o.gamma * c.LGAZ)
@@ -118,7 +118,7 @@ def _residual(c: Coefficients, o: OperatingPoint) -> Value:
 def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
     """Mx [Nm] (equation 49 of the draft of the article, with QSX12 to QSX14).
 
-    Of 5.2 it has three coefficients, and LMX scales camber and side force only.
+    In 5.2 it has three coefficients, and LMX scales only camber and side force.
     """
     if c.law == OLD:
         loaded = (c.QSX3 * fy / c.FNOMIN - c.QSX2 * o.gamma) * c.LMX
@@ -134,7 +134,7 @@ def overturning(c: Coefficients, o: OperatingPoint, fy: Value) -> Value:
 
 
 def rolling_resistance(c: Coefficients, o: OperatingPoint, fx: Value) -> Value:
-    """My [Nm] at a longitudinal force fx [N]; of 5.2 a share of the load."""
+    """My [Nm] at a longitudinal force fx [N]; in 5.2 a share of the load."""
     speed = np.abs(o.vx / c.LONGVL)
     share = c.QSY1 + c.QSY2 * fx / c.FNOMIN + c.QSY3 * speed + c.QSY4 * speed**4
     if c.law == OLD:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pure slip: Fx0 and Fy0 of the Magic Formula (equations 4.E9 to 4.E30).
 
-What 5.2 does in another way is marked (Pacejka 2006, section 4.3.2; the same terms in PAC2002):
-camber counts by a scaling factor of its own in Fx, Fy and Mz, and shifts the side slip by PHY3.
+Terms of 5.2 that differ are marked (Pacejka 2006, section 4.3.2; the same terms in PAC2002):
+camber has a scaling factor of its own in Fx, Fy and Mz, and shifts the side slip by PHY3.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class PureX(NamedTuple):
 
 
 class PureY(NamedTuple):
-    """Fy0 [N], K_ya [N/rad], and what the moment needs: mu_y, S_Hy [rad], S_Vy [N], B_y, C_y."""
+    """Fy0 [N], K_ya [N/rad], and inputs of the moment: mu_y, S_Hy [rad], S_Vy [N], B_y, C_y."""
 
     fy0: Value
     kya: Value
@@ -69,7 +69,7 @@ def longitudinal(c: Coefficients, o: OperatingPoint, spin: Spin | None = None) -
 
 
 def cornering_stiffness(c: Coefficients, o: OperatingPoint) -> Value:
-    """K_ya (4.E25) [N/rad]; PKY2 = 0 means a load of the maximum at zero, hence the atan2."""
+    """K_ya (4.E25) [N/rad]; PKY2 = 0 puts the maximum at zero load, hence the atan2."""
     gamma = o.gamma * c.LGAY
     load_of_maximum = (c.PKY2 + c.PKY5 * gamma * gamma) * (1.0 + c.PPY2 * o.dpi)
     fz0 = c.LFZO * c.FNOMIN

@@ -17,7 +17,7 @@ Value = Any
 
 
 class OperatingPoint(NamedTuple):
-    """What the contact sees. Angles [rad], kappa [-], fz [N], speed [m/s]; ISO W signs."""
+    """Operating point of the contact. Angles [rad], kappa [-], fz [N], speed [m/s]; ISO W."""
 
     fz: Value
     kappa: Value
@@ -37,7 +37,7 @@ def operating_point(
     pressure: Value,
     vx: Value,
 ) -> OperatingPoint:
-    """Normalised load (4.E2a) and pressure (4.E2b) changes; a negative load is no load."""
+    """Normalised load (4.E2a) and pressure (4.E2b) changes; a negative load counts as zero."""
     fz = np.maximum(fz, 0.0)
     fz0 = c.LFZO * c.FNOMIN
     dpi = (np.asarray(pressure, float) - c.NOMPRES) / c.NOMPRES
@@ -60,7 +60,7 @@ def away_from_zero(x: Value) -> Value:
 
 
 def curve_angle(c: Value, b: Value, e: Value, x: Value) -> Value:
-    """C atan(B x - E (B x - atan(B x))): what stands inside the sine or cosine."""
+    """C atan(B x - E (B x - atan(B x))): the argument of the sine or cosine."""
     bx = b * x
     if not np.any(e):
         return c * np.arctan(bx)

@@ -2,7 +2,7 @@
 """Radii, deflection, contact patch, stiffnesses and relaxation lengths.
 
 Source: Besselink, Schmeitz, Pacejka (2010), equations 1 to 10 and 17 to 19; thesis (7.20), (7.21);
-relaxation lengths of 5.2: Pacejka 2006, as the manual of MF-Tyre 5.2 has them.
+relaxation lengths of 5.2: Pacejka 2006, as in the manual of MF-Tyre 5.2.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def vertical_stiffness(c: Coefficients, dpi: Value) -> Value:
 def effective_radius(c: Coefficients, o: OperatingPoint, omega: Value) -> Value:
     """Effective rolling radius R_e [m] at wheel speed omega [rad/s].
 
-    Q_REA and Q_REG [1/rad2] add what side slip and camber change; they are zero in MF-Tyre.
+    Q_REA and Q_REG [1/rad2] add the changes by side slip and camber; they are zero in MF-Tyre.
     """
     load = o.fz / c.FNOMIN
     shape = c.DREFF * np.arctan(c.BREFF * load) + c.FREFF * load
@@ -40,7 +40,7 @@ def rolling(c: Coefficients, o: OperatingPoint, vx: Value) -> tuple[Value, Value
     """R_e [m] and omega [rad/s] that agree with each other: omega = (1 + kappa) vx / R_e."""
     omega = 0.0
     radius = effective_radius(c, o, omega)
-    # Growth with speed is some 0.1 mm: the fixed point is reached in a few turns.
+    # the growth with speed is some 0.1 mm: the fixed point converges in a few iterations
     for _ in range(40):
         omega = (1.0 + o.kappa) * vx / radius
         before, radius = radius, effective_radius(c, o, omega)
@@ -50,7 +50,7 @@ def rolling(c: Coefficients, o: OperatingPoint, vx: Value) -> tuple[Value, Value
 
 
 def deflection(c: Coefficients, o: OperatingPoint, omega: Value, fx: Value, fy: Value) -> Value:
-    """rho [m] at which the tire carries fz; the form that stays finite with Q_FZ2 = 0."""
+    """rho [m] at which the tire carries fz, in the form that stays finite with Q_FZ2 = 0."""
     gain = 1.0 + c.Q_V2 * (c.UNLOADED_RADIUS / c.LONGVL) * np.abs(omega)
     gain = gain - (c.Q_FCX * fx / c.FNOMIN) ** 2 - (c.Q_FCY * fy / c.FNOMIN) ** 2
     load = o.fz / (gain * (1.0 + c.PFZ1 * o.dpi) * c.FNOMIN)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Turn slip: the factors zeta by which the curvature of the path changes forces and moments.
 
-Equations 4.75 to 4.106 of Pacejka (2012), section 4.3.3; an option, for they replace the camber
-terms of 4.E27 and 4.E47 by the spin that camber brings. A path that turns to the left counts
-positive: it spins the contact as a camber to the right does, and a small camber has the same side
-force and moment with these equations and without. What programs do differently is told in
+Equations 4.75 to 4.106 of Pacejka (2012), section 4.3.3; an option, because they replace the
+camber terms of 4.E27 and 4.E47 by the spin caused by camber. A path that turns to the left is
+positive: it spins the contact like a camber to the right, and a small camber has the same side
+force and moment with these equations and without. Differences between programs are described in
 docs/conventions.md.
 """
 
@@ -21,7 +21,7 @@ COEFFICIENTS = tuple(SECTIONS["TURNSLIP_COEFFICIENTS"].split())
 
 
 class Spin(NamedTuple):
-    """Path curvature phi_t and all spin phi [1/m], camber included; eps_gamma [-]."""
+    """Path curvature phi_t and total spin phi [1/m], including camber; eps_gamma [-]."""
 
     phi_t: Value
     phi: Value
@@ -60,7 +60,7 @@ def stiffness_y(c: Coefficients, _o: OperatingPoint, s: Spin) -> Value:
 def shift_y(
     c: Coefficients, o: OperatingPoint, s: Spin, kyg0: Value, kya0: Value, sv_share: Value
 ) -> Value:
-    """zeta_4 - 1 [rad]: what spin shifts the side slip (4.80 to 4.89).
+    """zeta_4 - 1 [rad]: shift of the side slip by spin (4.80 to 4.89).
 
     kyg0: camber stiffness; kya0: cornering stiffness without camber [N/rad]; sv_share: vertical
     shift of camber over the cornering stiffness [rad].

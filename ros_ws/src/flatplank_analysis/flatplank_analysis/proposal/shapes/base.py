@@ -2,8 +2,8 @@
 """A shape: a closed formula over a coordinate u, its numbers with their ranges, and its words.
 
 The formula is written once, as the text that goes into the effect's file; the search evaluates
-the same text. In it u is the coordinate, {low}, {high}, {middle}, {width} are those of the range
-in which it was seen, {begin} is the event or the lower end, and {name} is a number of the shape.
+the same text. In it u is the coordinate; {low}, {high}, {middle}, {width} describe its observed
+range, {begin} is the event or the lower end, and {name} is a number of the shape.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ PLACE, ANGLE, LEVEL, SIGNAL = "place", "angle", "level", "signal"
 
 @dataclass(frozen=True)
 class Span:
-    """The range in which a coordinate was seen."""
+    """The observed range of a coordinate."""
 
     low: float
     high: float
@@ -29,7 +29,7 @@ class Span:
     """place, angle, level (constant within a run) or signal"""
     unit: str = "1"
     event: bool = False
-    """counted from an event, which is at zero"""
+    """True when it is measured from an event, which is at zero"""
 
     @property
     def width(self) -> float:
@@ -41,28 +41,28 @@ class Span:
 
     @property
     def crosses(self) -> bool:
-        """True when it lies on both sides of zero."""
+        """True when it includes both sides of zero."""
         return self.low < -0.1 * self.width and self.high > 0.1 * self.width
 
     @property
     def begin(self) -> float:
-        """Where a change that goes on begins: at the event, or at the lower end."""
+        """Start of a lasting change: the event, or the lower end."""
         return 0.0 if self.event else self.low
 
     def shares(self, *parts: float) -> np.ndarray:
-        """Values at these shares of the range."""
+        """Values at these fractions of the range."""
         return self.low + self.width * np.array(parts)
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a shape that is fitted beside its size."""
+    """A parameter of a shape that is fitted beside its size."""
 
     name: str
     unit: str
     """'u' is the unit of the coordinate"""
     grid: Callable[[Span], Sequence[float] | np.ndarray]
-    """values that are looked at"""
+    """values that are tried"""
     bounds: Callable[[Span], tuple[float, float]]
     note: str = ""
 
@@ -73,36 +73,36 @@ class Shape:
 
     name: str
     words: str
-    """the sentence about it, in which numbers may stand by name"""
+    """its sentence, in which numbers may appear by name"""
     terms: tuple[str, ...]
     kinds: tuple[str, ...]
     numbers: tuple[Number, ...] = ()
     both_signs: bool = False
-    """looked for only over a range on both sides of zero"""
+    """True when it needs a range on both sides of zero"""
     memory: bool = False
-    """needs the course along the run, no function of u alone"""
+    """True when it depends on the course along the run, not only on u"""
     parts: tuple[tuple[str, str], ...] = ()
-    """name and formula of what stands in several terms"""
+    """name and formula of parts used in several terms"""
     after_event: bool = False
-    """may begin at an event: over a place it is looked for from the step on, too"""
+    """True when it may begin at an event: over a place it is also tried from the step on"""
     where: str = ""
-    """where to look, with its numbers by name; empty: they are told one by one"""
+    """where to look, with its numbers by name; empty: they are listed one by one"""
 
     @property
     def price(self) -> int:
-        """Numbers that must be paid for."""
+        """Number of parameters that are penalised."""
         return len(self.terms) + len(self.numbers)
 
     def suits(self, span: Span) -> bool:
-        """Whether it is looked for over such a coordinate."""
+        """Whether it is tried over such a coordinate."""
         return span.kind in self.kinds and (span.crosses or not self.both_signs)
 
     def formulas(self, span: Span, write: Callable[[str], str]) -> list[str]:
-        """The terms with the range filled in; `write` says how a number is written."""
+        """The terms with the range inserted; `write` formats a number."""
         return self._filled(self.terms, span, write)
 
     def named_parts(self, span: Span, write: Callable[[str], str]) -> list[tuple[str, str]]:
-        """Names and formulas of the parts, likewise."""
+        """Names and formulas of the parts, in the same way."""
         made = self._filled([formula for _, formula in self.parts], span, write)
         return [(name, formula) for (name, _), formula in zip(self.parts, made, strict=True)]
 
@@ -130,14 +130,14 @@ class Shape:
 
 
 def literal(value: float) -> str:
-    """A number as it is written in a file: four digits tell enough."""
+    """A number as written in a file, with four digits."""
     return f"({float(f'{value:.4g}')!r})" if value < 0.0 else repr(float(f"{value:.4g}"))
 
 
 def play(u: np.ndarray, width: np.ndarray | float) -> np.ndarray:
-    """Distance to a follower that is dragged through a gap of this width, over half of it.
+    """Distance to a follower with play of this width behind u, divided by half of the width.
 
-    -1 .. 1: what goes forward differs from what goes back (play operator).
+    -1 .. 1; it differs between rising and falling u (play operator).
     """
     half = 0.5 * np.asarray(width)
     u = np.broadcast_to(u, np.broadcast_shapes(np.shape(u), np.shape(half)))
@@ -151,7 +151,7 @@ def play(u: np.ndarray, width: np.ndarray | float) -> np.ndarray:
 
 
 def follow(u: np.ndarray, time: np.ndarray, lag: np.ndarray | float) -> np.ndarray:
-    """What follows u with a first-order lag [s]; it begins where u begins."""
+    """First-order lag [s] of u, starting at the first value of u."""
     lag = np.asarray(lag)
     u = np.broadcast_to(u, np.broadcast_shapes(np.shape(u), np.shape(lag)))
     step = np.diff(time, axis=-1, prepend=time[..., :1])
@@ -163,4 +163,4 @@ def follow(u: np.ndarray, time: np.ndarray, lag: np.ndarray | float) -> np.ndarr
 
 
 NAMES: Mapping[str, Any] = {"np": np, "play": play, "follow": follow, "lagged": lagged}
-"""what a formula may use"""
+"""names that a formula may use"""

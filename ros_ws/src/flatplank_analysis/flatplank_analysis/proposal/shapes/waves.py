@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Waves: harmonics over an angle; over a place one of any period, a beat, one that fades."""
+"""Waves: harmonics over an angle; over a place a wave of any period, a beat, a decaying wave."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _TIMES = ("once", "twice", "three times", "four times")
 
 
 def periods(span: Span) -> np.ndarray:
-    """Periods that are looked at: three of them in the range at least."""
+    """Periods that are tried: at least three of them fit in the range."""
     return span.width / np.concatenate([np.arange(3.0, 45.0, 0.5), np.arange(45.0, 116.0, 0.75)])
 
 

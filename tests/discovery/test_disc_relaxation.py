@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A tire of one relaxation length, the commonest model of the textbooks: what it differs in from
+a contact patch on a carcass is named, and no fault of the machine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from other_world import contact_point, runs_of
+
+from flatplank_analysis.contact_patch.model import TireModel
+from flatplank_analysis.contact_patch.session import Session
+from flatplank_analysis.effects.registry import library
+from flatplank_data.campaign import Campaign
+
+pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.mark.parametrize("design", ["to 5 %", "to 10 %"])
+@pytest.mark.parametrize("fixed", [0.0, 1.0])
+def test_a_fixed_relaxation_length_is_named_and_nothing_else(design: str, fixed: float) -> None:
+    rng = np.random.default_rng(20)
+    columns = contact_point(design, {"fixed": fixed})
+    for c in columns:
+        c["fx"] = c["fx"] * (1.0 + 0.01 * rng.standard_normal())
+        for name in ("fx", "fy", "fz"):
+            c[name] = c[name] + rng.normal(0.0, 8.0, len(c[name]))
+    data = runs_of(design, columns)
+    result = Session(Campaign("made", []), data, TireModel(data), library()).diagnose()
+    named = {f.decision.term.effect.identifier for f in result.found}
+    assert named - {"tire_law"} == ({"relaxation_fixed"} if fixed else set()), result.reason
