@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests to a core: each is answered at once and takes effect at a stated cycle."""
+"""Requests to a core: the core answers each at once, and it takes effect at a stated cycle."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Answer(NamedTuple):
-    """Accepted (from `cycle` on) or refused (with the reason; nothing has changed)."""
+    """Answer to a request: accepted, effective from `cycle` on; or refused, with the reason."""
 
     accepted: bool
     reason: str
@@ -22,7 +22,7 @@ def refused(reason: str) -> Answer:
 
 
 class Agenda:
-    """Accepted actions that wait for their cycle; the core calls `run` when `due` is not empty."""
+    """Queue of accepted actions; the core calls `run` in each cycle while `due` is not empty."""
 
     __slots__ = ("due", "last_cycle")
 
@@ -31,7 +31,7 @@ class Agenda:
         self.last_cycle = -1
 
     def accept(self, action: Callable[[], None], at_cycle: int | None = None) -> Answer:
-        """Put an action down for `at_cycle`, or for the next cycle; a past cycle is refused."""
+        """Schedule an action for `at_cycle`, or for the next cycle; a past cycle is refused."""
         following = self.last_cycle + 1
         cycle = following if at_cycle is None else at_cycle
         if cycle < following:
@@ -40,7 +40,7 @@ class Agenda:
         return Answer(True, "", cycle)
 
     def run(self, cycle: int) -> None:
-        """Do what is due at `cycle`, in the order in which it was accepted."""
+        """Perform the actions due at `cycle`, in the order in which they were accepted."""
         now = [action for at, action in self.due if at <= cycle]
         self.due = [item for item in self.due if item[0] > cycle]
         for action in now:
