@@ -15,8 +15,7 @@ from flatplank_msgs.srv import SetValue, SetWaveform
 
 
 class AxisHoldNode(FollowerNode):
-    """Holds the angle of its axis, or moves it along a profile, while its drive is in mode
-    follow."""
+    """Holds the angle of its axis, or moves it along a profile, in mode follow of its drive."""
 
     PARAMETERS = AngleParameters
 

@@ -54,8 +54,7 @@ class Feedback:
         self.passing(0.0)
 
     def passing(self, seconds: float) -> None:
-        """Send the progress after `seconds` of the present step [s of bench time], at
-        intervals."""
+        """Send the progress after `seconds` of the present step [s of bench time]."""
         progress, now = self._progress, time.monotonic()
         if progress is None:
             return

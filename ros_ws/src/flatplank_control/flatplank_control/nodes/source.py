@@ -80,8 +80,7 @@ class SourceNode(BenchNode):
 
 
 class FollowerNode(SourceNode):
-    """Controller node of a driven axis beside the wheel; its core has `reference(hub,
-    encoders)`."""
+    """Controller of a further driven axis; its core has `reference(hub, encoders)`."""
 
     MODE = "follow"
 

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scans an unfinished MCAP file of the recorder: its complete records, and where it is
-truncated."""
+"""Scans an unfinished MCAP file of the recorder for complete records and its truncation."""
 
 from __future__ import annotations
 

@@ -107,8 +107,7 @@ TABLE = (
     _row("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", "1 Hz",
          "health of the nodes", HEALTH),
 )  # fmt: skip
-"""recorded topics; the recorder itself adds `/run` (flatplank_msgs/Run), latched: the run
-record"""
+"""recorded topics; the recorder adds `/run` (flatplank_msgs/Run), latched: the run record"""
 
 RECORDED = tuple(row.spec for row in TABLE)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a waveform is: a parameter set with one pure function of distance."""
+"""Base of the waveforms: a parameter set with one pure function of distance."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Waveform(Params):
 
 @dataclass(frozen=True)
 class Wave(Waveform):
-    """Slip that goes up and down over the road."""
+    """Periodic slip over the road."""
 
     amplitude: float = param(0.0, "of the slip", bounds=SLIP)
     wavelength: float = param(1.0, "of the wave on the road", unit="m", bounds=LENGTH)
     offset: float = param(0.0, "mean slip", bounds=SLIP)
 
     def check(self) -> str | None:
-        """Why the wave cannot be: it goes beyond the largest slip."""
+        """Reason when the wave exceeds the largest slip, else None."""
         peak = abs(self.offset) + abs(self.amplitude)
         return f"the slip reaches {peak:g}, beyond {MAX_SLIP:g}" if peak > MAX_SLIP else None

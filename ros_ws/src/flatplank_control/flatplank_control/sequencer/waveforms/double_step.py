@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two steps of slip, for instance a preload and then the measured one."""
+"""Two steps of slip, for instance a preload and then the measured step."""
 
 from __future__ import annotations
 
