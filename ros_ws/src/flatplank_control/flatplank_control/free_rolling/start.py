@@ -127,10 +127,10 @@ class Start:
         assert self._zero is not None, "set by observe"
         force = fx - self._zero[1]
         if self.phase == LISTEN:
-            self._listen(x, force)
+            self._estimate_stiffness(x, force)
             if self.phase == LISTEN:
                 return 0.0
-        return self._catch(x, force, encoders)
+        return self._catch_up(x, force, encoders)
 
     def observe(self, fx: float, encoders: EncoderSample) -> float:
         """Add a sample, also after the start; returns the road's travel since the start [m]."""
@@ -148,7 +148,7 @@ class Start:
             self.tire = self._estimator.solve()
         return self.travel
 
-    def _listen(self, x: float, force: float) -> None:
+    def _estimate_stiffness(self, x: float, force: float) -> None:
         if -force < NOTICED:
             if x > LONGEST:
                 self.phase = CATCH
@@ -165,7 +165,7 @@ class Start:
                 self.stiffness = -(sxf - sx * sf / self._n) / spread
             self.phase = CATCH
 
-    def _catch(self, x: float, force: float, encoders: EncoderSample) -> float:
+    def _catch_up(self, x: float, force: float, encoders: EncoderSample) -> float:
         p = self._p
         radius = p.effective_radius
         ahead = (p.reference / self.stiffness) if self.stiffness > 0.0 else 0.0

@@ -57,7 +57,7 @@ class CampaignRunner:
         """Run the plan to its end; PlanFailed when the bench stops it or it is cancelled."""
         self._cancelled, self._tell = cancelled, tell
         self.bench.interrupt = self._stop
-        await self._leave_behind()
+        await self._clean_up()
         list_kept(self.conductor, self.folder)
         self.bench.interrupt = self._look
         while job := self.conductor.take():
@@ -66,7 +66,7 @@ class CampaignRunner:
             try:
                 outcome = await self._make(job)
             except Wished as wish:
-                await self._grant(str(wish), job)
+                await self._apply_wish(str(wish), job)
                 continue
             outcome = self.conductor.finish(job, outcome)
             list_kept(self.conductor, self.folder)
@@ -76,7 +76,7 @@ class CampaignRunner:
         """Bench time of the remaining runs [s]."""
         return self.conductor.time_left(self._durations)
 
-    async def _leave_behind(self) -> None:
+    async def _clean_up(self) -> None:
         """Clean up after an interrupted runner: stop the wheel, close its bag."""
         if not self.journal.interrupted:
             return
@@ -125,7 +125,7 @@ class CampaignRunner:
         path = Path(self.bench.bags[-1])
         return outcome_of(path, job, self.conductor.plan.quality, before, after, turn)
 
-    async def _grant(self, wish: str, job: Job) -> None:
+    async def _apply_wish(self, wish: str, job: Job) -> None:
         await self._end("discarded", f"{wish} by the operator")
         if wish == "repeat":
             self.conductor.give_back(job)
