@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Margins of the free-rolling loop: continuous as in the thesis, and discrete with the real
-delay."""
+"""Margins of the free-rolling loop: continuous as in the thesis, discrete with the real delay."""
 
 from __future__ import annotations
 

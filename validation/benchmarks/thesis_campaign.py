@@ -98,8 +98,7 @@ def _run(plant: Campaign, info: RunRecord) -> tuple[CampaignRun, float]:
 
 
 def at_rest(config: PlantConfig) -> Iterator[MeasurementTable]:
-    """Make vertical stiffness, footprints and a turn of the unloaded wheel from the plant's
-    truth."""
+    """Make vertical stiffness, footprints and an unloaded turn from the plant's truth."""
     down = np.linspace(*HEIGHTS, 400)
     height = np.concatenate([down, down[::-1]])
     rows = {p: [truth_row(config, fz, p) for fz in LOADS] for p in PRESSURES}

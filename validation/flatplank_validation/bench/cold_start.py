@@ -18,8 +18,7 @@ BUSY = "while True: pass"
 
 
 def without_byte_code(folder: Path) -> dict[str, str]:
-    """Environment without byte code of modules and machine code of kernels; both go to
-    `folder`."""
+    """Environment without cached byte code and compiled kernels; both go to `folder`."""
     return {
         "PYTHONPYCACHEPREFIX": str(folder / "byte_code"),
         "NUMBA_CACHE_DIR": str(folder / "kernels"),

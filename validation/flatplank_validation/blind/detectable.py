@@ -80,8 +80,7 @@ class _Lot:
         return (world or self.world).run(self.runs, sizes, np.random.default_rng(11), scatter)
 
     def change(self, name: str, size: float) -> np.ndarray:
-        """Change of the forces by the effect alone; its side conditions are also in the
-        reference."""
+        """Change of the forces by the effect alone; the reference has its side conditions, too."""
         return _blocks(self.run({name: size})) - _blocks(self.run({name: 0.0}))
 
     def pushed(self, force: Force) -> np.ndarray:

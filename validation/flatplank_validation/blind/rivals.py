@@ -43,8 +43,7 @@ MOST = 6
 LEVELS = {"fx": 10.0, "fy": 8.0, "fz": 9.0}
 """noise levels of the channels that a user would assume as weights [N]"""
 CUT, ALIKE, AT_FLOOR = 0.10, 0.95, 1.2
-"""limits: reduction of the RMSE, correlation of columns, RMSE over the scatter of the repeats
-[-]"""
+"""limits: reduction of RMSE, correlation of columns, RMSE over scatter of the repeats [-]"""
 CLASSES = ("none/*", "single/*/c3/*", "outside/*/x4/*", "pair/*")
 """classes whose campaigns are judged in turn, since the rivals are slow"""
 
@@ -69,8 +68,7 @@ def our_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
 
 
 def lmfit_refit(fitter: Fitter, fit: Fit, term: Term) -> Kept:
-    """Fit all parameters jointly with Levenberg-Marquardt of lmfit, including its standard
-    errors."""
+    """Fit all parameters jointly with lmfit (Levenberg-Marquardt), with its standard errors."""
     import lmfit
 
     terms = [*fit.terms, term]

@@ -19,7 +19,7 @@ from flatplank_validation.fits import (
 )
 
 Part = Callable[[argparse.Namespace], Mapping[str, float]]
-#: part -> what is measured, what is wanted
+#: part -> measured quantity, limit
 PARTS: Mapping[str, tuple[Part, str]] = {
     "magic_formula": (lambda _: magic_formula.measure(), "wanted: time_s at most 1"),
     "nonlinear_fit": (
