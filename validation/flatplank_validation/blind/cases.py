@@ -26,8 +26,7 @@ from flatplank_validation.blind.worlds import PRESENT, WORLDS, Scatter
 
 """what a factor multiplies, by the letter in the name of a campaign"""
 PAIR = 3.0
-"""size of each effect of a pair over its detectable size, or its size of no consequence if
-larger"""
+"""size of an effect of a pair over its detectable size, or its size of no consequence if larger"""
 
 
 @dataclass(frozen=True)

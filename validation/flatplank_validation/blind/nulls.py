@@ -106,8 +106,7 @@ def lines_of_nulls(count: int) -> Iterator[str]:
 
 
 def lines_of_unrepeated(count: int) -> Iterator[str]:
-    """Lines with every diagnosis of campaigns without repeats, and the share that name an
-    effect."""
+    """Lines with every diagnosis of campaigns without repeats, and the share with an effect."""
     wrong: dict[float, int] = dict.fromkeys(LEVELS, 0)
     for level, result in diagnosed(count, worlds=RESTING, once=True):
         named = [f.decision.term.effect.identifier for f in result.found]

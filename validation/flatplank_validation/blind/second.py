@@ -172,8 +172,7 @@ def _sensors(c: Columns, tire: SecondTire, machine: SecondMachine, run: Run, sha
 
 
 def late(values: np.ndarray, time: float) -> np.ndarray:
-    """Values after a first-order lag `time` [s], exact for linear interpolation between
-    samples."""
+    """Values after a first-order lag `time` [s], exact for values linear between samples."""
     if time <= 0.0:
         return values
     keep, ratio = math.exp(-SAMPLE / time), SAMPLE / time

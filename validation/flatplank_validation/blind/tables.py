@@ -210,8 +210,7 @@ def _curve(points: Points) -> list[str]:
 
 
 def reached(shares: Sequence[Share]) -> int | None:
-    """First bin from which on every bin with campaigns has the required power; None without
-    one."""
+    """First bin from which on every bin with campaigns has the required power, or None."""
     start = None
     for i, s in reversed(list(enumerate(shares))):
         if s.trials and s.value < POWER:

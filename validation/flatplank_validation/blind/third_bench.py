@@ -37,8 +37,7 @@ STEER_STOP, STEER_DRAG, STEER_RUB = 4.0e5, 2.0e3, 2.0
 
 @njit(cache=True, nogil=True)
 def between_stops(at, gap, push, rub, drag, stop, h):
-    """Position of a part with friction and damping under a force, held by springs beyond the
-    gap."""
+    """Position of a part with friction and damping under a force, with springs beyond the gap."""
     if gap <= 0.0:
         return 0.0
     end = 0.5 * gap

@@ -26,8 +26,7 @@ from flatplank_validation.fits.campaigns import Truth, simulate_runs
 from flatplank_validation.fits.command import command
 
 OPTIONS = {"method": "LSODA", "rtol": 1e-6, "atol": 1e-9}
-"""Options of solve_ivp: its fastest method here; the default tolerance misses the optimum by
-4e-4."""
+"""Options of solve_ivp: its fastest method; the default tolerance misses the optimum by 4e-4."""
 STOP = {"xatol": 2e-5, "fatol": 1e-5}
 """Options of minimize, in units of 1e5 N/m and of the initial cost; smaller changes of the cost
 are integration errors, in which the search may not terminate."""

@@ -34,9 +34,9 @@ START_TOLERANCE = 10.0
 SAME_KAPPA = 0.002
 """slips that differ by less are equal [-]"""
 SAME_RADIUS = 1e-5
-"""[m]"""
+"""rolling radii that differ by less are equal [m]"""
 SAME_PLACE = 1e-3
-"""[m]"""
+"""step positions that differ by less are equal [m]"""
 
 Columns = Mapping[str, np.ndarray]
 Facts = dict[str, Any]

@@ -22,7 +22,7 @@ from flatplank_hw.cia402 import State
 from flatplank_hw.samples import DriveSample, EncoderSample, HubSample, Wrench
 
 STEP = 0.1
-"""[s]"""
+"""time step [s]"""
 WHEEL_SPEED = 0.15
 """wheel speed of a move [rad/s]"""
 BY_HAND = {"load": 7.0, "unload": 5.0, "pressure_bar": 0.2, "cleat_mm": 0.2}
@@ -175,7 +175,7 @@ class DryRun:
 
     @property
     def total(self) -> float:
-        """[s]"""
+        """Total bench time [s]."""
         return sum(self.durations.values())
 
     def lines(self, plan: CampaignPlan) -> list[str]:

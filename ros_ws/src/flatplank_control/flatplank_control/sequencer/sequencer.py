@@ -91,7 +91,7 @@ _NAN = math.nan
 
 
 class SequencerState(NamedTuple):
-    """What the last step did."""
+    """State of the sequencer after a step."""
 
     active: bool
     """the waveform has begun"""
@@ -130,7 +130,7 @@ class SlipSequencer:
 
     @property
     def state(self) -> SequencerState:
-        """What the last step did."""
+        """State after the last step."""
         return SequencerState(
             self._active, self._slip, self._actual_slip(), self._omega, self._distance,
             self._start, self._radius,

@@ -13,7 +13,7 @@ from flatplank_sim.plant import layout
 from flatplank_sim.plant.config import PlantConfig, cleat_heights
 
 MAX_CLEAT = 0.03
-"""[m]"""
+"""largest height of a cleat [m]"""
 
 
 class OperatorView(NamedTuple):

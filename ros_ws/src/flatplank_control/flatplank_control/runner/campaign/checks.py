@@ -18,7 +18,7 @@ from flatplank_data.limits import LIMITS
 from flatplank_data.params import ParameterError, from_mapping, nearest
 
 STEER_LIMIT = LIMITS["steer_deg"].high
-"""[deg]"""
+"""largest steering angle [deg]"""
 
 
 @dataclass(frozen=True)
@@ -28,13 +28,13 @@ class SetUp:
     blocked: tuple[tuple[float, float], ...] = ()
     """ranges of the wheel angle (from, to) [deg] with a collision; a range may include 0"""
     steer_limit: float = STEER_LIMIT
-    """[deg]"""
+    """largest steering angle of this set-up [deg]"""
 
 
 Problem = tuple[str, str]
 """(key at fault, reason)"""
 LEAST_ANGLE = 5.0
-"""[deg]"""
+"""smallest steering angle of a lateral stiffness run [deg]"""
 LEAST_ROAD = 0.2
 """shortest road after the start of a slip waveform [m]"""
 

@@ -70,9 +70,9 @@ def _spread(values: list[float]) -> float:
 
 
 LEAST_TURN = 2.0 * math.pi / 3.0
-"""[rad]"""
+"""smallest turn for a once-per-turn amplitude [rad]"""
 FEWEST = 12
-"""samples"""
+"""smallest number of samples for it"""
 
 
 class TurnWatch:
@@ -105,7 +105,7 @@ class TurnWatch:
 
 
 LOOK = 60.0
-"""[s]"""
+"""time-out of a check at rest [s]"""
 
 
 def supervised(

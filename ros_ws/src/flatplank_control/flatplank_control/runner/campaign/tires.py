@@ -28,9 +28,9 @@ class TireEntry:
     """name of the simulated tire; empty: none"""
     record: TireRecord
     max_load: float
-    """[N]"""
+    """largest load [N]"""
     pressure_range: tuple[float, float]
-    """[bar]"""
+    """lowest and highest pressure [bar]"""
     effective_rolling_radius: float = math.nan
     """at nominal load and pressure [m]; NaN: unknown"""
 
