@@ -61,7 +61,7 @@ def _blocks(runs: list[Columns]) -> np.ndarray:
     return np.array(out)
 
 
-class _Lot:
+class _NoiseFree:
     """Noise-free campaign of a world and a design, with the changes that a fit of its tire can
     imitate."""
 
@@ -120,8 +120,8 @@ class _Lot:
 
 
 @lru_cache(maxsize=16)
-def _lot(world: str, design: str) -> _Lot:
-    return _Lot(world, design)
+def _noise_free(world: str, design: str) -> _NoiseFree:
+    return _NoiseFree(world, design)
 
 
 @lru_cache(maxsize=64)
@@ -129,7 +129,7 @@ def _factors(world: str, design: str, noise: str, scatter: float) -> list[list]:
     """Cholesky factors of the covariance, per run and channel."""
     spacing = float(PLACES[1] - PLACES[0]) / 0.0309
     noises = covariance(NOISES[noise], PLACES / 0.0309, spacing)
-    loose = _lot(world, design).scattered() * scatter / 0.01
+    loose = _noise_free(world, design).scattered() * scatter / 0.01
     return [
         [
             cho_factor(RELATIVE[name] ** 2 * noises + np.outer(g, g))
@@ -167,17 +167,17 @@ def strength_of(
     world: str, name: str, size: float, noise: str, scatter: float, design: str
 ) -> float:
     """Noncentrality of an effect with this size."""
-    lot = _lot(world, design)
-    change = lot.change(name, size)
-    return strength(change, lot.base, _factors(world, design, noise, scatter))
+    clean = _noise_free(world, design)
+    change = clean.change(name, size)
+    return strength(change, clean.base, _factors(world, design, noise, scatter))
 
 
 def detectable_force(
     world: str, force: Force, noise: str, scatter: float, design: str = "plain"
 ) -> float:
     """Factor by which a force of any form must be scaled to be detectable."""
-    lot = _lot(world, design)
-    found = strength(lot.pushed(force), lot.base, _factors(world, design, noise, scatter))
+    clean = _noise_free(world, design)
+    found = strength(clean.pushed(force), clean.base, _factors(world, design, noise, scatter))
     return math.sqrt(NEEDED / found) if found > 0.0 else math.inf
 
 
@@ -185,11 +185,11 @@ def consequence_of_force(
     world: str, force: Force, noise: str, scatter: float, design: str = "plain"
 ) -> float:
     """Factor above which a force is of consequence, relative to the floor of noise and scatter."""
-    lot = _lot(world, design)
-    pushed, own = lot.pushed(force)[:, 0], lot.plain[:, 0]
-    slips = np.array([run.setting.kappa for run in lot.runs])
+    clean = _noise_free(world, design)
+    pushed, own = clean.pushed(force)[:, 0], clean.plain[:, 0]
+    slips = np.array([run.setting.kappa for run in clean.runs])
     level = covariance(NOISES[noise], PLACES[:1], float(PLACES[1] - PLACES[0]) / 0.0309)[0, 0]
-    loose = lot.scattered()[:, 0] * scatter / 0.01
+    loose = clean.scattered()[:, 0] * scatter / 0.01
     floor = math.sqrt(RELATIVE["fx"] ** 2 * level + float(np.mean(loose**2)))
     largest = float(np.abs(own).max())
     smooth = np.ones(CREST_PLACES) / CREST_PLACES

@@ -40,7 +40,8 @@ SIGEV_THREAD = 2
 CLOCK_MONOTONIC = 1
 CRASHES = (signal.SIGABRT, signal.SIGBUS, signal.SIGSEGV)
 LONGEST = min(CRASHES) - 1
-"""a crash is answered by `sleep(number of the signal)`: the timer must come before [s]"""
+"""longest time of the timer [s]: a crash during exit calls `sleep(signal number)`, which must last
+longer"""
 
 
 class _Event(ctypes.Structure):

@@ -29,7 +29,7 @@ class TruthRow(NamedTuple):
     """True tire properties at one load and pressure."""
 
     fz: float
-    """[N]"""
+    """load [N]"""
     pressure: float
     """[bar]"""
     vertical_stiffness: float

@@ -287,7 +287,7 @@ def lateral(c: Columns, m: Measurement) -> dict[str, float]:
 
 
 def friction(c: Columns, _m: Measurement) -> dict[str, float]:
-    """Mean and peak friction coefficient of the sliding locked wheel."""
+    """Mean friction coefficient of the sliding locked wheel, and the peak of the whole run."""
     x = c["plank_position"]
     mu = np.hypot(c["fx"], c["fy"]) / c["fz"]
     sliding = x > x[0] + SLID * (x[-1] - x[0])

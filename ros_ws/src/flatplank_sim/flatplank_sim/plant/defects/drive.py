@@ -65,7 +65,7 @@ class WheelBacklash(Defect):
 class WheelEncoderPlay(Defect):
     """The shaft of the wheel encoder is not fixed to the shaft of the hub.
 
-    The encoder follows the wheel with a play.
+    The encoder follows the wheel with play.
     """
 
     angle: float = size(0.002, "rad", "whole play", (0.0, 0.2), "wheel_encoder_play")
@@ -79,7 +79,7 @@ class WheelEncoderPlay(Defect):
 class StartDelay(Defect):
     """The wheel starts late, so the road first deflects a standing tire.
 
-    A resting wheel drive answers after a constant time.
+    A resting wheel drive responds after a constant delay.
     """
 
     time: float = size(0.15, "s", "from command to motion", (0.0, 5.0), "wheel_servo.start_delay")

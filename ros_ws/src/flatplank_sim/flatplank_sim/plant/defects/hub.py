@@ -60,7 +60,7 @@ class HubGain(Defect):
 class ForceLag(Defect):
     """The measurement amplifier filters the bridges.
 
-    First-order low-pass in time on all bridges.
+    The filter is a first-order low-pass in time on all bridges.
     """
 
     time: float = size(0.03, "s", "constant", (0.0, 5.0), "lag")
@@ -74,7 +74,7 @@ class ForceLag(Defect):
 class ZeroDrift(Defect):
     """The zero of the bridges drifts with time.
 
-    Offset and drift of each amplifier channel.
+    Each amplifier channel has an offset and a drift.
     """
 
     offset: tuple[float, ...] = size((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "V", "of C1..C6", (-5.0, 5.0))
@@ -135,7 +135,7 @@ class MainsHum(Defect):
 class TimeSkew(Defect):
     """Forces and motion are recorded by two machines whose clocks differ.
 
-    All bridges are late by a constant time against encoders and drive.
+    All bridges are delayed by a constant time relative to encoders and drive.
     """
 
     delay: float = size(0.05, "s", "of the bridges", (0.0, 0.9), "skew")
@@ -149,7 +149,7 @@ class TimeSkew(Defect):
 class LvdtError(Defect):
     """The calibration of the LVDT is wrong.
 
-    Offset and gain of the axle height signal.
+    The axle height signal has errors of offset and gain.
     """
 
     offset: float = size(0.02, "V", "at the LVDT", (-5.0, 5.0))

@@ -87,7 +87,7 @@ class LoadChange(Defect):
 class RunOut(Defect):
     """The adapter is not concentric with the hub, which gives run-out once per turn of the wheel.
 
-    Deflection and rolling radius vary with the wheel angle, order 1.
+    Deflection and rolling radius vary with the first order of the wheel angle.
     """
 
     amplitude: float = size(2e-4, "m", "radial", (0.0, 0.02))
